@@ -1,0 +1,1 @@
+"""Animals that ship with SEALS: robots with gaits."""

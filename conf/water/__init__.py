@@ -1,0 +1,1 @@
+"""Which water: none, or the coefficient model."""

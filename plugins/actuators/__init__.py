@@ -1,0 +1,1 @@
+"""Actuators: what rotors, thrusters and servos do with a command."""

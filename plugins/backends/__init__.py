@@ -1,0 +1,1 @@
+"""Rigid-body backends: what moves the links."""

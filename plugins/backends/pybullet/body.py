@@ -1,0 +1,251 @@
+"""One robot in PyBullet: loading, reading, half-step velocities, forces."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Configuration, Dynamics, LinkPoses
+from seals.errors import PhysicsError
+from seals.frames import conjugate, exponential, matrix_of, multiply
+from seals.plugins.backends.pybullet.inertia import InertiaSplit
+from seals.plugins.backends.pybullet.loading import load_robot
+from seals.robot.model import RobotModel
+
+FASTEST = 99.0
+"""Speed above which motion is refused [m/s, rad/s]; the engine clamps silently at 100."""
+
+
+class _Step(NamedTuple):
+    """Native generalised velocities: of the centre of mass of the base, world axes, and of the joints.
+
+    Args:
+        now: at the current time, shape (n,).
+        held: what the engine holds, half a step earlier when ``staggered``, shape (n,).
+        staggered: whether the two differ.
+    """
+
+    now: Floats
+    held: Floats
+    staggered: bool
+
+
+class PybulletBody:
+    """A robot in the scene.
+
+    Args:
+        engine: the pybullet module.
+        client: physics client.
+        robot: what to load.
+        second_order: whether to hold velocities half a step back.
+    """
+
+    def __init__(self, engine: Any, client: int, robot: RobotModel, *, second_order: bool) -> None:
+        """Load the robot."""
+        self._p, self._client, self.robot = engine, client, robot
+        self._second_order = second_order
+        loaded = load_robot(engine, client, robot)
+        self.body, self._index = loaded.body, loaded.index
+        self._joints, self._children = loaded.joints, [i for i in loaded.index if i >= 0]
+        self._order = loaded.order
+        self._com, self._com_turn = loaded.base_centre, loaded.base_turn
+        self._split = InertiaSplit(engine, client, robot, loaded)
+        self._base = 0 if robot.tree.fixed_base else 6
+        self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
+        self._touching = False
+        self._contact = np.zeros((len(robot.links), 6))
+        self._step = _Step(np.zeros(robot.degrees), np.zeros(robot.degrees), False)
+
+    # -- state ---------------------------------------------------------------------------------------
+
+    def reset(self, configuration: Configuration) -> None:
+        """Place the robot."""
+        c = configuration
+        turn = matrix_of(np.asarray(c.quaternion, dtype=float)[None])[0]
+        native = np.concatenate([c.velocity + np.cross(c.spin, turn @ self._com), c.spin, c.rates])
+        if self._base == 0:
+            native = np.asarray(c.rates, dtype=float)
+        self._set_pose(np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints)
+        self._set_velocity(native, c.joints)
+        self._step = _Step(native, native, False)
+        self._contact = np.zeros_like(self._contact)
+        self._touching = False
+
+    def read(self) -> Configuration:
+        """Return where the robot is and how it moves."""
+        position, quaternion = self._base_pose()
+        joints = self._joint_positions()
+        now = self._step.now
+        if self._base == 0:
+            return Configuration(position, quaternion, np.zeros(3), np.zeros(3), joints, now)
+        turn = matrix_of(quaternion[None])[0]
+        velocity = now[:3] - np.cross(now[3:6], turn @ self._com)
+        return Configuration(position, quaternion, velocity, now[3:6], joints, now[6:])
+
+    def poses(self) -> LinkPoses:
+        """Return the poses of all links and the generalised velocity."""
+        position, quaternion = self._base_pose()
+        count = len(self.robot.links)
+        origins, turns = np.empty((count, 3)), np.empty((count, 4))
+        origins[0], turns[0] = position, quaternion
+        if count > 1:
+            states = self._p.getLinkStates(
+                self.body, self._children, computeForwardKinematics=1, physicsClientId=self._client
+            )
+            origins[1:] = [s[4] for s in states]
+            turns[1:] = [s[5] for s in states]
+        rotations = matrix_of(turns)
+        return LinkPoses(origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None])
+
+    def _speed(self, native: Floats, turn: Floats) -> Floats:
+        """Generalised velocity about the base origin from native velocities."""
+        if self._base == 0:
+            return native
+        speed = native.copy()
+        w, c = native[3:6], turn @ self._com
+        speed[0] -= w[1] * c[2] - w[2] * c[1]
+        speed[1] -= w[2] * c[0] - w[0] * c[2]
+        speed[2] -= w[0] * c[1] - w[1] * c[0]
+        return speed
+
+    def snapshot(self) -> Any:
+        """Return what the engine does not keep."""
+        return self._step, self._contact.copy(), self._touching, self._split.snapshot()
+
+    def restore(self, kept: Any) -> None:
+        """Put back what the engine does not keep."""
+        self._step, contact, self._touching, inertia = kept
+        self._contact = contact.copy()
+        self._split.restore(inertia)
+
+    # -- one step ------------------------------------------------------------------------------------
+
+    def apply(self, dynamics: Dynamics, step: float) -> None:
+        """Set forces and joint torques for the next step."""
+        held = None
+        if self._step.staggered:
+            held = self._speed(self._step.held, dynamics.kinematics.rotations[0, 0])[None]
+        wrench = self._split.wrenches(dynamics, held, self._contact if self._touching else None)
+        rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
+        force = np.matmul(rotations, wrench[:, :3, None])[:, :, 0].tolist()
+        torque = np.matmul(rotations, wrench[:, 3:, None])[:, :, 0].tolist()
+        points = origins.tolist()
+        p, frame, client = self._p, self._p.WORLD_FRAME, self._client
+        for k, link in enumerate(self._index):
+            if k == 0 and self._base == 0:
+                continue
+            p.applyExternalForce(self.body, link, force[k], points[k], frame, physicsClientId=client)
+            p.applyExternalTorque(self.body, link, torque[k], frame, physicsClientId=client)
+        if self._joints:
+            p.setJointMotorControlArray(
+                self.body, self._joints, p.TORQUE_CONTROL,
+                forces=dynamics.joint_force[0][self._order].tolist(), physicsClientId=client,
+            )
+
+    def after_step(self, step: float) -> None:
+        """Find the velocity at the new time, and shift what the engine holds by half a step."""
+        raw = self._raw_velocity()
+        if np.abs(raw).max(initial=0.0) > FASTEST:
+            raise PhysicsError(
+                f"robot '{self.robot.name}' moves at {np.abs(raw).max():.0f} m/s or rad/s.\n"
+                f"Allowed: up to {FASTEST:g}; take a smaller time.step or check forces and masses."
+            )
+        points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
+        self._touching = len(points) > 0
+        if self._touching:
+            self._contact = self._sum_contacts(points)
+        if not self._second_order or self._touching or self._at_stop():
+            self._step = _Step(raw, raw, False)
+            return
+        change = raw - self._step.held
+        if self._step.staggered:
+            self._step = _Step(raw + 0.5 * change, raw, True)
+            return
+        held = raw - 0.5 * change
+        self._shift(0.5 * step * change, held)
+        self._step = _Step(raw, held, True)
+
+    def _shift(self, distance: Floats, held: Floats) -> None:
+        """Move the pose back by a generalised displacement and hold new velocities."""
+        joints = self._joint_positions() - distance[self._base :]
+        if self._base:
+            position, turn = self._com_pose()
+            turn = multiply(exponential(-distance[None, 3:6]), turn[None])[0]
+            self._p.resetBasePositionAndOrientation(
+                self.body, (position - distance[:3]).tolist(), turn.tolist(), physicsClientId=self._client
+            )
+        self._set_velocity(held, joints)
+
+    def _at_stop(self) -> bool:
+        """Whether a joint stands at a limit."""
+        if not self._limits:
+            return False
+        q = self._joint_positions()
+        return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
+
+    # -- engine calls --------------------------------------------------------------------------------
+
+    def _com_pose(self) -> tuple[Floats, Floats]:
+        position, turn = self._p.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
+        return np.array(position), np.array(turn)
+
+    def _base_pose(self) -> tuple[Floats, Floats]:
+        """Pose of the base link's own frame; the engine reports the principal axes at the centre of mass."""
+        position, turn = self._com_pose()
+        quaternion = multiply(turn[None], self._com_turn)
+        rotation = matrix_of(quaternion)[0]
+        return position - rotation @ self._com, quaternion[0]
+
+    def _set_pose(self, position: Floats, quaternion: Floats, joints: Floats) -> None:
+        rotation = matrix_of(quaternion[None])[0]
+        turn = multiply(quaternion[None], conjugate(self._com_turn))[0]
+        self._p.resetBasePositionAndOrientation(
+            self.body, (position + rotation @ self._com).tolist(), turn.tolist(), physicsClientId=self._client
+        )
+
+    def _set_velocity(self, native: Floats, joints: Floats) -> None:
+        if self._base:
+            self._p.resetBaseVelocity(
+                self.body, native[:3].tolist(), native[3:6].tolist(), physicsClientId=self._client
+            )
+        rates = native[self._base :]
+        for j, joint in enumerate(self._joints):
+            k = self._order[j]
+            self._p.resetJointState(
+                self.body, joint, float(joints[k]), float(rates[k]), physicsClientId=self._client
+            )
+
+    def _joint_positions(self) -> Floats:
+        if not self._joints:
+            return np.zeros(0)
+        states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
+        out = np.empty(len(states))
+        out[self._order] = [s[0] for s in states]
+        return out
+
+    def _raw_velocity(self) -> Floats:
+        out = np.empty(self.robot.degrees)
+        if self._base:
+            out[:3], out[3:6] = self._p.getBaseVelocity(self.body, physicsClientId=self._client)
+        if self._joints:
+            states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
+            out[self._base + self._order] = [s[1] for s in states]
+        return out
+
+    def contact_wrenches(self) -> Floats:
+        """Return contact forces of the last step about the link origins, link axes [N, N m], shape (L, 6)."""
+        return self._contact if self._touching else np.zeros_like(self._contact)
+
+    def _sum_contacts(self, points: Any) -> Floats:
+        """Sum normal and friction forces per link."""
+        poses = self.poses()
+        out = np.zeros_like(self._contact)
+        for point in points:
+            force = point[9] * np.array(point[7]) + point[10] * np.array(point[11]) + point[12] * np.array(point[13])
+            k = self._index.index(point[3])
+            turn = poses.rotations[0, k].T
+            out[k, :3] += turn @ force
+            out[k, 3:] += turn @ np.cross(np.array(point[5]) - poses.origins[0, k], force)
+        return out

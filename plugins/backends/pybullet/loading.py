@@ -1,0 +1,87 @@
+"""Loads a robot into PyBullet and strips what the engine adds on its own."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.errors import RobotError
+from seals.frames import conjugate
+from seals.robot.model import RobotModel
+
+
+class Loaded(NamedTuple):
+    """A loaded robot.
+
+    Args:
+        body: PyBullet's number of the robot.
+        index: PyBullet's link number of every link, -1 for the base.
+        joints: PyBullet's numbers of the movable joints, in PyBullet's order.
+        order: coordinate of each of those joints.
+        base_centre: centre of mass of the base in its link frame [m], shape (3,).
+        base_turn: q of the base link frame in the principal axes, xyzw, shape (1, 4).
+        moments: principal moments of every link [kg m^2], shape (L, 3).
+        principal: rotation of the principal axes in the link frame, xyzw, shape (L, 4).
+    """
+
+    body: int
+    index: list[int]
+    joints: list[int]
+    order: NDArray[np.int64]
+    base_centre: Floats
+    base_turn: Floats
+    moments: Floats
+    principal: Floats
+
+
+def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
+    """Load the URDF of a robot with its own inertias and no hidden damping.
+
+    Raises:
+        RobotError: PyBullet cannot load the file, or loads other links than the robot has.
+    """
+    flags = p.URDF_USE_INERTIA_FROM_FILE
+    try:
+        body = p.loadURDF(robot.urdf, useFixedBase=robot.tree.fixed_base, flags=flags, physicsClientId=client)
+    except p.error as cause:
+        raise RobotError(f"PyBullet cannot load {robot.urdf}: {cause}.\nRun: seals check robot=...") from cause
+    names = {p.getBodyInfo(body, physicsClientId=client)[0].decode(): -1}
+    joint_names = {}
+    for i in range(p.getNumJoints(body, physicsClientId=client)):
+        info = p.getJointInfo(body, i, physicsClientId=client)
+        names[info[12].decode()] = i
+        joint_names[info[1].decode()] = i
+    if set(names) != set(robot.links):
+        raise RobotError(
+            f"PyBullet sees the links {sorted(names)} in {robot.urdf}, the robot has {sorted(robot.links)}.\n"
+            "Give every link a unique name."
+        )
+    index = [names[link] for link in robot.links]
+    numbers = sorted((joint_names[j], k) for k, j in enumerate(robot.joints))
+    _strip(p, client, body, index, [n for n, _ in numbers])
+    info = [p.getDynamicsInfo(body, i, physicsClientId=client) for i in index]
+    return Loaded(
+        body=int(body),
+        index=index,
+        joints=[n for n, _ in numbers],
+        order=np.array([k for _, k in numbers], dtype=np.int64),
+        base_centre=np.array(info[0][3]),
+        base_turn=conjugate(np.array(info[0][4])[None]),
+        moments=np.array([i[2] for i in info]),
+        principal=np.array([i[4] for i in info]),
+    )
+
+
+def _strip(p: Any, client: int, body: int, index: list[int], joints: list[int]) -> None:
+    """Remove hidden damping, sleeping and the default joint motors."""
+    for link in index:
+        p.changeDynamics(
+            body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, maxJointVelocity=1e3,
+            physicsClientId=client,
+        )
+    p.changeDynamics(body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client)
+    for joint in joints:
+        p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)

@@ -1,0 +1,1 @@
+"""Controllers: from state and goal to commands."""

@@ -1,0 +1,123 @@
+"""Inertia of the water that a body accelerates with itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like, namespace
+from seals.dynamics.spatial import momentum
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.errors import ConfigError
+from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+_LIMITS: dict[str, Any] = {
+    "bounds": (0.0, 1e6),
+    "tolerance": 0.15,
+    "relative": True,
+    "source": "zero unless the vehicle states it",
+}
+_EYE = np.eye(6)[None]
+
+
+@dataclass(kw_only=True)
+class AddedMass(Effect):
+    """Added mass as inertia of the link, with its Coriolis and Munk terms and the impulse of wetting.
+
+    Equation:
+        (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r, w). The part
+        s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load and acts only while s rises.
+
+    Args:
+        mass_x: along body x [kg].
+        mass_y: along body y [kg].
+        mass_z: along body z [kg].
+        inertia_x: about body x [kg m^2].
+        inertia_y: about body y [kg m^2].
+        inertia_z: about body z [kg m^2].
+        coupling: symmetric 6x6 matrix with a zero diagonal, order [linear, angular], for bodies without three
+            planes of symmetry [kg, kg m, kg m^2]; empty for none.
+        medium: water.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Ideal flow without memory; the matrix grows in proportion to the submerged share.
+
+    Valid range:
+        Deeply submerged bodies at any acceleration; near the surface for slow motion.
+
+    Limitations:
+        No dependence on frequency near the surface (radiation), none on nearby walls.
+
+    References:
+        Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8.
+
+    Example:
+        >>> AddedMass(mass_z=0.8).mass_z
+        0.8
+    """
+
+    mass_x: float = param(0.0, "kg", **_LIMITS)
+    mass_y: float = param(0.0, "kg", **_LIMITS)
+    mass_z: float = param(0.0, "kg", **_LIMITS)
+    inertia_x: float = param(0.0, "kg m^2", **_LIMITS)
+    inertia_y: float = param(0.0, "kg m^2", **_LIMITS)
+    inertia_z: float = param(0.0, "kg m^2", **_LIMITS)
+    coupling: list[list[float]] = field(default_factory=list)
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
+    twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
+
+    def __post_init__(self) -> None:
+        """Refuse a coupling matrix that is not symmetric or makes the whole indefinite."""
+        if not self.coupling:
+            return
+        matrix = np.asarray(self.coupling, dtype=float)
+        if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or np.any(np.diag(matrix)):
+            raise ConfigError(
+                f"added_mass.coupling of shape {matrix.shape} is not allowed.\n"
+                "Allowed: a symmetric 6x6 matrix with a zero diagonal; the diagonal is mass_x ... inertia_z."
+            )
+        lowest = float(np.linalg.eigvalsh(matrix + np.diag(self._diagonal()))[0])
+        if lowest < -1e-12:
+            raise ConfigError(
+                f"added_mass is not positive semi-definite: its smallest eigenvalue is {lowest:.3g}.\n"
+                "Allowed: couplings small enough against mass_x ... inertia_z; reduce them or raise the diagonal."
+            )
+
+    def _diagonal(self) -> list[float]:
+        return [self.mass_x, self.mass_y, self.mass_z, self.inertia_x, self.inertia_y, self.inertia_z]
+
+    def constants(self) -> dict[str, Floats]:
+        """Return the coupling matrix, shape (1, 6, 6)."""
+        matrix = np.asarray(self.coupling, dtype=float) if self.coupling else np.zeros((6, 6))
+        return {"coupling": matrix[None]}
+
+    @staticmethod
+    def inertia(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[AddedInertia, Array]:
+        """Matrix M_A about the link origin [kg, kg m, kg m^2] with the weight s."""
+        return AddedInertia(_matrix(params), medium.share), memory
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Impulse of wetting, -(ds/dt) M_A nu_r while s rises [N, N m]."""
+        xp = namespace(medium.submersion_rate)
+        rate = -xp.clip(medium.submersion_rate, 0.0, None)
+        relative = motion.velocity - medium.velocity
+        force, torque = momentum(_matrix(params), relative, motion.angular_velocity)
+        return Wrench(rate * force, rate * torque), memory
+
+
+def _matrix(params: Parameters) -> Array:
+    """Diagonal and coupling joined, shape (1 or N, 6, 6)."""
+    xp = namespace(params["mass"])
+    diagonal = xp.concat((params["mass"], params["inertia"]), axis=1)
+    return diagonal[:, :, None] * as_like(_EYE, diagonal) + params["coupling"]

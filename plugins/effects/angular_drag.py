@@ -1,0 +1,77 @@
+"""Torque against rotation, linear and quadratic, per body axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class DragAngular(Effect):
+    """Rotational damping about the body axes.
+
+    Equation:
+        T_i = -d_i w_i - e_i abs(w_i) w_i; times the share of the medium.
+
+    Args:
+        coefficient_x: d about body x [N m s/rad].
+        coefficient_y: d about body y [N m s/rad].
+        coefficient_z: d about body z [N m s/rad].
+        quadratic_x: e about body x [N m s^2/rad^2].
+        quadratic_y: e about body y [N m s^2/rad^2].
+        quadratic_z: e about body z [N m s^2/rad^2].
+        medium: water, air or any.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The medium does not rotate; axes are uncoupled.
+
+    Valid range:
+        As the linear and quadratic drags it stands for.
+
+    Limitations:
+        No force from rotation (for example of an appendage off the origin).
+
+    References:
+        Fossen 2011, ch. 6.
+
+    Example:
+        >>> DragAngular(coefficient_z=0.02).coefficient_z
+        0.02
+    """
+
+    coefficient_x: float = param(
+        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    coefficient_y: float = param(
+        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    coefficient_z: float = param(
+        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    quadratic_x: float = param(
+        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    quadratic_y: float = param(
+        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    quadratic_z: float = param(
+        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+    )
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Torque against the angular velocity [N m]."""
+        rate = motion.angular_velocity
+        slope = params["coefficient"] + params["quadratic"] * abs(rate)
+        return Wrench(None, slope * rate * -medium.share), memory

@@ -1,0 +1,62 @@
+"""Hydrostatic lift of partially or fully submerged hulls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.frames import cross
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Buoyancy(Effect):
+    """Archimedes' force at the centroid of the submerged volume.
+
+    Equation:
+        F = rho (V + dV) s (g up + a_water) at the centroid r_b of the submerged volume; T = r_b x F about the
+        link origin. The second term is the pressure gradient of accelerating water, zero in still water.
+
+    Args:
+        volume_change: dV, change of the displaced volume against the hull's, same shape [m^3].
+        medium: the fluid that lifts, water by default.
+        links: links with a hull, all by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The pressure is that of the undisturbed water; the surface is plane over the hull; the density is that
+        at the link.
+
+    Valid range:
+        Hulls small against the wave length and the depth over which the density changes.
+
+    Limitations:
+        Lift in air is neglected.
+
+    References:
+        Archimedes, On Floating Bodies; Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 4.
+
+    Example:
+        >>> Buoyancy(volume_change=1e-4).volume_change
+        0.0001
+    """
+
+    volume_change: float = param(
+        0.0, "m^3", bounds=(-10.0, 10.0), tolerance=1e-5, source="zero: the hull's own volume rules"
+    )
+    medium: MediumKind = MediumKind.water
+    links: list[str] = field(default_factory=lambda: ["*"])
+    accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
+    twins: ClassVar[tuple[str, ...]] = ("payload",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Lift at the centre of buoyancy [N, N m]."""
+        displaced = medium.density * (motion.body.volume + params["volume_change"]) * medium.submersion
+        force = (motion.up * medium.gravity + medium.acceleration) * displaced
+        return Wrench(force, cross(medium.buoyancy_centre, force)), memory

@@ -1,0 +1,59 @@
+"""Steady current: the velocity of the water over ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Current(Effect):
+    """Steady current: the velocity of the water over ground.
+
+    Equation:
+        u = (velocity_x, velocity_y, velocity_z) in the world; laws use v_r = v - R^T u.
+
+    Args:
+        velocity_x: toward east [m/s].
+        velocity_y: toward north [m/s].
+        velocity_z: upward [m/s].
+        medium: water.
+        links: links it acts on, all by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant in time and space; enters through every water drag and the added mass.
+
+    Valid range:
+        Speeds far below that of sound.
+
+    Limitations:
+        No shear with depth, no turbulence.
+
+    References:
+        Fossen 2011, ch. 8.
+
+    Example:
+        >>> Current(velocity_x=0.5).velocity_x
+        0.5
+    """
+
+    velocity_x: float = param(0.0, "m/s", bounds=(-20.0, 20.0), tolerance=0.05, source="still by default")
+    velocity_y: float = param(0.0, "m/s", bounds=(-20.0, 20.0), tolerance=0.05, source="still by default")
+    velocity_z: float = param(0.0, "m/s", bounds=(-20.0, 20.0), tolerance=0.05, source="still by default")
+    medium: MediumKind = MediumKind.water
+    links: list[str] = field(default_factory=lambda: ["*"])
+    accounts_for: ClassVar[tuple[str, ...]] = ("steady current",)
+    twins: ClassVar[tuple[str, ...]] = ()
+
+    @staticmethod
+    def flow(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Velocity of the water, world axes [m/s]."""
+        return params["velocity"], memory

@@ -1,0 +1,51 @@
+"""Weight of every link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, Parameters
+from seals.frames import cross
+from seals.motion import Inputs, Medium, Motion, Wrench
+
+
+@dataclass(kw_only=True)
+class Gravity(Effect):
+    """Uniform gravity on the real mass of every link.
+
+    Equation:
+        F = -m g R^T e_z at the centre of mass; T = c x F about the link origin.
+
+    Args:
+        links: links with weight, all by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        A uniform field of the strength ``environment.gravity``.
+
+    Valid range:
+        Any motion near the ground.
+
+    Limitations:
+        No variation with height or latitude; set ``environment.gravity`` to the local value.
+
+    References:
+        Newton 1687; standard gravity 9.80665 m/s^2, 3rd CGPM 1901.
+
+    Example:
+        >>> Gravity().links
+        ['*']
+    """
+
+    links: list[str] = field(default_factory=lambda: ["*"])
+    accounts_for: ClassVar[tuple[str, ...]] = ("weight",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Weight at the centre of mass [N, N m]."""
+        force = motion.up * (-medium.gravity * motion.body.mass)
+        return Wrench(force, cross(motion.body.centre_of_mass, force)), memory

@@ -1,0 +1,70 @@
+"""Friction in the joints: Coulomb and viscous."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Inputs, Joints
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class JointFriction(Effect):
+    """Coulomb and viscous friction of revolute and prismatic joints.
+
+    Equation:
+        tau = -C tanh(q' / q'_0) - B q'.
+
+    Args:
+        coulomb: C [N m].
+        viscous: B [N m s/rad].
+        threshold: q'_0, speed over which the Coulomb torque changes sign [rad/s].
+        joint: 1-based index of one joint, or 0 for all.
+        links: not used; friction acts on joints.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The sign function is smoothed over ``threshold`` so that the law is differentiable.
+
+    Valid range:
+        Lubricated bearings and gears in motion.
+
+    Limitations:
+        No stiction: a joint under a small load creeps at a share of ``threshold``.
+
+    References:
+        Armstrong-Helouvry, Dupont, Canudas de Wit 1994, Automatica 30(7).
+
+    Example:
+        >>> JointFriction(viscous=0.01).viscous
+        0.01
+    """
+
+    coulomb: float = param(0.0, "N m", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it")
+    viscous: float = param(
+        0.0, "N m s/rad", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it"
+    )
+    threshold: float = param(0.05, "rad/s", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False)
+    joint: int = 0
+    accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
+
+    @staticmethod
+    def joint_loads(
+        joints: Joints, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Generalised force against the joint velocity [N m or N]."""
+        rate = joints.velocity
+        xp = namespace(rate)
+        index = xp.cumulative_sum(xp.ones_like(rate[:1, :]), axis=1)
+        chosen = xp.astype((index == params["joint"]) | (params["joint"] == 0), rate.dtype)
+        force = -params["coulomb"] * xp.tanh(rate / params["threshold"]) - params["viscous"] * rate
+        return chosen * force, memory
+
+    def constants(self) -> dict[str, Floats]:
+        """Return the joint's index."""
+        return {"joint": np.full((1, 1), float(self.joint))}

@@ -1,0 +1,66 @@
+"""Drag proportional to speed, per body axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class DragLinear(Effect):
+    """Linear drag along the body axes, as used for slow multirotors and laminar skin friction.
+
+    Equation:
+        F_i = -c_i v_r,i with v_r the velocity of the link origin relative to the medium; times the share of
+        the medium.
+
+    Args:
+        coefficient_x: c along body x [N s/m].
+        coefficient_y: c along body y [N s/m].
+        coefficient_z: c along body z [N s/m].
+        medium: water, air or any.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Axes are uncoupled; the force acts on the link origin.
+
+    Valid range:
+        Reynolds numbers below about 1, or rotor-induced drag of slow multirotors.
+
+    Limitations:
+        Underestimates drag at speed; add ``quadratic_drag``.
+
+    References:
+        Fossen 2011, ch. 6; Jacinto et al. 2023 (Pegasus simulator) for multirotors.
+
+    Example:
+        >>> DragLinear(coefficient_x=0.3).coefficient_x
+        0.3
+    """
+
+    coefficient_x: float = param(
+        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+    )
+    coefficient_y: float = param(
+        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+    )
+    coefficient_z: float = param(
+        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+    )
+    medium: MediumKind = MediumKind.air
+    accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
+    twins: ClassVar[tuple[str, ...]] = ("rotor_drag", "quadratic_drag")
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Force against the relative velocity [N]."""
+        relative = motion.velocity - medium.velocity
+        return Wrench(relative * params["coefficient"] * -medium.share, None), memory

@@ -1,0 +1,62 @@
+"""Impact force while a hull enters the water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array, namespace
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Slamming(Effect):
+    """Water-entry impact with one coefficient, spread over the entry of the hull.
+
+    Equation:
+        F = rho C_s A w_n^2 / 2 * 4 s (1 - s) along the water normal, only while w_n > 0; w_n is the sinking
+        speed of the link origin and A the plan area of the hull.
+
+    Args:
+        coefficient: C_s [1].
+        medium: water.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The force acts on the link origin; its course over the entry follows 4 s (1 - s), whose mean over s
+        is 2/3.
+
+    Valid range:
+        Entry at moderate deadrise; impulse good to a few per cent, the peak only in size.
+
+    Limitations:
+        No air cushion, no spray, no oblique entry; nothing when the body leaves the water.
+
+    References:
+        von Karman 1929, NACA TN 321; Faltinsen 1990, Sea Loads on Ships and Offshore Structures, ch. 9.
+
+    Example:
+        >>> Slamming(coefficient=1.2).coefficient
+        1.2
+    """
+
+    coefficient: float = param(
+        0.0, "1", bounds=(0.0, 20.0), tolerance=0.2, relative=True, source="zero unless the vehicle states it"
+    )
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)
+    twins: ClassVar[tuple[str, ...]] = ("added_mass",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Force along the water normal while entering [N]."""
+        s = medium.submersion
+        entering = namespace(s).clip(medium.sinking_speed, 0.0, None)
+        scale = medium.density * motion.body.plan_area * params["coefficient"]
+        pressure = entering * entering * (2.0 * s * (1.0 - s))
+        return Wrench(medium.normal * (scale * pressure), None), memory

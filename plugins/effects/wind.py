@@ -1,0 +1,59 @@
+"""Steady wind: the velocity of the air over ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Wind(Effect):
+    """Steady wind: the velocity of the air over ground.
+
+    Equation:
+        u = (velocity_x, velocity_y, velocity_z) in the world; laws use v_r = v - R^T u.
+
+    Args:
+        velocity_x: toward east [m/s].
+        velocity_y: toward north [m/s].
+        velocity_z: upward [m/s].
+        medium: air.
+        links: links it acts on, all by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant in time and space; enters through every air drag.
+
+    Valid range:
+        Speeds far below that of sound.
+
+    Limitations:
+        No gusts, no shear with height.
+
+    References:
+        None needed: a frame change of the relative velocity.
+
+    Example:
+        >>> Wind(velocity_x=0.5).velocity_x
+        0.5
+    """
+
+    velocity_x: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
+    velocity_y: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
+    velocity_z: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
+    medium: MediumKind = MediumKind.air
+    links: list[str] = field(default_factory=lambda: ["*"])
+    accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)
+    twins: ClassVar[tuple[str, ...]] = ("tether", "accelerometer_bias", "payload")
+
+    @staticmethod
+    def flow(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Velocity of the air, world axes [m/s]."""
+        return params["velocity"], memory

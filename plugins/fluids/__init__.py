@@ -1,0 +1,1 @@
+"""Fluid solvers coupled to the rigid bodies."""

@@ -1,0 +1,1 @@
+"""Learners: from data or reward to a policy."""

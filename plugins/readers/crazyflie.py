@@ -1,0 +1,134 @@
+"""Reader of Crazyflie micro-SD logs, the published flights among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.intake import read_bytes
+from seals.logs.log import Log
+from seals.logs.units import STANDARD_GRAVITY, to_si
+from seals.plugins.readers.crazyflie_log import parse
+
+DATASET = Dataset(
+    folder="crazyflie-sysid",
+    repository="arplaboratory/data-driven-system-identification",
+    commit="2d267dd07b4262f579ee223d20b26a6dc9d17147",
+    licence="MIT",
+    attribution="Agile Robotics and Perception Lab, arXiv:2404.07837.",
+    files=(
+        DataFile(
+            path="logs_crazyflie/log10",
+            sha256="da77c31ecf18a65159b7f973cf3246ec80ea2fc3e60183812416fad47f32b402",
+        ),
+        DataFile(
+            path="logs_crazyflie/log15",
+            sha256="364dea627205f4eee3e8d54f72b0ba8fd93442dcea9c8cc4a42b59004ecf3a31",
+        ),
+        DataFile(
+            path="logs_crazyflie/log16",
+            sha256="19070dd8462cdffd547a1c2f727b19308341ac79cc852a0ef0f1e796cd71b3a9",
+        ),
+    ),
+)
+_FULL_PWM = 65535.0
+_MOST_BYTES = 1 << 25
+_COLUMNS = {
+    **{f"acc.{axis}": (f"specific_force_{axis}", "g") for axis in "xyz"},
+    **{f"gyro.{axis}": (f"angular_velocity_{axis}", "deg/s") for axis in "xyz"},
+    **{f"motor.m{k}": (f"motor_pwm_{k}", "pwm") for k in (1, 2, 3, 4)},
+}
+
+
+@dataclass(kw_only=True)
+class ReaderCrazyflie:
+    """Flights of a 27 g quadrotor, recorded on board; one log for each file.
+
+    Channels:
+        ``specific_force_x/y/z``, ``angular_velocity_x/y/z``, ``motor_pwm_1..4``.
+    Units:
+        g -> m/s^2 with 9.80665, deg/s -> rad/s, 16-bit pulse width -> share of full.
+    Source:
+        https://github.com/arplaboratory/data-driven-system-identification, 3 flights of 47 to 62 s
+        at about 1.01 kHz with rest, take-off, landing and crashes.
+    Licence:
+        MIT.
+    Limitations:
+        No position, no attitude, no battery voltage: thrust at one pulse width falls as the battery
+        empties, and nothing in the log tells. Rotor speeds are not measured.
+
+    Args:
+        path: a log file, a folder that holds the published ones, or the name of one of them.
+        event: the event block to read; empty takes the one with the accelerometer.
+        allow_truncated: whether a file that was cut short is read up to the cut.
+    """
+
+    path: str = ""
+    event: str = ""
+    allow_truncated: bool = False
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return one log for each flight.
+
+        Raises:
+            LogError: a file is absent, damaged, or holds no accelerometer.
+        """
+        return [self._flight(path) for path in paths_of(DATASET, source or self.path or None)]
+
+    def _flight(self, path: Path) -> Log:
+        content = read_bytes(path, most=_MOST_BYTES)
+        events = parse(content, where=str(path), allow_truncated=self.allow_truncated)
+        found = {name: event for name, event in events.items() if "acc.z" in event}
+        name = self.event or next(iter(found), "")
+        if name not in events:
+            what = f"event '{name}'" if name else "event with an accelerometer (acc.z)"
+            raise LogError(f"'{path}' has no {what}.\n" + suggestion(name, events, label="Events"))
+        return Log(
+            name=path.name,
+            columns=_columns(events[name]),
+            meta=_meta(events[name]["t"]),
+            source=DATASET.source if path.name in _stems() else str(path),
+            licence=DATASET.licence if path.name in _stems() else "",
+        )
+
+
+def _stems() -> set[str]:
+    return {file.stem for file in DATASET.files}
+
+
+def _columns(event: dict[str, Floats]) -> dict[str, Floats]:
+    columns = {"t": event["t"]}
+    for theirs, values in event.items():
+        ours, unit = _COLUMNS.get(theirs, (theirs.replace(".", "_"), ""))
+        if unit == "pwm":
+            columns[ours] = values / _FULL_PWM
+        elif theirs != "t":
+            columns[ours] = to_si(values, unit) if unit else values
+    return columns
+
+
+def _meta(time: Floats) -> dict[str, Any]:
+    rate = float(1.0 / np.median(np.diff(time))) if time.size > 1 else 0.0
+    return {
+        "vehicle": {"name": "crazyflie", "mass": 0.027, "arm": None, "hull": None},
+        "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None, "air_density": 1.2},
+        "baseline": [{"name": "gravity"}, {"name": "rotor_thrust"}],
+        "sensors": {
+            "channels": {
+                # standard deviations at rest with the motors off; in flight vibration adds to them
+                "specific_force": {
+                    "sigma": 0.0011 * STANDARD_GRAVITY,
+                    "rate": rate,
+                    "unit": "m/s^2",
+                },
+                "angular_velocity": {"sigma": 0.0021, "rate": rate, "unit": "rad/s"},
+            }
+        },
+        "notes": ["no battery voltage, no pose", "air_density is assumed"],
+    }

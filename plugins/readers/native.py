@@ -1,0 +1,45 @@
+"""Reader of the native log folders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from seals.errors import LogError
+from seals.logs.log import Log
+from seals.logs.native import TABLES, read_native
+
+
+@dataclass(kw_only=True)
+class ReaderNative:
+    """Native log folders: a table, ``meta.yaml`` and, for a vehicle with an arm, a URDF.
+
+    Channels:
+        Whatever the table holds; known names are checked to be numbers.
+    Units:
+        SI already; nothing is converted.
+    Limitations:
+        Unknown columns that do not hold numbers are left out.
+
+    Args:
+        path: a log folder, or a folder of log folders.
+    """
+
+    path: str = ""
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return the log, or one log for each log folder inside the given folder.
+
+        Raises:
+            LogError: nothing was given, or a log cannot be used.
+        """
+        given = source or self.path
+        if not given:
+            raise LogError("the native reader needs a folder.\nGive it as path=FOLDER.")
+        place = Path(given)
+        holds_table = any((place / name).exists() for name in (*TABLES, "meta.yaml"))
+        if place.is_dir() and not holds_table:
+            folders = sorted({table.parent for name in TABLES for table in place.glob(f"*/{name}")})
+            if folders:
+                return [read_native(folder) for folder in folders]
+        return [read_native(place)]

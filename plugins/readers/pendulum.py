@@ -1,0 +1,126 @@
+"""Reader of the single-pendulum free swings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError
+from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.intake import regular_file
+from seals.logs.log import Log
+
+DATASET = Dataset(
+    folder="single-pendulum",
+    repository="dynamicslab/MultiArm-Pendulum",
+    commit="e99a7e13fe2adc8fc647321a156b6cb59a48a698",
+    licence="MIT",
+    attribution="MultiArm-Pendulum, dynamicslab, https://github.com/dynamicslab/MultiArm-Pendulum.",
+    files=(
+        DataFile(
+            path="ParameterEstimation/SinglePendulum/SinglePendulumDataForParameterEstimation.mat",
+            sha256="f3b8cdda4a6e86405ec37ff32b98be76fd37806a609cba7870628c1e40377a98",
+        ),
+    ),
+)
+_GROUPS = {"identification": ("Time_id", "Y_id"), "validation": ("Time_vad", "Y_vad")}
+
+
+@dataclass(kw_only=True)
+class ReaderPendulum:
+    """Free swings of a real single pendulum, cart fixed, no input; a log to fit, one to test.
+
+    Channels:
+        ``joint_position_1`` (0 = hanging) and ``joint_velocity_1``; four segments in the log
+        ``identification``, two in ``validation``. Time runs through from the first to the last.
+    Units:
+        rad and rad/s already. The file measures the angle from upright (pi = hanging); here
+        0 = hanging, the sense of rotation is kept.
+    Source:
+        https://github.com/dynamicslab/MultiArm-Pendulum
+    Licence:
+        MIT.
+    Limitations:
+        The segments are consecutive parts of one swing that dies out: the test swings are smaller
+        than the fitted ones. Rates are the publisher's, with about 0.05 rad/s of noise.
+
+    Args:
+        path: the ``.mat`` file, or a folder that holds it.
+    """
+
+    path: str = ""
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return the logs ``identification`` and ``validation``.
+
+        Raises:
+            LogError: the file is absent, damaged or of another layout.
+        """
+        path = paths_of(DATASET, source or self.path or None)[0]
+        content = _load(path)
+        return [_log(path, content, name) for name in _GROUPS]
+
+
+def _load(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    file = regular_file(path, most=1 << 25)
+    try:
+        return dict(loadmat(str(file)))
+    except Exception as error:  # scipy lets errors of every kind through on damaged files
+        raise LogError(f"'{file}' is not a sound MATLAB file ({error}).") from error
+
+
+def _log(path: Path, content: dict[str, Any], name: str) -> Log:
+    parts = [_segments(path, content, key) for key in _GROUPS[name]]
+    if len(parts[0]) != len(parts[1]):
+        raise LogError(f"'{path}': {len(parts[0])} time and {len(parts[1])} data segments.")
+    for time, values in zip(*parts, strict=True):
+        if values.ndim != 2 or values.shape[0] != 2 or values.shape[1] != time.size:
+            raise LogError(
+                f"'{path}': a segment has {time.size} times and data of shape {values.shape}, "
+                "needed is (2, times)."
+            )
+    angle, rate = np.concatenate(parts[1], axis=1)
+    return Log(
+        name=name,
+        columns={
+            "t": np.concatenate([time.ravel() for time in parts[0]]),
+            "joint_position_1": angle - math.pi,
+            "joint_velocity_1": rate,
+        },
+        segment=np.repeat(np.arange(len(parts[0])), [time.size for time in parts[0]]),
+        meta=_meta(),
+        source=DATASET.source,
+        licence=DATASET.licence,
+    )
+
+
+def _segments(path: Path, content: dict[str, Any], key: str) -> list[Floats]:
+    cells = content.get(key)
+    if not isinstance(cells, np.ndarray) or cells.dtype != object or cells.size == 0:
+        raise LogError(f"'{path}' has no list of segments '{key}'.")
+    try:
+        return [np.asarray(cell, dtype=np.float64) for cell in cells.ravel()]
+    except (TypeError, ValueError) as error:
+        raise LogError(f"'{path}': '{key}' does not hold numbers ({error}).") from error
+
+
+def _meta() -> dict[str, Any]:
+    return {
+        "vehicle": {"name": "single_pendulum", "joints": 1},
+        "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None},
+        "baseline": [{"name": "gravity"}],
+        "sensors": {
+            "channels": {
+                "joint_position": {"rate": 1000.0, "unit": "rad"},
+                "joint_velocity": {"rate": 1000.0, "unit": "rad/s"},
+            }
+        },
+        "notes": ["0 = hanging; the file's own zero is upright", "cart fixed, no input"],
+    }

@@ -1,0 +1,1 @@
+"""Sensors: what an instrument really reports."""

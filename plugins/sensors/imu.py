@@ -1,0 +1,145 @@
+"""Inertial measurement unit: accelerometer and gyroscope."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.schema import param
+from seals.sensor import Felt
+
+
+class _Memory(NamedTuple):
+    """Biases [m/s^2, rad/s] and the state of the low-pass filter, shape (2, 3) each."""
+
+    bias: Floats
+    filtered: Floats | None
+
+
+@dataclass(kw_only=True)
+class SensorImu:
+    """Accelerometer and gyroscope at a mounting point of a link.
+
+    Equation:
+        f = R_SL (f_o + w' x r + w x (w x r)), with f_o the specific force of the link origin (+g at rest, 0 in free
+        fall); w_S = R_SL w. Then first-order bandwidth, bias with random walk, white noise, range, quantisation.
+
+    Args:
+        link: link that carries the sensor; ``root`` is the base.
+        position: mounting point in link axes [m].
+        rpy: turn of the sensor axes against the link axes [rad].
+        rate: readings a second [Hz].
+        accelerometer_noise: noise density [m/s^2/sqrt(Hz)].
+        gyroscope_noise: noise density [rad/s/sqrt(Hz)].
+        accelerometer_walk: bias random walk [m/s^2/sqrt(s)].
+        gyroscope_walk: bias random walk [rad/s/sqrt(s)].
+        accelerometer_range: largest reading [m/s^2].
+        gyroscope_range: largest reading [rad/s].
+        accelerometer_step: quantisation [m/s^2], 0 for none.
+        gyroscope_step: quantisation [rad/s], 0 for none.
+        bandwidth: cut-off of the first-order low-pass [Hz], 0 for none.
+
+    Assumptions:
+        The accelerometer averages over one simulation step.
+
+    Valid range:
+        Rates up to that of the simulation.
+
+    Limitations:
+        No temperature drift, no cross-axis sensitivity, no vibration rectification.
+
+    References:
+        IEEE Std 952-1997, annex C (noise terms); Woodman 2007, UCAM-CL-TR-696.
+
+    Example:
+        >>> SensorImu(rate=100.0).rate
+        100.0
+    """
+
+    link: str = "root"
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    accelerometer_noise: float = param(
+        2e-3, "m/s^2/sqrt(Hz)", bounds=(0.0, 10.0), tolerance=5e-4, source="InvenSense MPU-6000 class, datasheet 0.4 mg/sqrt(Hz) halved"
+    )
+    gyroscope_noise: float = param(
+        9e-5, "rad/s/sqrt(Hz)", bounds=(0.0, 1.0), tolerance=2e-5, source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)"
+    )
+    accelerometer_walk: float = param(
+        1e-4, "m/s^2/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-4, source="chosen"
+    )
+    gyroscope_walk: float = param(1e-5, "rad/s/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-5, source="chosen")
+    accelerometer_range: float = param(
+        156.9, "m/s^2", bounds=(1.0, 1e5), tolerance=0.0, source="16 g, datasheet", fit=False
+    )
+    gyroscope_range: float = param(
+        34.9, "rad/s", bounds=(0.1, 1e4), tolerance=0.0, source="2000 deg/s, datasheet", fit=False
+    )
+    accelerometer_step: float = param(
+        4.79e-3, "m/s^2", bounds=(0.0, 10.0), tolerance=0.0, source="16 bit over 16 g, datasheet", fit=False
+    )
+    gyroscope_step: float = param(
+        1.065e-3, "rad/s", bounds=(0.0, 1.0), tolerance=0.0, source="16 bit over 2000 deg/s, datasheet", fit=False
+    )
+    bandwidth: float = param(0.0, "Hz", bounds=(0.0, 1e5), tolerance=0.0, source="chosen: none", fit=False)
+
+    def __post_init__(self) -> None:
+        """Turn the mounting into arrays."""
+        for name in ("position", "rpy"):
+            if len(getattr(self, name)) != 3 or not np.all(np.isfinite(getattr(self, name))):
+                raise ConfigError(f"imu.{name}={getattr(self, name)} is not allowed.\nAllowed: three finite numbers.")
+        self._arm = np.asarray(self.position, dtype=float)
+        self._turn = matrix_of(quaternion_of_rpy(np.asarray([self.rpy], dtype=float)))[0].T
+        self._aligned = not np.any(self.rpy)
+        self._centred = not np.any(self.position)
+        self._range = np.array([[self.accelerometer_range], [self.gyroscope_range]])
+        self._step = np.array([[self.accelerometer_step], [self.gyroscope_step]])
+        self._grid = np.where(self._step > 0.0, self._step, 1.0)
+        density = np.array([[self.accelerometer_noise], [self.gyroscope_noise]])
+        self._sigma = density * math.sqrt(self.rate)
+        self._walk = np.array([[self.accelerometer_walk], [self.gyroscope_walk]])
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"specific_force": 3, "angular_velocity": 3}
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return zero bias and an empty filter."""
+        return _Memory(np.zeros((2, 3)), None)
+
+    def ideal(self, felt: Felt) -> Floats:
+        """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
+        force, spin = felt.specific_force, felt.spin
+        if not self._centred:
+            r = self._arm
+            force = force + np.cross(felt.spin_rate, r) + np.cross(spin, np.cross(spin, r))
+        both = np.stack((force, spin))
+        return both if self._aligned else both @ self._turn.T
+
+    def sense(
+        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+    ) -> tuple[dict[str, Floats] | None, Any]:
+        """Return a reading when due."""
+        bias, filtered = memory
+        true: Floats | None = None
+        if self.bandwidth > 0.0:
+            true = self.ideal(felt)
+            keep = math.exp(-2.0 * math.pi * self.bandwidth * felt.step)
+            filtered = true if filtered is None else keep * filtered + (1.0 - keep) * true
+            true = filtered
+        if not due:
+            return None, _Memory(bias, filtered)
+        true = self.ideal(felt) if true is None else true
+        noise = rng.standard_normal((2, 2, 3))
+        bias = bias + self._walk * math.sqrt(1.0 / self.rate) * noise[0]
+        reading = true + bias + self._sigma * noise[1]
+        reading = np.minimum(np.maximum(reading, -self._range), self._range)
+        reading = np.where(self._step > 0.0, np.rint(reading / self._grid) * self._grid, reading)
+        return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(bias, filtered)

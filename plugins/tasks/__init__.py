@@ -1,0 +1,1 @@
+"""Tasks: goal, reward and end of an episode."""

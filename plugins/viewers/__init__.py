@@ -1,0 +1,1 @@
+"""Viewers: live views and recordings of a run."""

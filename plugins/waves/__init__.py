@@ -1,0 +1,1 @@
+"""Water surfaces: still water and wave models."""

@@ -1,0 +1,83 @@
+"""One regular wave of small steepness on deep water."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from seals.arrays import Array, columns, namespace
+from seals.errors import ConfigError
+from seals.schema import param
+from seals.waves import Sea
+
+
+@dataclass(kw_only=True)
+class WaveAiry:
+    """A regular deep-water wave.
+
+    Equation:
+        eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g; orbital velocity
+        a w exp(k z) (cos b cos theta, sin b cos theta, sin theta), z below the mean level.
+
+    Args:
+        amplitude: a [m].
+        period: P [s].
+        direction: b, toward which the wave runs, from east anticlockwise [rad].
+        phase: phi [rad].
+        gravity: [m/s^2].
+
+    Assumptions:
+        Linear theory, deep water.
+
+    Valid range:
+        Steepness k a below 0.3; depth above half a wave length.
+
+    Limitations:
+        No second-order crest, no breaking, velocity above the mean level held at its value there.
+
+    References:
+        Airy 1845; Faltinsen 1990, Sea Loads on Ships and Offshore Structures, ch. 2.
+
+    Example:
+        >>> round(WaveAiry(amplitude=0.1, period=2.0).wavenumber, 4)
+        1.0061
+    """
+
+    amplitude: float = param(0.05, "m", bounds=(0.0, 30.0), tolerance=0.005, source="chosen")
+    period: float = param(2.0, "s", bounds=(0.1, 60.0), tolerance=0.02, source="chosen")
+    direction: float = param(0.0, "rad", bounds=(-7.0, 7.0), tolerance=0.05, source="chosen")
+    phase: float = param(0.0, "rad", bounds=(-7.0, 7.0), tolerance=0.05, source="chosen")
+    gravity: float = param(9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False)
+
+    def __post_init__(self) -> None:
+        """Refuse waves too steep for the theory."""
+        steepness = self.wavenumber * self.amplitude
+        if steepness > 0.3:
+            raise ConfigError(
+                f"a wave of amplitude {self.amplitude} m and period {self.period} s has the steepness {steepness:.2f}.\n"
+                "Allowed: k a up to 0.3; lower the amplitude or raise the period."
+            )
+
+    @property
+    def wavenumber(self) -> float:
+        """Wave number k [rad/m] of the deep-water dispersion relation."""
+        return (2.0 * math.pi / self.period) ** 2 / self.gravity
+
+    def at(self, position: Array, time: Array, level: float) -> Sea:
+        """Return the sea at points."""
+        xp = namespace(position)
+        east, north, k = math.cos(self.direction), math.sin(self.direction), self.wavenumber
+        omega = 2.0 * math.pi / self.period
+        theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * time[:, 0] + self.phase
+        cosine, sine = self.amplitude * xp.cos(theta), self.amplitude * xp.sin(theta)
+        slope = -k * sine
+        length = xp.sqrt(1.0 + slope * slope)
+        decay = xp.exp(k * xp.clip(position[:, 2] - level, None, 0.0))
+        speed, push = omega * decay, omega * omega * decay
+        return Sea(
+            elevation=(level + cosine)[:, None],
+            normal=columns(-east * slope / length, -north * slope / length, 1.0 / length),
+            rise=(omega * sine / length)[:, None],
+            velocity=columns(east * speed * cosine, north * speed * cosine, speed * sine),
+            acceleration=columns(east * push * sine, north * push * sine, -push * cosine),
+        )

@@ -1,0 +1,1 @@
+"""A floating ball of 0.1 m diameter and 0.3 kg."""

@@ -1,0 +1,1 @@
+"""A single pendulum on a fixed pivot, angle zero when hanging."""

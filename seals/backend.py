@@ -1,0 +1,116 @@
+"""The protocol of rigid-body backends."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+from seals.arrays import Array, Floats
+from seals.config.environment import EnvironmentSettings
+from seals.dynamics.tree import Kinematics
+from seals.effects.evaluation import Evaluation
+from seals.motion import Motion
+from seals.robot.model import RobotModel
+
+
+class Configuration(NamedTuple):
+    """Where a robot is and how it moves.
+
+    Args:
+        position: base origin, world [m], shape (3,).
+        quaternion: q_WB_xyzw, shape (4,).
+        velocity: of the base origin, world axes [m/s], shape (3,).
+        spin: angular velocity, world axes [rad/s], shape (3,).
+        joints: [rad or m], shape (J,).
+        rates: [rad/s or m/s], shape (J,).
+    """
+
+    position: Floats
+    quaternion: Floats
+    velocity: Floats
+    spin: Floats
+    joints: Floats
+    rates: Floats
+
+
+class LinkPoses(NamedTuple):
+    """All links of a robot: origins (1, L, 3) [m], rotations (1, L, 3, 3), generalised velocity (1, n)."""
+
+    origins: Array
+    rotations: Array
+    speed: Array
+
+
+class Dynamics(NamedTuple):
+    """Everything a backend needs to advance one robot.
+
+    Args:
+        kinematics: Jacobians of the links.
+        speed: generalised velocity, shape (1, n).
+        twists: of the links, link axes, shape (1, L, 6).
+        motion: of the links.
+        found: outputs of the effects.
+        wrench: sum of the effects' wrenches about the link origins, link axes, shape (1, L, 6).
+        joint_force: [N m or N], shape (1, J).
+    """
+
+    kinematics: Kinematics
+    speed: Array
+    twists: Array
+    motion: Motion
+    found: Evaluation
+    wrench: Array
+    joint_force: Array
+
+
+class RigidBody(Protocol):
+    """One robot in a backend's scene."""
+
+    robot: RobotModel
+
+    def reset(self, configuration: Configuration) -> None:
+        """Place the robot; memory of earlier steps is forgotten."""
+        ...
+
+    def read(self) -> Configuration:
+        """Return where the robot is and how it moves."""
+        ...
+
+    def poses(self) -> LinkPoses:
+        """Return the poses of all links and the generalised velocity."""
+        ...
+
+    def apply(self, dynamics: Dynamics, step: float) -> None:
+        """Set what acts on the robot during the next step [s]."""
+        ...
+
+    def contact_wrenches(self) -> Floats:
+        """Return contact forces of the last step about the link origins, link axes [N, N m], shape (L, 6)."""
+        ...
+
+
+class Backend(Protocol):
+    """A rigid-body engine: contacts, joints, many robots in one scene."""
+
+    def open(self, environment: EnvironmentSettings, step: float) -> None:
+        """Start an empty scene with ground or bottom and the given step [s]."""
+        ...
+
+    def add(self, robot: RobotModel) -> RigidBody:
+        """Add a robot to the scene."""
+        ...
+
+    def advance(self) -> None:
+        """Advance the scene by one step."""
+        ...
+
+    def snapshot(self) -> Any:
+        """Return an opaque copy of the state of the scene."""
+        ...
+
+    def restore(self, snapshot: Any) -> None:
+        """Put the scene back into the state of a snapshot."""
+        ...
+
+    def close(self) -> None:
+        """Release the engine."""
+        ...

@@ -1,0 +1,88 @@
+"""``seals describe``: a plug-in's fields with units and bounds, and its own words."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import typing
+from typing import Any
+
+from seals import registry
+from seals.cli.listing import table
+from seals.config.derive import schema_of
+from seals.errors import ConfigError
+from seals.schema import Parameter, parameters_of
+
+
+def describe(arguments: list[str]) -> int:
+    """Print one plug-in's docstring and the table of its fields."""
+    if len(arguments) != 2:
+        raise ConfigError(
+            f"'{' '.join(arguments)}' is not a kind and a name.\n"
+            "Write: seals describe KIND NAME, for instance: seals describe effect quadratic_drag"
+        )
+    kind, name = arguments
+    plugin = registry.get(kind, name)
+    if kind in ("robot", "animal"):
+        print(_robot(plugin))
+    elif kind == "conf":
+        print(f"{name} ({plugin.origin})\n{plugin.folder()}")
+    else:
+        schema_of(plugin)
+        cls = plugin.load()
+        print(f"{kind} {name}  ({plugin.value}, {plugin.origin})\n")
+        print(inspect.getdoc(cls) or "(no description)")
+        print("\n" + fields_table(cls))
+    return 0
+
+
+def fields_table(cls: type) -> str:
+    """Return the fields of a plug-in's dataclass as a table with their physics."""
+    rows: list[tuple[str, ...]] = [("field", "default", "unit", "bounds", "tolerance", "source")]
+    declared = parameters_of(cls)
+    hints = typing.get_type_hints(cls)
+    for field in dataclasses.fields(typing.cast(Any, cls)):
+        default = _text(field)
+        meta = declared.get(field.name)
+        kind = getattr(hints[field.name], "__name__", str(hints[field.name]))
+        rows.append((field.name, default, *(_physics(meta) if meta else (kind, "", "", ""))))
+    return table(rows) if len(rows) > 1 else "  (no fields)"
+
+
+def _physics(meta: Parameter) -> tuple[str, str, str, str]:
+    low, high = meta.bounds
+    tolerance = f"{meta.tolerance * 100:g} %" if meta.relative else f"{meta.tolerance:g}"
+    return meta.unit, f"{low:g} to {high:g}", tolerance, meta.source
+
+
+def _text(field: dataclasses.Field[Any]) -> str:
+    if field.default is not dataclasses.MISSING:
+        return str(getattr(field.default, "value", field.default))
+    if field.default_factory is not dataclasses.MISSING:
+        return str(field.default_factory())
+    return "(required)"
+
+
+def _robot(plugin: registry.Plugin) -> str:
+    from seals.config.robot import read_robot
+
+    found = read_robot(plugin.folder(), name=plugin.name)
+    settings = found.settings
+    lines = [
+        f"{plugin.kind} {plugin.name}  ({plugin.origin})",
+        "",
+        settings.summary,
+        f"  folder  {settings.folder}",
+        f"  urdf    {settings.urdf}" + ("  (base fixed)" if settings.fixed_base else ""),
+    ]
+    lines += [f"  hull    {link}: {_shapes(hull)}" for link, hull in found.hulls.items()]
+    for section, parts in found.parts.items():
+        for part, (name, values) in parts.items():
+            given = ", ".join(f"{key}={value}" for key, value in values.items())
+            lines.append(f"  {section}.{part}  {name}  {given}".rstrip())
+    return "\n".join(lines)
+
+
+def _shapes(hull: Any) -> str:
+    shapes = (hull or {}).get("shapes") or []
+    return ", ".join(str(shape.get("type")) for shape in shapes) or "no shapes"

@@ -1,0 +1,146 @@
+"""``seals doctor``: is this machine, and what is installed on it, sound?"""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from seals import registry
+from seals.cli.listing import table
+from seals.config.recipes import experiments
+from seals.errors import ConfigError, SealsError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remark:
+    """One line of the doctor's report.
+
+    Args:
+        state: ``ok``, ``note`` or ``FAULT``.
+        subject: what was looked at.
+        words: what was found.
+    """
+
+    state: str
+    subject: str
+    words: str
+
+
+def doctor(arguments: list[str]) -> int:
+    """Print the state of Python, packages, plug-ins, configuration and machine; 1 when faulty."""
+    if arguments:
+        raise ConfigError(f"doctor takes no arguments: {' '.join(arguments)}.\nWrite: seals doctor")
+    remarks = [remark for look in LOOKS for remark in _look(look)]
+    print(table([(remark.state, remark.subject, remark.words) for remark in remarks], indent=""))
+    faults = [remark for remark in remarks if remark.state == "FAULT"]
+    print(f"\n{len(faults)} fault(s)." if faults else "\nAll is well.")
+    return 1 if faults else 0
+
+
+def _look(look: Callable[[], Iterator[Remark]]) -> Iterator[Remark]:
+    """Run one look; a doctor that falls ill reports it as a fault."""
+    try:
+        yield from look()
+    except Exception as error:  # whatever is broken on this machine must not stop the other looks
+        text = " ".join(str(error).split())
+        yield Remark(state="FAULT", subject=look.__name__, words=f"{type(error).__name__}: {text}")
+
+
+def python() -> Iterator[Remark]:
+    """Report the interpreter and the machine."""
+    fits = (3, 10) <= sys.version_info[:2] < (3, 13)
+    words = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    yield Remark(state="ok" if fits else "FAULT", subject="Python", words=words)
+    cores = os.cpu_count() or 1
+    yield Remark(state="ok", subject="cores", words=str(cores))
+    free = shutil.disk_usage(Path.cwd()).free / 1e9
+    state = "ok" if free > 2 else "note"
+    yield Remark(state=state, subject="disk", words=f"{free:.1f} GB free in {Path.cwd()}")
+
+
+def packages() -> Iterator[Remark]:
+    """Report the versions of what SEALS depends on, and whether they are the wanted ones."""
+    from packaging.requirements import Requirement  # comes with Hydra
+
+    for text in requires("aam-seals") or []:
+        wanted = Requirement(text)
+        if wanted.marker is not None and "extra" in str(wanted.marker):
+            continue
+        if wanted.marker is not None and not wanted.marker.evaluate():
+            words = "not to be had for this Python or machine"
+            yield Remark(state="note", subject=wanted.name, words=words)
+            continue
+        try:
+            found = version(wanted.name)
+        except PackageNotFoundError:
+            yield Remark(state="FAULT", subject=wanted.name, words=f"missing; wanted: {text}")
+            continue
+        fits = wanted.specifier.contains(found, prereleases=True)
+        words = found if fits else f"{found}, but wanted is {wanted.specifier}"
+        yield Remark(state="ok" if fits else "FAULT", subject=wanted.name, words=words)
+
+
+def plug_ins() -> Iterator[Remark]:
+    """Report plug-ins that cannot be imported, and names that two packages claim."""
+    from seals.config.derive import describe_broken
+    from seals.config.robot import read_robot
+
+    count = 0
+    for kind in registry.GROUPS:
+        for name in registry.names(kind):
+            subject = f"{kind} {name}"
+            try:
+                plugin = registry.get(kind, name)
+                if kind in ("robot", "animal"):
+                    read_robot(plugin.folder(), name=name)
+                broken = None if kind in registry.FOLDER_KINDS else describe_broken(plugin)
+                if kind in registry.FOLDER_KINDS and not plugin.folder().is_dir():
+                    broken = f"{plugin.folder()} is no folder."
+            except SealsError as refusal:
+                broken = str(refusal)
+            if broken:
+                yield Remark(state="FAULT", subject=subject, words=_short(broken))
+            else:
+                count += 1
+    yield Remark(state="ok", subject="plug-ins", words=f"{count} usable")
+
+
+def configuration() -> Iterator[Remark]:
+    """Report experiments and robots that do not compose."""
+    from seals.config.compose import compose
+    from seals.config.source import robot_names
+
+    whole = [(f"robot={name}", "run") for name in robot_names()]
+    whole += [(f"experiment={name}", root) for name, root in experiments().items()]
+    sound = 0
+    for override, root in whole:
+        try:
+            compose([override], root=root)
+            sound += 1
+        except SealsError as refusal:
+            yield Remark(state="FAULT", subject=override, words=_short(str(refusal)))
+    yield Remark(state="ok", subject="compositions", words=f"{sound} of {len(whole)} compose")
+
+
+def data() -> Iterator[Remark]:
+    """Report where measured data would be found offline."""
+    folder = os.environ.get("SEALS_DATA")
+    found = bool(folder) and Path(str(folder)).is_dir()
+    words = str(folder) if found else "SEALS_DATA names no folder: data sets come from the network"
+    yield Remark(state="ok" if found else "note", subject="data", words=words)
+
+
+def _short(words: str) -> str:
+    """Return the first line of a refusal without the name that the report shows beside it."""
+    first = words.partition("\n")[0]
+    return first.partition(" cannot be used: ")[2] or first
+
+
+LOOKS = (python, packages, plug_ins, configuration, data)
+"""What the doctor looks at, in order."""

@@ -1,0 +1,155 @@
+"""Start a verb as a Hydra application, with overrides, ``--multirun``, launchers and sweepers."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shutil
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, SealsError
+
+Task = Callable[[Any], "int | None"]
+
+
+def run(arguments: list[str]) -> int:
+    """Simulate: compose, check, then hand over to ``seals.run.application``."""
+    return launch("run", arguments, _run_task)
+
+
+def compare(arguments: list[str]) -> int:
+    """Compare: compose, check, then hand over to ``seals.compare.application``."""
+    return launch("compare", arguments, _compare_task)
+
+
+def launch(root: str, arguments: list[str], task: Task) -> int:
+    """Run a task as a Hydra application.
+
+    Args:
+        root: name of the root configuration, ``run`` or ``compare``.
+        arguments: overrides and Hydra's own flags.
+        task: takes the composed configuration; may return an exit code.
+
+    Returns:
+        The exit code of the task, 0 by default.
+
+    Raises:
+        SealsError: the overrides, or the task, were refused; no run folder is left behind.
+    """
+    import hydra
+
+    from seals.config.refusal import refusals
+    from seals.config.source import install
+
+    _refuse_flags(arguments)
+    install()
+    outcome = _Outcome(task)
+    application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
+    overrides = [word for word in arguments if not word.startswith("-")]
+    with _hydra_process(root, arguments), refusals(overrides, root=root):
+        application(outcome)()
+    if outcome.error is not None:
+        raise outcome.error
+    return outcome.code
+
+
+class _Outcome:
+    """Runs the task and keeps its error from Hydra, which would print a line of its own."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.code = 0
+        self.error: Exception | None = None
+
+    def __call__(self, config: Any) -> None:
+        from hydra.core.hydra_config import HydraConfig
+        from hydra.types import RunMode
+
+        settings = HydraConfig.get()
+        try:
+            self.code = self.task(config) or 0
+        except Exception as error:
+            if isinstance(error, SealsError):
+                discard(Path(settings.runtime.output_dir))
+            if settings.mode == RunMode.MULTIRUN:
+                # a launcher may run this in another process, where keeping it would lose it
+                raise
+            self.error = error
+
+
+def discard(folder: Path) -> None:
+    """Remove a run folder in which nothing was written, and the parents that it leaves empty."""
+    entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else {"absent"}
+    if entries - {".hydra"}:
+        return
+    shutil.rmtree(folder / ".hydra", ignore_errors=True)
+    for level in (folder, *folder.parents):
+        # parents outside the working directory are none of ours to tidy
+        if level != folder and Path.cwd() not in level.parents:
+            return
+        try:
+            level.rmdir()
+        except OSError:
+            return
+
+
+def _run_task(config: Any) -> int | None:
+    from seals.config.run import build_run
+
+    build_run(config)  # refuse before anything heavy is imported
+    from seals.run.application import execute
+
+    result: int | None = execute(config)
+    return result
+
+
+def _compare_task(config: Any) -> int | None:
+    from seals.config.build import build
+    from seals.config.run import build_run
+
+    build_run(config)
+    build(config.reader, where="reader")
+    from seals.compare.application import execute
+
+    result: int | None = execute(config)
+    return result
+
+
+def _refuse_flags(arguments: list[str]) -> None:
+    """Let Hydra's parser judge the flags, and say its verdict in two lines."""
+    from hydra._internal.utils import get_args_parser
+
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+            get_args_parser().parse_args(arguments)
+    except SystemExit as stop:
+        verdict = said.getvalue().strip().rpartition("error: ")[2].partition("\n")[0]
+        raise ConfigError(
+            f"{' '.join(arguments)}: {verdict}.\n"
+            "Allowed: KEY=VALUE, --multirun, --cfg job|hydra|all, --package KEY, --config-dir DIR"
+        ) from stop
+
+
+@contextlib.contextmanager
+def _hydra_process(root: str, arguments: list[str]) -> Iterator[None]:
+    """Lend Hydra the process: its arguments, and its errors raised instead of printed."""
+    argv, full = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
+    sys.argv = [f"seals {root}", *arguments]
+    os.environ["HYDRA_FULL_ERROR"] = "1"
+    try:
+        with warnings.catch_warnings():
+            # Hydra warns that --multirun overrides its own default mode
+            warnings.filterwarnings("ignore", message=".*--multirun.*")
+            yield
+    finally:
+        sys.argv = argv
+        if full is None:
+            del os.environ["HYDRA_FULL_ERROR"]
+        else:
+            os.environ["HYDRA_FULL_ERROR"] = full

@@ -1,0 +1,73 @@
+"""``seals list``: what is installed, without importing it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from seals import registry
+from seals.config.recipes import recipe_groups
+from seals.errors import BrokenPlugin, ConfigError, suggestion
+
+
+def list_installed(arguments: list[str]) -> int:
+    """Print the installed plug-ins of one kind, or of all kinds, with their package and summary."""
+    recipes = recipe_groups()
+    kinds = [*registry.GROUPS, *recipes]
+    if len(arguments) > 1:
+        raise ConfigError(f"'{' '.join(arguments)}' is more than one kind.\nWrite: seals list KIND")
+    if arguments and _singular(arguments[0]) not in kinds:
+        raise ConfigError(
+            f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
+        )
+    chosen = [_singular(arguments[0])] if arguments else kinds
+    blocks = []
+    for kind in chosen:
+        rows = _recipe_rows(recipes[kind]) if kind in recipes else _plugin_rows(kind)
+        if rows or arguments:
+            blocks.append(f"{kind}\n" + (table(rows) if rows else "  (none installed)"))
+    print("\n\n".join(blocks))
+    return 0
+
+
+def table(rows: list[tuple[str, ...]], *, indent: str = "  ") -> str:
+    """Return rows of text as aligned columns.
+
+    Example:
+        >>> print(table([("a", "one"), ("bcd", "two")]))
+          a    one
+          bcd  two
+    """
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = (
+        indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    )
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _plugin_rows(kind: str) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for name, plugin in registry.plugins(kind).items():
+        try:
+            summary = plugin.summary
+        except BrokenPlugin as broken:
+            summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
+        rows.append((name, plugin.origin, summary))
+    return rows
+
+
+def _recipe_rows(paths: list[Path]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for path in paths:
+        words = [
+            line.lstrip("# ")
+            for line in path.read_text(encoding="utf-8").splitlines()[:3]
+            if line.startswith("#") and "@package" not in line
+        ]
+        rows.append((path.stem, words[0] if words else ""))
+    return rows
+
+
+def _singular(word: str) -> str:
+    """Accept ``effects`` for ``effect``: both are in the documentation."""
+    return word[:-1] if word.endswith("s") and word[:-1] in registry.GROUPS else word

@@ -1,0 +1,131 @@
+"""Entry of the ``seals`` command: finds the verb, prints refusals, sets the exit code."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import seals
+from seals.errors import ConfigError, SealsError, suggestion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verb:
+    """One verb of the command line.
+
+    Args:
+        target: ``module:function`` taking the arguments and returning the exit code.
+        summary: one line for the help.
+        usage: what follows the verb, and an example.
+    """
+
+    target: str
+    summary: str
+    usage: str
+
+
+VERBS = {
+    "run": Verb(
+        target="seals.cli.hydra_app:run",
+        summary="simulate a robot; write a log, plots and a report",
+        usage="[KEY=VALUE ...] [--multirun] [--cfg job]\n"
+        "  seals run experiment=drop_test\n"
+        "  seals run robot=path/to/folder water=fossen time.duration=3\n"
+        "  seals run experiment=drop_test +effect@effects.second=quadratic_drag",
+    ),
+    "compare": Verb(
+        target="seals.cli.hydra_app:compare",
+        summary="compare a model with a measurement",
+        usage="log=PATH [KEY=VALUE ...]\n  seals compare log=runs/some_run robot=ball water=fossen",
+    ),
+    "list": Verb(
+        target="seals.cli.listing:list_installed",
+        summary="list what is installed",
+        usage="[KIND]\n  seals list effect",
+    ),
+    "describe": Verb(
+        target="seals.cli.describe:describe",
+        summary="show the parameters, units, bounds and equation of a plug-in",
+        usage="KIND NAME\n  seals describe effect quadratic_drag",
+    ),
+    "check": Verb(
+        target="seals.cli.check:check",
+        summary="say whether a robot folder makes sense",
+        usage="robot=NAME or robot=FOLDER\n  seals check robot=path/to/folder",
+    ),
+    "doctor": Verb(
+        target="seals.cli.doctor:doctor",
+        summary="say whether this machine and the installed plug-ins are sound",
+        usage="\n  seals doctor",
+    ),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Args:
+        arguments: the words after ``seals``; those of the process when left out.
+
+    Returns:
+        0 when done, 1 when a check found faults, 2 when refused, 130 when interrupted.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _dispatch(words)
+    except SealsError as refusal:
+        if os.environ.get("SEALS_DEBUG") == "1":
+            traceback.print_exc()
+        print(two_lines(refusal), file=sys.stderr)
+        return refusal.exit_code
+    except KeyboardInterrupt:
+        print("Interrupted.", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def two_lines(refusal: SealsError) -> str:
+    r"""Return a refusal as exactly two lines: what was wrong, and what to do.
+
+    Example:
+        >>> print(two_lines(SealsError("a is wrong.\nAllowed: b")))
+        SealsError: a is wrong.
+        Allowed: b
+    """
+    lines = [line.strip() for line in str(refusal).splitlines() if line.strip()] or ["refused."]
+    advice = " ".join(lines[1:]) or "See: seals --help"
+    return f"{type(refusal).__name__}: {lines[0]}\n{advice}"
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(_overview())
+        return 0
+    if words[0] in ("-V", "--version"):
+        print(f"seals {seals.__version__}")
+        return 0
+    name, rest = words[0], words[1:]
+    if name not in VERBS:
+        raise ConfigError(f"there is no verb '{name}'.\n{suggestion(name, VERBS, label='Verbs')}")
+    if "--help" in rest or "-h" in rest:
+        print(f"seals {name}: {VERBS[name].summary}\n\nusage: seals {name} {VERBS[name].usage}")
+        return 0
+    module, _, function = VERBS[name].target.partition(":")
+    run: Callable[[list[str]], int] = getattr(importlib.import_module(module), function)
+    return run(rest)
+
+
+def _overview() -> str:
+    rows = "\n".join(f"  {name:10}{verb.summary}" for name, verb in VERBS.items())
+    return (
+        f"SEALS {seals.__version__}: robots that cross sea, air and land\n\n"
+        f"usage: seals VERB [arguments]\n\n{rows}\n\n"
+        "  seals VERB --help shows usage and an example; SEALS_DEBUG=1 shows tracebacks"
+    )

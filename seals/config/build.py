@@ -1,0 +1,85 @@
+"""Turn one composed configuration node into a checked object, by Hydra's ``instantiate``."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import typing
+from typing import Any
+
+from seals.config.fields import check_fields
+from seals.config.refusal import refusals
+from seals.config.unknown import refuse_unknown
+from seals.errors import ConfigError, SealsError, suggestion
+
+
+def build(node: Any, *, where: str) -> Any:
+    """Construct the plug-in that a configuration node describes.
+
+    Args:
+        node: a composed node with ``_target_``, for instance ``cfg.effects.hull``.
+        where: its full key, for instance ``effects.hull``; every refusal names it.
+
+    Returns:
+        An instance of the plug-in's dataclass, its values checked against their bounds.
+
+    Raises:
+        ConfigError: a value is missing, unknown, not finite or out of bounds.
+    """
+    from hydra.utils import instantiate
+
+    _refuse_untyped(node, where)
+    with refusals(()):
+        maker: functools.partial[Any] = instantiate(node, _partial_=True, _convert_="object")
+    cls = typing.cast(type, maker.func)
+    values = _tuples(cls, dict(maker.keywords), where)
+    check_fields(cls, values, where=where)
+    try:
+        return cls(**values)
+    except SealsError:
+        raise
+    except (TypeError, ValueError) as cause:
+        raise ConfigError(f"{where} cannot be built: {cause}.\n{_fields_line(cls)}") from cause
+
+
+def _refuse_untyped(node: Any, where: str) -> None:
+    """Refuse nodes that no plug-in stands behind, and keys that its schema does not have."""
+    from omegaconf import DictConfig, OmegaConf
+
+    if not isinstance(node, DictConfig) or node.get("_target_") is None:
+        raise ConfigError(
+            f"{where} names no plug-in.\n"
+            f"Choose one by its group, for instance: +effect@{where}=quadratic_drag"
+        )
+    schema = OmegaConf.get_type(node)
+    if not (schema and dataclasses.is_dataclass(schema)):
+        raise ConfigError(
+            f"{where} has a _target_ but no plug-in's schema behind it.\n"
+            f"Choose a plug-in by its group, for instance: +effect@{where}=quadratic_drag"
+        )
+    refuse_unknown(node, where=where)
+    expected = next(field for field in dataclasses.fields(schema) if field.name == "_target_")
+    if node["_target_"] != expected.default:
+        raise ConfigError(
+            f"{where}._target_={node['_target_']} is not allowed.\nAllowed: {expected.default}"
+        )
+
+
+def _tuples(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
+    """Give fields annotated as tuples their tuples: the configuration knows lists only."""
+    hints = typing.get_type_hints(cls)
+    for name, value in values.items():
+        arguments = typing.get_args(hints.get(name))
+        if typing.get_origin(hints.get(name)) is not tuple or not isinstance(value, list):
+            continue
+        if Ellipsis not in arguments and len(arguments) != len(value):
+            raise ConfigError(
+                f"{where}.{name}={value} has {len(value)} entries.\n"
+                f"Allowed: {len(arguments)} entries."
+            )
+        values[name] = tuple(value)
+    return values
+
+
+def _fields_line(cls: type) -> str:
+    return suggestion("", [field.name for field in dataclasses.fields(typing.cast(Any, cls))])

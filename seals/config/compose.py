@@ -1,0 +1,36 @@
+"""Compose a configuration in Python, as the command line does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+
+def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
+    """Return the composed configuration of a root such as ``run`` or ``compare``.
+
+    Args:
+        overrides: Hydra overrides, for instance ``["robot=ball", "time.duration=0.5"]``.
+        root: name of the root configuration.
+
+    Raises:
+        SealsError: an override is wrong; two lines say what and what is allowed.
+
+    Example:
+        >>> compose(["experiment=drop_test"]).robot.name
+        'ball'
+    """
+    from hydra import compose as hydra_compose
+    from hydra import initialize_config_module
+    from hydra.core.global_hydra import GlobalHydra
+
+    from seals.config.refusal import refusals
+    from seals.config.source import install
+
+    install()
+    GlobalHydra.instance().clear()
+    with (
+        refusals(overrides, root=root),
+        initialize_config_module("seals.conf", version_base="1.3", job_name=root),
+    ):
+        return hydra_compose(root, overrides=list(overrides))

@@ -1,0 +1,32 @@
+"""YAML groups of the installed conf packages, such as ``experiment`` and ``water``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from seals import registry
+from seals.errors import BrokenPlugin
+
+
+def recipe_groups() -> dict[str, list[Path]]:
+    """Return the YAML files of every configuration group by group, without composing them."""
+    found: dict[str, list[Path]] = {}
+    for plugin in registry.plugins("conf").values():
+        try:
+            folder = plugin.folder()
+        except BrokenPlugin:
+            continue  # doctor's business: a list must not fail for one package
+        for path in sorted(folder.glob("*/*.yaml")):
+            found.setdefault(path.parent.name, []).append(path)
+    return found
+
+
+def experiments() -> dict[str, str]:
+    """Return the installed experiments and the verb each is for.
+
+    An experiment that chooses a reader compares with a measurement; any other one runs.
+    """
+    return {
+        path.stem: "compare" if "/reader" in path.read_text(encoding="utf-8") else "run"
+        for path in recipe_groups().get("experiment", [])
+    }

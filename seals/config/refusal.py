@@ -1,0 +1,252 @@
+"""Say in two lines what Hydra and OmegaConf say in many, or hide one level down."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from seals import registry
+from seals.config.recipes import recipe_groups
+from seals.errors import ConfigError, SealsError, UnknownPlugin, suggestion
+from seals.schema import parameters_of
+
+_WORDS = {
+    "Float": "a number",
+    "Integer": "a whole number",
+    "Boolean": "true or false",
+    "String": "text",
+}
+
+
+@contextmanager
+def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
+    """Raise a refusal in place of whatever Hydra or OmegaConf raises inside the block.
+
+    Args:
+        overrides: what the user wrote, to name the offending one.
+        root: name of the root configuration, for the advice to look at ``--cfg job``.
+
+    Raises:
+        SealsError: the two-line refusal; the original is its cause.
+    """
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        yield
+    except (HydraException, OmegaConfBaseException) as error:
+        refusal = explain(error, overrides, root=root)
+        raise refusal from error
+    except ValueError as error:
+        if "Config group override" not in str(error):
+            raise
+        raise ConfigError(
+            "a group is set to null, or to something that is no name.\n"
+            "To leave a group out, use ~GROUP; to choose an option, GROUP=NAME"
+        ) from error
+
+
+def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
+    """Return the refusal that says what a Hydra or OmegaConf error means."""
+    chain = list(_chain(error))
+    for link in chain:
+        if isinstance(link, SealsError):
+            return link
+    missing = getattr(error, "missing_cfg_file", None)
+    if missing:
+        return _missing_option(str(missing), list(getattr(error, "options", None) or []))
+    keyed = next((link for link in chain if getattr(link, "full_key", None)), None)
+    if keyed is not None:
+        return _keyed(keyed, str(error), overrides)
+    return _by_words(str(error), overrides, root=root)
+
+
+def _chain(error: BaseException) -> Iterator[BaseException]:
+    link: BaseException | None = error
+    while link is not None:
+        yield link
+        link = link.__cause__ or link.__context__
+
+
+def _missing_option(path: str, options: list[str]) -> SealsError:
+    group, slash, name = path.partition("/")
+    if not slash:
+        return ConfigError(
+            f"there is no configuration '{path}'.\n"
+            f"{suggestion(path, options or ['run', 'compare'])}"
+        )
+    if group == "robot" and ("/" in name or name.startswith(".")):
+        return UnknownPlugin(
+            f"robot={name}: there is no folder '{name}' that holds robot.yaml.\n"
+            f"{suggestion(name, options, label='Give such a folder, or one installed')}"
+        )
+    label = "Installed" if group in registry.GROUPS else "Allowed"
+    if name == "":
+        return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
+    if group in registry.GROUPS:
+        return UnknownPlugin(
+            f"{group} '{name}' is not installed.\n{suggestion(name, options, label=label)}"
+        )
+    return ConfigError(f"{group}={name} does not exist.\n{suggestion(name, options, label=label)}")
+
+
+def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:
+    """Explain an error about one key: unknown, of a wrong type, or without value."""
+    full_key = str(getattr(cause, "full_key", ""))
+    key = str(getattr(cause, "key", full_key))
+    text = str(cause).partition("\n")[0].rstrip(".")
+    source = re.match(r"In '([^']+)'", outer)
+    origin = f" (in {source.group(1)})" if source else ""
+    parent = getattr(cause, "parent_node", None)
+    if text.startswith(("Key ", "Missing key ")):
+        asked = re.match(r"Could not override '([^']+)'", outer)
+        shown = asked.group(1) if asked else full_key
+        scope = full_key.rpartition(".")[0]
+        place = f"of {scope}" if scope else "of the configuration"
+        return ConfigError(
+            f"{shown}: '{key}' is not a key {place}{origin}.\n"
+            f"{suggestion(key, _keys(parent, scope))}"
+        )
+    if text.startswith("Missing mandatory"):
+        return ConfigError(f"{full_key} has no value{origin}.\nGive it: {full_key}=VALUE")
+    if text.startswith("Interpolation"):
+        return ConfigError(f"{full_key}: {text}{origin}.\nA reference is written ${{key.below}}.")
+    given = next(
+        (o.partition("=")[2] for o in overrides if o.lstrip("+").startswith(f"{full_key}=")), None
+    )
+    shown = full_key if given is None else f"{full_key}={given}"
+    return ConfigError(f"{shown} is not allowed: {text}{origin}.\n{_allowed(parent, key, text)}")
+
+
+def _keys(parent: Any, scope: str) -> list[str]:
+    """Return the keys that the node of an unknown key does have, groups included at the root."""
+    found = [str(key) for key in parent or () if not str(key).startswith("_")]
+    return (
+        found
+        if scope
+        else [name for name in {*found, "robot", *recipe_groups()} if name != "hydra"]
+    )
+
+
+def _allowed(parent: Any, key: str, text: str) -> str:
+    """Say which values a key takes: its bounds, its names, or its type."""
+    from omegaconf import OmegaConf
+
+    schema = None if parent is None else OmegaConf.get_type(parent)
+    if isinstance(schema, type) and dataclasses.is_dataclass(schema):
+        meta = parameters_of(schema).get(key)
+        if meta is not None:
+            low, high = meta.bounds
+            kind = "numbers in brackets, each" if "ListConfig" in text else "a finite number"
+            return f"Allowed: {kind} from {low:g} to {high:g} {meta.unit}"
+    names = re.search(r"Invalid value '(.*)', expected one of \[(.*)\]", text)
+    if names:
+        return suggestion(names.group(1), names.group(2).split(", "))
+    number = re.search(r"could not be converted to (\w+)", text)
+    if number:
+        return f"Allowed: {_WORDS.get(number.group(1), number.group(1))}"
+    if parent is not None and key in parent and OmegaConf.is_dict(parent[key]):
+        return suggestion(
+            "", [f"{key}.{name}" for name in parent[key]], label="Set one of its keys"
+        )
+    return (
+        "Allowed: a list in brackets, for instance [0,0,1]" if "List" in text else "See: --cfg job"
+    )
+
+
+_SAYINGS: tuple[tuple[str, str, str], ...] = (
+    (
+        r"You must specify '([^']+)'.*?Available options:(.*)",
+        "{0} is not given",
+        "Choose one: {0}=NAME.  Installed: {options}",
+    ),
+    (
+        r"Override (\S+) looks like a config group override, but config group '([^']+)' does not",
+        "{0}: there is no group '{1}'",
+        "{groups}",
+    ),
+    (
+        r"Could not append to config. An item is already at '([^']+)'",
+        "+{0}: the key exists already",
+        "To change it, leave the + out: {0}=VALUE",
+    ),
+    (
+        r"Multiple values for (\S+?)\. To override",
+        "+{0}: the group is chosen already",
+        "To change the choice, leave the + out: {0}=NAME",
+    ),
+    (
+        r"(\S+) appears more than once in the final defaults list",
+        "{0} is chosen twice",
+        "To replace it, leave the + out; to add a second one, give it another name after the @.",
+    ),
+    (
+        r"Could not override '([^']+)'\.\s+Did you mean to override (?:one of )?(.*?)\?",
+        "{0} is not chosen in this configuration, so it cannot be replaced",
+        "To add it, write +GROUP@SECTION.NAME=OPTION; to replace one, use: {1}",
+    ),
+    (
+        r"Could not override '([^']+)'",
+        "{0} is not chosen in this configuration, so it cannot be replaced",
+        "To add it, put a + in front: +{0}=OPTION",
+    ),
+    (
+        r"Could not delete from config\. '([^']+)' does not exist",
+        "~{0}: there is no such key",
+        "See the keys with: seals {root} --cfg job",
+    ),
+    (
+        r"Ambiguous value for argument '([^']+)'",
+        "{0} holds several values",
+        "For a list use [a,b]; to run each value, add --multirun",
+    ),
+    (
+        r"missing EQUAL at",
+        "{override}: the value is missing",
+        "Write KEY=VALUE, for instance time.duration=2",
+    ),
+    (
+        r"Error parsing override|LexerNoViableAlt|no viable|mismatched|extraneous|token recog",
+        "{override} cannot be read as KEY=VALUE",
+        "Quote values with spaces or brackets, for instance 'initial.position=[0,0,1]'",
+    ),
+)
+"""Hydra's sentence, our first line, our second line."""
+
+
+def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
+    """Explain errors that carry nothing but a sentence."""
+    for pattern, first, second in _SAYINGS:
+        found = re.search(pattern, text, re.DOTALL)
+        if found is None:
+            continue
+        groups = [group.strip() for group in found.groups()]
+        words = {
+            "root": root,
+            "override": _offender(overrides),
+            "options": ", ".join(groups[-1].split()) if groups else "",
+            "groups": suggestion(
+                groups[1] if len(groups) > 1 else "",
+                {*registry.GROUPS, *recipe_groups()} - {"animal", "conf"},
+                label="Groups",
+            ),
+        }
+        return ConfigError(f"{first.format(*groups, **words)}.\n{second.format(*groups, **words)}")
+    return ConfigError(f"{' '.join(text.split())}\nSee the keys with: seals {root} --cfg job")
+
+
+def _offender(overrides: Sequence[str]) -> str:
+    """Return the first override that Hydra's own grammar refuses."""
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.errors import HydraException
+
+    parser = OverridesParser.create()
+    for override in overrides:
+        try:
+            parser.parse_override(override)
+        except HydraException:
+            return override or "an empty argument"
+    return " ".join(overrides)

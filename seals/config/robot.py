@@ -1,0 +1,198 @@
+"""Typed description of a robot folder: what ``robot.yaml`` may say, and how it is read.
+
+A robot is a folder holding ``robot.yaml`` and the URDF it names; no Python is needed.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from seals.config.fields import optional, vector
+from seals.errors import RobotError, suggestion
+
+_KEYS = ("summary", "urdf", "fixed_base", "hulls", "effects", "sensors", "actuators", "controller")
+_PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+
+
+class ShapeType(enum.Enum):
+    """Primitive a hull is made of; names are as written in ``robot.yaml``."""
+
+    sphere = "sphere"
+    box = "box"
+    cylinder = "cylinder"
+    capsule = "capsule"
+    mesh = "mesh"
+
+
+@dataclass(kw_only=True)
+class ShapeSettings:
+    """One primitive of a hull, in link axes.
+
+    Args:
+        type: which primitive.
+        size: sphere radius; box full edges x, y, z; cylinder and capsule radius, length [m].
+        position: centre of the primitive in the link frame [m].
+        rpy: roll, pitch, yaw of the primitive in the link frame [rad].
+        file: mesh file beside ``robot.yaml``, for ``type: mesh`` only.
+    """
+
+    type: ShapeType = ShapeType.sphere
+    size: list[float] = vector((), "m", bounds=(1e-6, 1e4), source="robot.yaml")
+    position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e4, 1e4), source="robot.yaml")
+    rpy: list[float] = vector((0.0, 0.0, 0.0), "rad", bounds=(-6.3, 6.3), source="robot.yaml")
+    file: str | None = None
+
+
+@dataclass(kw_only=True)
+class HullSettings:
+    """The part of a link that displaces water.
+
+    Args:
+        shapes: primitives that together give the shape.
+        displaced_volume: stated volume that rules over the sum of the shapes [m^3].
+        centre_of_buoyancy: stated centroid when fully submerged, link frame [m].
+        plan_area: stated projected area along body z [m^2].
+    """
+
+    shapes: list[ShapeSettings] = field(default_factory=list)
+    displaced_volume: float | None = optional("m^3", bounds=(0.0, 1e6), source="robot.yaml")
+    centre_of_buoyancy: list[float] | None = None
+    plan_area: float | None = optional("m^2", bounds=(0.0, 1e6), source="robot.yaml")
+
+
+@dataclass(kw_only=True)
+class RobotSettings:
+    """A robot as the run sees it.
+
+    Args:
+        name: name of the robot, that of its entry point or folder.
+        folder: absolute folder that holds ``robot.yaml``.
+        urdf: URDF file relative to the folder.
+        fixed_base: whether the base link is bolted to the world.
+        hulls: what displaces water, by link name.
+        summary: one line for lists and reports.
+    """
+
+    name: str = ""
+    folder: str = ""
+    urdf: str = ""
+    fixed_base: bool = False
+    hulls: dict[str, HullSettings] = field(default_factory=dict)
+    summary: str = ""
+
+    @property
+    def urdf_path(self) -> Path:
+        """Return the full path of the URDF."""
+        return Path(self.folder) / self.urdf
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotFile:
+    """What one ``robot.yaml`` holds, checked for its keys but not yet for its values.
+
+    Args:
+        settings: name, folder, URDF and summary; hulls are still in ``hulls``.
+        hulls: raw hull entries by link name.
+        parts: per section (effects, sensors, actuators) the instance name, plug-in name and values.
+    """
+
+    settings: RobotSettings
+    hulls: dict[str, Any]
+    parts: dict[str, dict[str, tuple[str, dict[str, Any]]]]
+
+
+def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
+    """Read ``robot.yaml`` of a robot folder.
+
+    Args:
+        folder: the robot's folder.
+        name: name of the robot; that of the folder when left out.
+
+    Raises:
+        RobotError: the file is missing, not readable, or holds keys that no robot has.
+    """
+    path = folder / "robot.yaml"
+    raw = _mapping(_load(path), str(path))
+    for key in raw:
+        if key not in _KEYS:
+            raise RobotError(
+                f"{path}: '{key}' is not a key of a robot.\n{suggestion(str(key), _KEYS)}"
+            )
+    urdf = str(raw.get("urdf") or "")
+    if not urdf or not (folder / urdf).is_file():
+        beside = [file.name for file in folder.glob("*.urdf")]
+        raise RobotError(
+            f"{path}: urdf '{urdf}' is not a file in {folder}.\n"
+            f"{suggestion(urdf, beside, label='URDF files there')}"
+        )
+    settings = RobotSettings(
+        name=name or folder.resolve().name,
+        folder=str(folder.resolve()),
+        urdf=urdf,
+        fixed_base=_flag(raw.get("fixed_base", False), f"{path}: fixed_base"),
+        summary=str(raw.get("summary") or ""),
+    )
+    parts = {
+        section: _parts(raw.get(section), f"{path}: {section}", word)
+        for section, word in _PARTS.items()
+    }
+    if raw.get("controller") is not None:
+        parts["controller"] = _parts(
+            {"controller": raw["controller"]}, f"{path}: controller", "controller"
+        )
+    hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
+    return RobotFile(settings=settings, hulls=hulls, parts=parts)
+
+
+def _load(path: Path) -> Any:
+    import yaml
+
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as cause:
+        raise RobotError(
+            f"{path} does not exist.\nA robot is a folder holding robot.yaml and its URDF."
+        ) from cause
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+        text = " ".join(str(cause).split())
+        raise RobotError(
+            f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8."
+        ) from cause
+
+
+def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
+    found = {}
+    for name, entry in _mapping(raw, where).items():
+        values = dict(_mapping(entry, f"{where}.{name}"))
+        plugin = values.pop(word, None)
+        if not isinstance(plugin, str):
+            raise RobotError(
+                f"{where}.{name} does not say which {word} it is.\n"
+                f"Add the line '{word}: NAME'; the names are shown by: seals list {word}"
+            )
+        hidden = [key for key in values if str(key).startswith("_")]
+        if hidden:
+            raise RobotError(
+                f"{where}.{name}.{hidden[0]} is not allowed.\nKeys must not begin with '_'."
+            )
+        found[str(name)] = (plugin, values)
+    return found
+
+
+def _mapping(raw: Any, where: str) -> dict[str, Any]:
+    if raw is None:
+        return {}
+    if not isinstance(raw, dict):
+        raise RobotError(
+            f"{where} is a {type(raw).__name__}.\nAllowed: a mapping of names to values."
+        )
+    return raw
+
+
+def _flag(raw: Any, where: str) -> bool:
+    if not isinstance(raw, bool):
+        raise RobotError(f"{where}={raw} is not allowed.\nAllowed: true or false.")
+    return raw

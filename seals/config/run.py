@@ -1,0 +1,147 @@
+"""Typed settings of one run: the schema that Hydra composes and the objects that come out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.config.build import build
+from seals.config.environment import EnvironmentSettings, check_profiles
+from seals.config.fields import check_tree, vector
+from seals.config.refusal import refusals
+from seals.config.robot import RobotSettings
+from seals.config.unknown import refuse_unknown
+from seals.errors import ConfigError
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class InitialSettings:
+    """State at the start of a run.
+
+    Args:
+        position: body origin in the world [m].
+        rpy: roll, pitch, yaw of the body in the world [rad].
+        velocity: velocity of the body origin in the world [m/s].
+        angular_velocity: angular velocity in body axes [rad/s].
+        joint_position: joint angles or travels in URDF order; empty means zeros [rad or m].
+        joint_velocity: joint rates in URDF order; empty means zeros [rad/s or m/s].
+    """
+
+    position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
+    rpy: list[float] = vector((0.0, 0.0, 0.0), "rad", bounds=(-6.3, 6.3), source="chosen")
+    # the rigid-body engine clamps speeds at 100 silently: refuse before it does
+    velocity: list[float] = vector((0.0, 0.0, 0.0), "m/s", bounds=(-100, 100), source="chosen")
+    angular_velocity: list[float] = vector(
+        (0.0, 0.0, 0.0), "rad/s", bounds=(-100, 100), source="chosen"
+    )
+    joint_position: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen")
+    joint_velocity: list[float] = vector((), "rad/s or m/s", bounds=(-100, 100), source="chosen")
+
+
+@dataclass(kw_only=True)
+class TimeSettings:
+    """Time base of a run.
+
+    Args:
+        step: length of one step [s].
+        duration: simulated time [s].
+    """
+
+    step: float = param(
+        0.004,
+        "s",
+        bounds=(1e-5, 0.1),
+        tolerance=0.0,
+        source="chosen: 250 steps a second",
+        fit=False,
+    )
+    duration: float = param(2.0, "s", bounds=(1e-4, 1e6), tolerance=0.0, source="chosen", fit=False)
+
+
+@dataclass(kw_only=True)
+class RunSettings:
+    """One run: the schema while Hydra composes, the built objects after ``build_run``.
+
+    Args:
+        name: name of the run, part of its folder's name.
+        seed: seed of every random number of the run.
+        robot: the robot folder.
+        backend: rigid-body backend.
+        wave: water surface.
+        environment: what surrounds the robot.
+        effects: physical effects by instance name, in order of declaration.
+        sensors: sensors by instance name.
+        actuators: actuators by instance name.
+        controller: what commands the actuators, or None.
+        initial: state at the start.
+        time: time base.
+    """
+
+    name: str = "run"
+    seed: int = 0
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    backend: Any = None
+    wave: Any = None
+    environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None
+    initial: InitialSettings = field(default_factory=InitialSettings)
+    time: TimeSettings = field(default_factory=TimeSettings)
+
+
+PLAIN = ("environment", "initial", "time", "robot")
+SINGLE = ("backend", "wave", "controller")
+SEVERAL = ("effects", "sensors", "actuators")
+
+
+def build_run(config: Any) -> RunSettings:
+    """Build every object of a composed run and check every value.
+
+    Args:
+        config: composed configuration (a DictConfig) with the keys of ``RunSettings``.
+
+    Raises:
+        ConfigError: a value is missing, unknown, not finite or out of bounds.
+        BrokenPlugin: a chosen plug-in cannot be used.
+    """
+    from omegaconf import OmegaConf
+
+    refuse_unknown(config, where="")
+    with refusals(()):
+        values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}
+        values |= {"name": str(config.name), "seed": int(config.seed)}
+        for key in SINGLE:
+            node = config.get(key)
+            values[key] = None if node is None else build(node, where=key)
+        for key in SEVERAL:
+            values[key] = {
+                str(name): build(node, where=f"{key}.{name}") for name, node in config[key].items()
+            }
+    settings = RunSettings(**values)
+    _check(settings)
+    return settings
+
+
+def _check(settings: RunSettings) -> None:
+    """Refuse values that the types let through."""
+    for key in PLAIN:
+        check_tree(getattr(settings, key), where=key)
+    if settings.seed < 0:
+        raise ConfigError(
+            f"seed={settings.seed} is not allowed.\nAllowed: a whole number from 0 on."
+        )
+    if not settings.robot.urdf:
+        raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
+    check_profiles(settings.environment)
+    _check_name(settings.name)
+
+
+def _check_name(name: str) -> None:
+    if not name or set(name) & set('/\\:*?"<>|\0') or name.startswith("."):
+        raise ConfigError(
+            f"name={name} cannot be part of a folder's name.\n"
+            "Allowed: letters, digits, '_', '-' and '.', not at the front."
+        )

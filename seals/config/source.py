@@ -1,0 +1,174 @@
+"""Hydra's view of the installed plug-ins: one source of options that imports only what is chosen.
+
+Hydra's own ConfigStore needs every schema imported beforehand. This source answers Hydra's
+questions from the registry's names and derives a schema when its option is chosen, so that a
+heavy or broken package costs nothing until it is wanted.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.config_store import ConfigStore
+from hydra.core.object_type import ObjectType
+from hydra.core.plugins import Plugins
+from hydra.plugins.config_source import ConfigResult, ConfigSource
+from hydra.plugins.search_path_plugin import SearchPathPlugin
+from omegaconf import Container, OmegaConf
+
+from seals import registry
+from seals.config.derive import schema_of
+from seals.config.robot import RobotFile, read_robot
+from seals.errors import ConfigError
+
+ROBOT_KINDS = ("robot", "animal")
+SECTION_GROUPS = {
+    "effects": "effect",
+    "sensors": "sensor",
+    "actuators": "actuator",
+    "controller": "controller",
+}
+CLASS_GROUPS = tuple(kind for kind in registry.GROUPS if kind not in registry.FOLDER_KINDS)
+"""Hydra groups, one for each kind of plug-in; animals are options of the group ``robot``."""
+
+
+class PluginSource(ConfigSource):
+    """Answers Hydra with the installed plug-ins and robots: ``effect/gravity``, ``robot/ball``."""
+
+    @staticmethod
+    def scheme() -> str:
+        """Return the scheme that search paths name this source by."""
+        return "seals"
+
+    def available(self) -> bool:
+        """Return True: the registry always answers."""
+        return True
+
+    def is_group(self, config_path: str) -> bool:
+        """Return whether a path is one of the groups of plug-ins."""
+        return config_path.rstrip("/") in ("", "robot", *CLASS_GROUPS)
+
+    def is_config(self, config_path: str) -> bool:
+        """Return whether a path is an installed plug-in or a robot folder."""
+        group, _, name = config_path.partition("/")
+        if group == "robot":
+            return name in robot_names() or is_robot_folder(name)
+        return group in CLASS_GROUPS and name in registry.names(group)
+
+    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
+        """Return the options of a group, or the groups."""
+        group = config_path.rstrip("/")
+        if group == "":
+            return [] if results_filter == ObjectType.CONFIG else sorted(("robot", *CLASS_GROUPS))
+        if results_filter == ObjectType.GROUP:
+            return []
+        return robot_names() if group == "robot" else registry.names(group)
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """Import the chosen plug-in, or read the chosen robot, and return its typed node."""
+        group, _, name = config_path.partition("/")
+        if group == "robot":
+            return self._result(config_path, robot_option(name), package="_global_")
+        node = OmegaConf.structured(schema_of(registry.get(group, name)))
+        return self._result(config_path, node, package=None)
+
+    def _result(self, path: str, node: Container, *, package: str | None) -> ConfigResult:
+        return ConfigResult(
+            provider=self.provider,
+            path=f"{self.scheme()}://{path}",
+            config=node,
+            header={"package": package},
+        )
+
+
+class ConfSearchPath(SearchPathPlugin):
+    """Appends the conf package of every installed distribution, then the plug-ins themselves."""
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        """Add ``pkg://`` paths of the ``seals.conf`` entry points and the source ``seals://``."""
+        known = {entry.path for entry in search_path.get_path()}
+        for name, plugin in registry.plugins("conf").items():
+            if f"pkg://{plugin.value}" not in known and _importable(plugin):
+                search_path.append(name, f"pkg://{plugin.value}")
+        search_path.append("plug-ins", "seals://")
+
+
+def install() -> None:
+    """Register source, search path and root schemas with Hydra; calling twice is harmless."""
+    from seals.config.compare import CompareSettings
+    from seals.config.run import RunSettings
+
+    hub = Plugins.instance()
+    hub.register(PluginSource)
+    hub.register(ConfSearchPath)
+    store = ConfigStore.instance()
+    store.store("run_schema", RunSettings, provider="seals")
+    store.store("compare_schema", CompareSettings, provider="seals")
+
+
+def robot_names() -> list[str]:
+    """Return the names of installed robots and animals, sorted."""
+    return sorted({name for kind in ROBOT_KINDS for name in registry.names(kind)})
+
+
+def is_robot_folder(name: str) -> bool:
+    """Return whether a value of ``robot=`` is a folder with a ``robot.yaml``."""
+    return bool(name) and (Path(name) / "robot.yaml").is_file()
+
+
+def find_robot(name: str) -> RobotFile:
+    """Read an installed robot by name, or a robot folder by path.
+
+    Raises:
+        UnknownPlugin: there is neither.
+        RobotError: its ``robot.yaml`` cannot be used.
+    """
+    for kind in ROBOT_KINDS:
+        if name in registry.names(kind):
+            return read_robot(registry.get(kind, name).folder(), name=name)
+    if is_robot_folder(name):
+        return read_robot(Path(name))
+    registry.get("robot", name)
+    raise ConfigError(f"robot '{name}' vanished.\nSee: seals list robot")
+
+
+def robot_option(name: str) -> Container:
+    """Return a robot as a Hydra option: its plug-ins as a defaults list, its values as the body.
+
+    Every effect, sensor and actuator of the robot is thereby a typed node of its own, open to
+    overrides such as ``effects.hull_drag.coefficient_x=4``.
+    """
+    found = find_robot(name)
+    defaults: list[Any] = []
+    body: dict[str, Any] = {}
+    for section, parts in found.parts.items():
+        for part, (plugin, values) in parts.items():
+            package = section if section == "controller" else f"{section}.{part}"
+            defaults.append({f"/{SECTION_GROUPS[section]}@{package}": plugin})
+            if section == "controller":
+                body[section] = values
+            else:
+                body.setdefault(section, {})[part] = values
+    settings = found.settings
+    body["robot"] = {
+        "name": settings.name,
+        "folder": settings.folder,
+        "urdf": settings.urdf,
+        "fixed_base": settings.fixed_base,
+        "hulls": found.hulls,
+        "summary": settings.summary,
+    }
+    node: Container = OmegaConf.create({"defaults": [*defaults, "_self_"], **body})
+    return node
+
+
+def _importable(plugin: registry.Plugin) -> bool:
+    """Leave out a conf package that cannot be imported: ``seals doctor`` names it."""
+    from seals.errors import BrokenPlugin
+
+    try:
+        return plugin.folder().is_dir()
+    except BrokenPlugin:
+        return False

@@ -1,0 +1,124 @@
+"""Projected Newton-Euler equations: generalised accelerations from the effects on all links."""
+
+from __future__ import annotations
+
+from seals.arrays import Array, namespace
+from seals.dynamics.added import added_terms
+from seals.dynamics.rows import by_batch
+from seals.dynamics.spatial import kirchhoff
+from seals.dynamics.tree import Kinematics
+from seals.effects.evaluation import Evaluation, take_motion
+from seals.motion import Motion
+
+
+class Assembly:
+    """Sums link inertias and wrenches into the generalised equations and solves them.
+
+    Equation:
+        (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with b the rate of the
+        link twists at zero generalised acceleration.
+
+    Args:
+        inertia: of the links about their origins, link axes, shape (L, 6, 6).
+    """
+
+    def __init__(self, inertia: Array) -> None:
+        """Keep the inertia."""
+        self.inertia = inertia
+        self.links = inertia.shape[0]
+
+    def accelerations(
+        self,
+        kinematics: Kinematics,
+        speed: Array,
+        twists: Array,
+        motion: Motion,
+        found: Evaluation,
+        joint_force: Array,
+    ) -> Array:
+        """Return the generalised acceleration, shape (B, n).
+
+        Args:
+            kinematics: Jacobians (B, L, 6, n).
+            speed: generalised velocity, shape (B, n).
+            twists: of the links, shape (B, L, 6).
+            motion: of the links, rows link by link.
+            found: outputs of the effects.
+            joint_force: generalised force on the joints [N m or N], shape (B, J).
+        """
+        xp = namespace(speed)
+        force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
+        total = self.total_inertia(found, speed.shape[0])
+        force = force - xp.matmul(total, kinematics.bias(speed, twists)[:, :, :, None])[:, :, :, 0]
+        return self.solve(kinematics, total, force, joint_force)
+
+    def solve(self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array) -> Array:
+        """Solve for the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
+        xp = namespace(force)
+        transposed = xp.permute_dims(kinematics.jacobian, (0, 1, 3, 2))
+        matrix = xp.sum(xp.matmul(transposed, xp.matmul(total, kinematics.jacobian)), axis=1)
+        right = xp.sum(xp.matmul(transposed, force[:, :, :, None])[:, :, :, 0], axis=1)
+        if joint_force.shape[1]:
+            lead = right.shape[1] - joint_force.shape[1]
+            right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
+        return xp.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+
+    def total_inertia(self, found: Evaluation, batch: int) -> Array:
+        """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
+        total = self.inertia[None]
+        for _, rows, added, _ in found.inertias:
+            matrix = added.weight[:, :, None] * added.matrix
+            total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
+        return total
+
+    def wrenches(self, motion: Motion, found: Evaluation) -> Array:
+        """Sum of the effects' wrenches, shape (B, L, 6)."""
+        xp = namespace(motion.velocity)
+        batch = motion.velocity.shape[0] // self.links
+        zero = xp.zeros_like(motion.velocity)
+        force, torque = zero, zero
+        for _, rows, wrench in found.loads:
+            if wrench.force is not None:
+                force = force + self._everywhere(wrench.force, rows, batch)
+            if wrench.torque is not None:
+                torque = torque + self._everywhere(wrench.torque, rows, batch)
+        return by_batch(xp.concat((force, torque), axis=1), self.links)
+
+    def velocity_terms(self, motion: Motion, found: Evaluation) -> Array:
+        """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
+        xp = namespace(motion.velocity)
+        batch = motion.velocity.shape[0] // self.links
+        inertia = self.inertia
+        if batch > 1:
+            inertia = xp.reshape(
+                xp.broadcast_to(inertia[:, None], (self.links, batch, 6, 6)), (self.links * batch, 6, 6)
+            )
+        force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
+        for _, rows, added, medium in found.inertias:
+            more = added_terms(added, medium, take_motion(motion, rows))
+            force = force + self._everywhere(more[0], rows, batch)
+            torque = torque + self._everywhere(more[1], rows, batch)
+        return by_batch(xp.concat((force, torque), axis=1), self.links)
+
+    def _everywhere(self, values: Array, rows: object, batch: int) -> Array:
+        """Values on some rows as values on all rows, zero elsewhere."""
+        xp = namespace(values)
+        count = self.links * batch
+        if rows is None:
+            return values if values.shape[0] == count else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
+        return scatter(values, rows, count)
+
+
+def scatter(values: Array, rows: object, count: int) -> Array:
+    """Place values on ``rows`` (a slice or an index array) of ``count`` rows of zeros, without writing in place."""
+    import numpy as np
+
+    xp = namespace(values)
+    index = np.arange(count)[rows]  # type: ignore[index]
+    source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)
+    source[index] = np.arange(len(index)) if values.shape[0] > 1 else 0
+    inside[index] = 1.0
+    shape = (count, *(1 for _ in values.shape[1:]))
+    device = getattr(values, "device", None)
+    picked = xp.take(values, xp.asarray(source, device=device), axis=0)
+    return picked * xp.asarray(inside.reshape(shape), dtype=values.dtype, device=device)

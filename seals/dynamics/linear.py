@@ -1,0 +1,56 @@
+"""Solves many small symmetric systems at once, entry by entry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from seals.arrays import Array
+
+
+def solve_symmetric(matrix: Sequence[Sequence[Array | None]], right: Sequence[Array]) -> list[Array]:
+    """Solve M x = b for symmetric positive definite matrices by L D L^T without pivoting.
+
+    Every entry is a vector over the batch, so that the cost is a few hundred vector operations whatever
+    the batch: several times faster than one factorisation per matrix.
+
+    Args:
+        matrix: lower triangle, ``matrix[i][j]`` for j <= i, each shape (1 or N,); None for an entry that is
+            zero in the whole batch.
+        right: b, one vector (N,) per row.
+
+    Returns:
+        x, one vector (N,) per row.
+    """
+    size = len(right)
+    lower: list[list[Array | None]] = [[None] * size for _ in range(size)]
+    scaled: list[list[Array | None]] = [[None] * size for _ in range(size)]
+    inverse: list[Array] = []
+    for j in range(size):
+        pivot = matrix[j][j]
+        for k in range(j):
+            pivot = _less(pivot, lower[j][k], scaled[j][k])
+        inverse.append(1.0 / pivot)
+        for i in range(j + 1, size):
+            entry = matrix[i][j]
+            for k in range(j):
+                entry = _less(entry, lower[i][k], scaled[j][k])
+            if entry is not None:
+                scaled[i][j], lower[i][j] = entry, entry * inverse[j]
+    x: list[Array] = []
+    for i in range(size):
+        value: Array = right[i]
+        for k in range(i):
+            value = _less(value, lower[i][k], x[k])
+        x.append(value)
+    x = [value * inverse[i] for i, value in enumerate(x)]
+    for i in reversed(range(size)):
+        for k in range(i + 1, size):
+            x[i] = _less(x[i], lower[k][i], x[k])
+    return x
+
+
+def _less(value: Array | None, a: Array | None, b: Array | None) -> Array:
+    """Return value - a b, where None stands for zero."""
+    if a is None or b is None:
+        return value
+    return -(a * b) if value is None else value - a * b

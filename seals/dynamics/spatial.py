@@ -1,0 +1,66 @@
+"""Six-dimensional inertia, momentum and Kirchhoff terms of one body, link axes about the link origin."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.frames import cross
+
+
+def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
+    """Inertia matrix of a rigid body about the link origin.
+
+    Args:
+        mass: [kg].
+        centre: centre of mass in link axes [m], shape (3,).
+        inertia: about the centre of mass, link axes [kg m^2], shape (3, 3).
+
+    Returns:
+        Matrix, order [linear, angular], shape (6, 6).
+    """
+    x, y, z = (float(c) for c in centre)
+    s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[mass * np.eye(3), -mass * s], [mass * s, inertia - mass * s @ s]])
+
+
+def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]:
+    """Linear and angular momentum, matrix times [velocity, spin].
+
+    Args:
+        matrix: shape (1 or N, 6, 6).
+        velocity: [m/s], shape (N, 3).
+        spin: [rad/s], shape (N, 3).
+
+    Returns:
+        Linear [kg m/s] and angular momentum [kg m^2/s], each (N, 3).
+    """
+    xp = namespace(velocity)
+    if matrix.shape[0] == 1:
+        twist = xp.concat((velocity.T, spin.T), axis=0)
+        both = xp.matmul(matrix[0], twist)
+        return both[:3].T, both[3:].T
+    twist = xp.concat((velocity, spin), axis=1)
+    both = xp.matmul(matrix, twist[:, :, None])[:, :, 0]
+    return both[:, :3], both[:, 3:]
+
+
+def kirchhoff(
+    matrix: Array, velocity: Array, spin: Array, *, weight: Array | None = None
+) -> tuple[Array, Array]:
+    """Velocity-dependent terms of a body with a general inertia matrix.
+
+    Equation:
+        F = w x p, T = w x L + v x p with (p, L) = matrix (v, w); the equations of motion are
+        matrix (v', w') + (F, T) = wrench, derivatives taken in body axes (Kirchhoff).
+
+    Args:
+        matrix: shape (1 or N, 6, 6).
+        velocity: relative to the medium for added mass [m/s], shape (N, 3).
+        spin: [rad/s], shape (N, 3).
+        weight: factor of the matrix, shape (N, 1).
+    """
+    linear, angular = momentum(matrix, velocity, spin)
+    if weight is not None:
+        linear, angular = weight * linear, weight * angular
+    return cross(spin, linear), cross(spin, angular) + cross(velocity, linear)

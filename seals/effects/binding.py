@@ -1,0 +1,166 @@
+"""Binding of effects to links: parameter arrays, link rows, and the refusal of double counting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like, columns, namespace
+from seals.effects.effect import Effect, FlowField, Inertia, JointLoads, Loads, MediumKind
+from seals.errors import ConfigError, suggestion
+from seals.schema import parameters_of, vector_groups
+
+@dataclass(frozen=True, kw_only=True)
+class BoundEffect:
+    """One effect on its links.
+
+    Args:
+        name: instance name in the configuration.
+        effect: the plug-in object.
+        links: indices of its links, increasing.
+        kind: medium in which it acts.
+        params: parameter arrays, shape (1 or N, k), see `seals.effects.effect.Parameters`.
+    """
+
+    name: str
+    effect: Effect
+    links: tuple[int, ...]
+    kind: MediumKind
+    params: Mapping[str, Array]
+
+
+class EffectSet:
+    """The effects of a scene in the order of the configuration, sorted by hook."""
+
+    def __init__(self, bound: Sequence[BoundEffect]) -> None:
+        """Sort bound effects by the hooks they define."""
+        self.bound = tuple(bound)
+        self.flows = tuple(b for b in bound if isinstance(b.effect, FlowField))
+        self.inertias = tuple(b for b in bound if isinstance(b.effect, Inertia))
+        self.loads = tuple(b for b in bound if isinstance(b.effect, Loads))
+        self.joint_loads = tuple(b for b in bound if isinstance(b.effect, JointLoads))
+        self.names = tuple(b.name for b in bound)
+        self.index = {b.name: k for k, b in enumerate(bound)}
+
+    def zero_memory(self, batch: int = 1) -> dict[str, Floats]:
+        """Return zeroed memory of every effect, shape (links x batch, memory size)."""
+        return {
+            b.name: np.zeros((len(b.links) * batch, b.effect.memory_size))
+            for b in self.bound
+            if b.effect.memory_size
+        }
+
+    def with_values(self, values: Mapping[str, Array], like: Array, batch: int) -> EffectSet:
+        """Return the set with parameters replaced, in the array library of ``like``.
+
+        Args:
+            values: ``"effect.parameter"`` to a scalar or an array of shape (batch,).
+            like: array whose library, type and device to use.
+            batch: number of bodies; arrays repeat for every link.
+
+        Raises:
+            ConfigError: an effect or parameter is not part of the set.
+        """
+        chosen: dict[str, dict[str, Array]] = {b.name: {} for b in self.bound}
+        for key, value in values.items():
+            name, _, parameter = key.partition(".")
+            if name not in chosen or parameter not in parameters_of(self.bound[self.index[name]].effect):
+                keys = [f"{b.name}.{p}" for b in self.bound for p in parameters_of(b.effect)]
+                raise ConfigError(f"'{key}' is not a parameter of this model.\n{suggestion(key, keys)}")
+            chosen[name][parameter] = value
+        return EffectSet(
+            [replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch)) for b in self.bound]
+        )
+
+
+def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectSet:
+    """Bind effects to the links of a robot.
+
+    Args:
+        effects: plug-in objects by instance name.
+        links: link names of the scene; the first is the root.
+
+    Raises:
+        ConfigError: a link is unknown, or two effects own one phenomenon on one link.
+    """
+    bound = []
+    for name, effect in effects.items():
+        chosen = _link_indices(name, effect.links, links)
+        kind = getattr(effect, "medium", MediumKind.any)
+        params = _params(effect, {}, np.zeros(1), len(chosen), 1)
+        bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
+    refuse_double_counting(bound, links)
+    return EffectSet(bound)
+
+
+def refuse_double_counting(
+    bound: Sequence[BoundEffect], links: Sequence[str], others: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Refuse two owners of one phenomenon in one medium on one link.
+
+    Args:
+        bound: effects on their links.
+        links: link names.
+        others: further owners (for example particle water) and the phenomena they account for on all links.
+
+    Raises:
+        ConfigError: names both owners, the phenomenon and the link.
+    """
+    owner: dict[tuple[str, MediumKind, int], str] = {}
+    for name, phenomena in (others or {}).items():
+        for phenomenon in phenomena:
+            owner.update({(phenomenon, MediumKind.water, k): name for k in range(len(links))})
+    for b in bound:
+        if b.effect.correction:
+            continue
+        for phenomenon in b.effect.accounts_for:
+            for k in b.links:
+                kinds = list(MediumKind) if b.kind is MediumKind.any else [b.kind, MediumKind.any]
+                clash = next((owner[phenomenon, kind, k] for kind in kinds if (phenomenon, kind, k) in owner), None)
+                if clash is not None:
+                    raise ConfigError(
+                        f"'{clash}' and '{b.name}' both account for {phenomenon} on link '{links[k]}'.\n"
+                        f"Remove one of them, or say effects.{b.name}.correction=true if it is meant as an addition."
+                    )
+                owner[phenomenon, b.kind, k] = b.name
+
+
+def _link_indices(name: str, wanted: Sequence[str], links: Sequence[str]) -> tuple[int, ...]:
+    """Indices of named links, ``root`` and ``*`` understood."""
+    if "*" in wanted:
+        return tuple(range(len(links)))
+    found = set()
+    for link in wanted:
+        if link not in (*links, "root"):
+            raise ConfigError(f"effects.{name}.links: there is no link '{link}'.\n{suggestion(link, [*links, 'root', '*'])}")
+        found.add(0 if link == "root" else list(links).index(link))
+    return tuple(sorted(found))
+
+
+def _params(effect: Effect, values: Mapping[str, Any], like: Array, links: int, batch: int) -> dict[str, Array]:
+    """Parameter arrays of one effect: (1, k) when constant, (links x batch, k) when one value is batched."""
+    names = parameters_of(effect)
+    single = {n: _row(values.get(n, getattr(effect, n)), like, links, batch) for n in names}
+    out = {key: as_like(value, like) for key, value in effect.constants().items()}
+    groups = vector_groups(names)
+    for stem, members in groups.items():
+        rows = max(single[m].shape[0] for m in members)
+        out[stem] = columns(*(single[m] * as_like(np.ones(rows), like) for m in members))
+    grouped = {m for members in groups.values() for m in members}
+    out.update({n: single[n][:, None] for n in names if n not in grouped})
+    return out
+
+
+def _row(value: Any, like: Array, links: int, batch: int) -> Array:
+    """One parameter as a vector of shape (1,) or (links x batch,)."""
+    if isinstance(value, int | float):
+        return as_like([float(value)], like)
+    array = as_like(value, like)
+    if array.ndim != 1 or array.shape[0] not in (1, batch):
+        raise ConfigError(f"a batched parameter has shape {tuple(array.shape)}.\nAllowed: ({batch},) or a number.")
+    if links == 1 or array.shape[0] == 1:
+        return array
+    return namespace(array).concat([array] * links, axis=0)

@@ -1,0 +1,106 @@
+"""The base class of effect plug-ins, and the hooks they may define."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
+
+from seals.arrays import Array, Floats
+from seals.motion import AddedInertia, Inputs, Joints, Medium, Motion, Wrench
+
+Parameters: TypeAlias = Mapping[str, Array]
+"""Parameter arrays: scalars of shape (1 or N, 1); ``stem_x, _y, _z`` joined into ``stem`` of shape (1 or N, 3)."""
+
+
+class MediumKind(Enum):
+    """The medium in which an effect acts."""
+
+    water = "water"
+    air = "air"
+    any = "any"
+
+
+@dataclass(kw_only=True)
+class Effect:
+    """Base of all effect plug-ins: a keyword-only dataclass whose hooks are pure, batch-first functions.
+
+    A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new memory)``:
+
+    - ``loads``: `Wrench` about the link origin, link axes [N, N m], each shape (N, 3).
+    - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes, and its weight; the
+      integrator makes the Coriolis and Munk terms from it, relative to the flow of the effect's medium.
+    - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
+
+    ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts on the joints.
+
+    Args:
+        links: link names; ``root`` is the base link and ``*`` every link.
+        correction: True for a deliberate addition to an effect of the same kind on the same link, for example
+            a change found by comparison with measurements.
+    """
+
+    links: list[str] = field(default_factory=lambda: ["root"])
+    correction: bool = False
+
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+    """Phenomena this effect owns; two owners of one phenomenon on one link are refused."""
+
+    memory_size: ClassVar[int] = 0
+    """Numbers of memory per link, zero at reset."""
+
+    twins: ClassVar[tuple[str, ...]] = ()
+    """Effects a log may be unable to tell apart from this one."""
+
+    def constants(self) -> dict[str, Floats]:
+        """Return further arrays for ``params`` that are options rather than physical parameters."""
+        return {}
+
+
+@runtime_checkable
+class Loads(Protocol):
+    """An effect with the hook ``loads``."""
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Wrench about the link origin, link axes."""
+        ...
+
+
+@runtime_checkable
+class Inertia(Protocol):
+    """An effect with the hook ``inertia``."""
+
+    @staticmethod
+    def inertia(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[AddedInertia, Array]:
+        """Matrix 6x6 about the link origin, link axes, and its weight."""
+        ...
+
+
+@runtime_checkable
+class FlowField(Protocol):
+    """An effect with the hook ``flow``."""
+
+    @staticmethod
+    def flow(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Velocity of the medium, world axes."""
+        ...
+
+
+@runtime_checkable
+class JointLoads(Protocol):
+    """An effect with the hook ``joint_loads``."""
+
+    @staticmethod
+    def joint_loads(
+        joints: Joints, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Generalised force on every joint."""
+        ...

@@ -1,0 +1,157 @@
+"""Evaluates the effects of a scene or a batch at one instant: the same code for simulator, twin and screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from seals.arrays import Array, namespace
+from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.effect import MediumKind
+from seals.frames import unrotate
+from seals.medium.sample import Sample
+from seals.medium.surroundings import Surroundings
+from seals.motion import AddedInertia, Body, Inputs, Joints, Medium, Motion, Wrench
+
+Memory = Mapping[str, Array]
+Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
+
+
+class Evaluation(NamedTuple):
+    """Outputs of all hooks, each with its effect and the rows it acts on.
+
+    Args:
+        sample: the surroundings at all rows.
+        loads: (effect, rows, wrench about the link origin, link axes).
+        inertias: (effect, rows, added inertia, medium of the effect).
+        joint_loads: (effect, generalised force (batch, J)).
+        memory: new memory by effect name.
+    """
+
+    sample: Sample
+    loads: list[tuple[BoundEffect, Any, Wrench]]
+    inertias: list[tuple[BoundEffect, Any, AddedInertia, Medium]]
+    joint_loads: list[tuple[BoundEffect, Array]]
+    memory: dict[str, Array]
+
+
+class Evaluator:
+    """Calls the hooks of an effect set on rows ordered link by link.
+
+    Args:
+        effects: bound effects.
+        surroundings: of all rows.
+        links: number of links.
+        batch: rows per link.
+    """
+
+    def __init__(self, effects: EffectSet, surroundings: Surroundings, *, links: int, batch: int) -> None:
+        """Find the rows of each effect once."""
+        self.effects, self.surroundings = effects, surroundings
+        self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
+
+    def evaluate(self, motion: Motion, joints: Joints, inputs: Inputs, memory: Memory) -> Evaluation:
+        """Evaluate flows, then inertias and loads in the resulting medium."""
+        new: dict[str, Array] = dict(memory)
+        sample = self.surroundings.sample(motion)
+        if self.effects.flows:
+            sample = self._with_flows(sample, motion, inputs, memory, new)
+        seen: dict[Any, tuple[Motion, Medium]] = {}
+        loads, inertias, joint_loads = [], [], []
+        for b in self.effects.inertias:
+            rows, part, medium = self._seen(b, motion, sample, seen)
+            added, kept = b.effect.inertia(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            inertias.append((b, rows, added, medium))
+            _keep(new, b, kept)
+        for b in self.effects.loads:
+            rows, part, medium = self._seen(b, motion, sample, seen)
+            wrench, kept = b.effect.loads(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            loads.append((b, rows, wrench))
+            _keep(new, b, kept)
+        for b in self.effects.joint_loads:
+            force, kept = b.effect.joint_loads(joints, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            joint_loads.append((b, force))
+            _keep(new, b, kept)
+        return Evaluation(sample, loads, inertias, joint_loads, new)
+
+    def _with_flows(
+        self, sample: Sample, motion: Motion, inputs: Inputs, memory: Memory, new: dict[str, Array]
+    ) -> Sample:
+        """Add the flow effects to the velocity of water and air."""
+        water, air = sample.water_velocity, sample.air_velocity
+        seen: dict[Any, tuple[Motion, Medium]] = {}
+        for b in self.effects.flows:
+            rows, part, medium = self._seen(b, motion, sample, seen)
+            velocity, kept = b.effect.flow(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            _keep(new, b, kept)
+            if rows is not None:
+                velocity = _spread(velocity, rows, motion.position)
+            own = unrotate(motion.rotation, velocity)
+            if b.kind is not MediumKind.air:
+                water = water + own
+            if b.kind is not MediumKind.water:
+                air = air + own
+        return sample._replace(water_velocity=water, air_velocity=air)
+
+    def _seen(
+        self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, tuple[Motion, Medium]]
+    ) -> tuple[Any, Motion, Medium]:
+        """Rows, motion and medium of one effect; shared among effects of equal rows and medium."""
+        key = (b.links, b.kind)
+        rows = self.rows[b.name]
+        if key not in seen:
+            seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
+        return rows, *seen[key]
+
+
+def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
+    """Rows of some links in link-by-link order: None for all, a slice when contiguous, else an index array."""
+    if len(links) == count:
+        return None
+    if links == tuple(range(links[0], links[0] + len(links))):
+        return slice(links[0] * batch, (links[-1] + 1) * batch)
+    return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
+
+
+def take(bundle: Bundle, rows: Any) -> Bundle:
+    """Select rows of every field; fields of one row stand for all and stay."""
+    if rows is None:
+        return bundle
+    return type(bundle)(*(_pick(x, rows) for x in bundle))
+
+
+def take_motion(motion: Motion, rows: Any) -> Motion:
+    """Select rows of a motion and of its body."""
+    if rows is None:
+        return motion
+    picked = [_pick(x, rows) for x in motion[:-1]]
+    return Motion(*picked, body=take(motion.body, rows))
+
+
+def _pick(x: Array, rows: Any) -> Array:
+    if x.shape[0] == 1:
+        return x
+    if isinstance(rows, slice) or type(x) is np.ndarray:
+        return x[rows]
+    xp = namespace(x)
+    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)
+
+
+def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:
+    if b.effect.memory_size:
+        new[b.name] = kept
+
+
+def _spread(velocity: Array, rows: Any, like: Array) -> Array:
+    """A flow on some rows as a flow on all rows, zero elsewhere."""
+    xp = namespace(like)
+    index = np.arange(like.shape[0])
+    inside = np.zeros((like.shape[0], 1))
+    inside[index[rows]] = 1.0
+    if velocity.shape[0] == 1:
+        return velocity * xp.asarray(inside, dtype=like.dtype)
+    source = np.zeros(like.shape[0], dtype=np.int64)
+    source[index[rows]] = np.arange(velocity.shape[0])
+    return xp.take(velocity, xp.asarray(source), axis=0) * xp.asarray(inside, dtype=like.dtype)

@@ -1,0 +1,68 @@
+"""Every error SEALS raises on purpose: what was given, what is allowed, the nearest name, the next step."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SealsError(Exception):
+    """Base of all refusals that a user can act upon; the command line prints it without a traceback."""
+
+    exit_code = 2
+
+
+class ConfigError(SealsError):
+    """A configuration value, key or combination is not allowed."""
+
+
+class UnknownPlugin(ConfigError):
+    """A plug-in name is not installed."""
+
+
+class BrokenPlugin(SealsError):
+    """An installed plug-in cannot be imported."""
+
+
+class MissingExtra(SealsError):
+    """An optional dependency is needed and absent."""
+
+
+class LogError(SealsError):
+    """A measured log, or a data set, cannot be used."""
+
+
+class RobotError(SealsError):
+    """A robot description (URDF, mesh, robot.yaml) cannot be used."""
+
+
+class PhysicsError(SealsError):
+    """The simulation was asked for, or ran into, something outside its valid range."""
+
+
+def nearest(name: str, allowed: Iterable[str]) -> str | None:
+    """Return the allowed name closest to ``name``, or None when nothing is close.
+
+    Example:
+        >>> nearest("quadratic_darg", ["linear_drag", "quadratic_drag"])
+        'quadratic_drag'
+    """
+    names = list(allowed)
+    folded = {candidate.casefold().replace("-", "_"): candidate for candidate in names}
+    hits = difflib.get_close_matches(name.casefold().replace("-", "_"), folded, n=1, cutoff=0.6)
+    return folded[hits[0]] if hits else None
+
+
+def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", most: int = 24) -> str:
+    """Return the second line of a refusal: the nearest name and the allowed ones.
+
+    Example:
+        >>> suggestion("sphree", ["box", "sphere"])
+        "Did you mean 'sphere'?  Allowed: box, sphere"
+    """
+    names = sorted(set(allowed))
+    close = nearest(name, names)
+    shown = ", ".join(names[:most]) or "(none)"
+    more = f", and {len(names) - most} more" if len(names) > most else ""
+    hint = f"Did you mean '{close}'?  " if close else ""
+    return f"{hint}{label}: {shown}{more}"

@@ -1,0 +1,153 @@
+"""Rotations and cross products, batch first, on any array library.
+
+Quaternions are ordered x, y, z, w (``q_WB_xyzw``); ``R_WB`` turns body vectors into world vectors.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like, columns, namespace
+
+# R = sum_ij K[r, 4 i + j] q_i q_j: nine entries of the rotation matrix as quadratic forms of (x, y, z, w).
+_QUADRATIC = {
+    0: {(0, 0): 1, (1, 1): -1, (2, 2): -1, (3, 3): 1},
+    1: {(0, 1): 2, (2, 3): -2},
+    2: {(0, 2): 2, (1, 3): 2},
+    3: {(0, 1): 2, (2, 3): 2},
+    4: {(0, 0): -1, (1, 1): 1, (2, 2): -1, (3, 3): 1},
+    5: {(1, 2): 2, (0, 3): -2},
+    6: {(0, 2): 2, (1, 3): -2},
+    7: {(1, 2): 2, (0, 3): 2},
+    8: {(0, 0): -1, (1, 1): -1, (2, 2): 1, (3, 3): 1},
+}
+
+
+@lru_cache(maxsize=1)
+def _forms() -> Floats:
+    forms = np.zeros((9, 16))
+    for row, terms in _QUADRATIC.items():
+        for (i, j), factor in terms.items():
+            forms[row, 4 * i + j] = factor
+    return forms
+
+
+def matrix_of(quaternion: Array) -> Array:
+    """Rotation matrices of unit quaternions.
+
+    Args:
+        quaternion: x, y, z, w, shape (N, 4).
+
+    Returns:
+        Rotation matrices, shape (N, 3, 3), stored entry by entry.
+    """
+    xp = namespace(quaternion)
+    q = quaternion.T
+    rows = q.shape[1]
+    outer = xp.reshape(q[:, None, :] * q[None, :, :], (16, rows))
+    entries = xp.reshape(xp.matmul(as_like(_forms(), quaternion), outer), (3, 3, rows))
+    return xp.permute_dims(entries, (2, 0, 1))
+
+
+def rotate(rotation: Array, vector: Array) -> Array:
+    """Turn vectors by matrices: R v, shapes (N, 3, 3) and (N, 3)."""
+    return (
+        rotation[:, :, 0] * vector[:, 0:1]
+        + rotation[:, :, 1] * vector[:, 1:2]
+        + rotation[:, :, 2] * vector[:, 2:3]
+    )
+
+
+def unrotate(rotation: Array, vector: Array) -> Array:
+    """Turn vectors back by matrices: R^T v, shapes (N, 3, 3) and (N, 3)."""
+    return (
+        rotation[:, 0, :] * vector[:, 0:1]
+        + rotation[:, 1, :] * vector[:, 1:2]
+        + rotation[:, 2, :] * vector[:, 2:3]
+    )
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of vectors along the last axis, shapes (N, 3)."""
+    a0, a1, a2 = a[:, 0], a[:, 1], a[:, 2]
+    b0, b1, b2 = b[:, 0], b[:, 1], b[:, 2]
+    return columns(a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0)
+
+
+def skew(vector: Array) -> Array:
+    """Cross-product matrices of vectors: skew(a) b = a x b, shape (N, 3, 3)."""
+    xp = namespace(vector)
+    x, y, z = vector[:, 0], vector[:, 1], vector[:, 2]
+    zero = x * 0.0
+    flat = xp.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=0)
+    return xp.permute_dims(xp.reshape(flat, (3, 3, x.shape[0])), (2, 0, 1))
+
+
+def multiply(p: Array, q: Array) -> Array:
+    """Quaternion product p q (first q turns, then p), shapes (N, 4), order x, y, z, w."""
+    px, py, pz, pw = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
+    qx, qy, qz, qw = q[:, 0], q[:, 1], q[:, 2], q[:, 3]
+    return columns(
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+        pw * qw - px * qx - py * qy - pz * qz,
+    )
+
+
+def quaternion_rate(quaternion: Array, angular_velocity: Array) -> Array:
+    """Time derivative of q_WB_xyzw for the angular velocity w_WB_B in body axes: q' = q (w, 0) / 2."""
+    x, y, z, w = (quaternion[:, i] for i in range(4))
+    a, b, c = (0.5 * angular_velocity[:, i] for i in range(3))
+    return columns(w * a + y * c - z * b, w * b - x * c + z * a, w * c + x * b - y * a, -x * a - y * b - z * c)
+
+
+def normalised(quaternion: Array) -> Array:
+    """Quaternions scaled to unit length, shape (N, 4)."""
+    xp = namespace(quaternion)
+    return quaternion / xp.sqrt(xp.sum(quaternion * quaternion, axis=1, keepdims=True))
+
+
+def exponential(rotation_vector: Array) -> Array:
+    """Quaternions (x, y, z, w) of rotation vectors [rad], shape (N, 3) to (N, 4)."""
+    xp = namespace(rotation_vector)
+    angle2 = xp.sum(rotation_vector * rotation_vector, axis=1, keepdims=True)
+    half = 0.5 * xp.sqrt(angle2)
+    # sin(h)/(2h) by its series below 1e-3 rad, where the quotient would lose digits
+    small = 0.5 - angle2 / 48.0
+    safe = xp.where(half > 5e-4, half, half * 0.0 + 1.0)
+    scale = xp.where(half > 5e-4, 0.5 * xp.sin(safe) / safe, small)
+    return xp.concat((rotation_vector * scale, xp.cos(half)), axis=1)
+
+
+def rotation_vector(quaternion: Array) -> Array:
+    """Rotation vectors [rad] of unit quaternions (x, y, z, w), the shorter way round, shape (N, 3)."""
+    xp = namespace(quaternion)
+    sign = xp.where(quaternion[:, 3:4] < 0, quaternion[:, 3:4] * 0.0 - 1.0, quaternion[:, 3:4] * 0.0 + 1.0)
+    vector = quaternion[:, 0:3] * sign
+    scalar = quaternion[:, 3:4] * sign
+    length = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True))
+    safe = xp.where(length > 1e-9, length, length * 0.0 + 1.0)
+    ratio = xp.where(length > 1e-9, 2.0 * xp.atan2(safe, scalar) / safe, length * 0.0 + 2.0)
+    return vector * ratio
+
+
+def conjugate(quaternion: Array) -> Array:
+    """Inverse of unit quaternions (x, y, z, w), shape (N, 4)."""
+    return columns(-quaternion[:, 0], -quaternion[:, 1], -quaternion[:, 2], quaternion[:, 3])
+
+
+def quaternion_of_rpy(rpy: Array) -> Array:
+    """Quaternions (x, y, z, w) of fixed-axis roll, pitch, yaw [rad] (URDF order), shape (N, 3) to (N, 4)."""
+    xp = namespace(rpy)
+    half = 0.5 * rpy
+    cr, cp, cy = (xp.cos(half[:, i]) for i in range(3))
+    sr, sp, sy = (xp.sin(half[:, i]) for i in range(3))
+    return columns(
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )

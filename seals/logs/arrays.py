@@ -1,0 +1,70 @@
+"""NumPy files that nobody vouches for: a declared shape counts only within the size of the file."""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.lib import format as npy
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.logs.intake import MOST_BYTES, read_bytes, regular_file
+
+
+def read_npy(path: str | Path) -> Floats:
+    """Return the array of numbers in an ``.npy`` file.
+
+    Raises:
+        LogError: it is damaged, declares more than it holds, or holds Python objects.
+    """
+    return _parse(str(path), read_bytes(path))
+
+
+def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
+    """Return the named arrays of an ``.npz`` file.
+
+    Raises:
+        LogError: it is damaged, unpacks to too much, or lacks a name.
+    """
+    file = regular_file(path)
+    try:
+        with zipfile.ZipFile(file) as archive:
+            sizes = {item.filename: item.file_size for item in archive.infolist()}
+            present = [name.removesuffix(".npy") for name in sizes]
+            missing = [name for name in names if name not in present]
+            if missing:
+                raise LogError(
+                    f"'{file}' holds no array '{missing[0]}'.\n"
+                    + suggestion(missing[0], present, label="Arrays there")
+                )
+            if sum(sizes[f"{name}.npy"] for name in names) > MOST_BYTES:
+                raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
+            return {name: _parse(f"{file}:{name}", archive.read(f"{name}.npy")) for name in names}
+    except (zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError) as error:
+        raise LogError(f"'{file}' is not a sound .npz file ({error}).\nFetch it again.") from error
+
+
+def _parse(where: str, raw: bytes) -> Floats:
+    stream = io.BytesIO(raw)
+    try:
+        version = npy.read_magic(stream)
+        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, _, dtype = read(stream)
+    except (ValueError, EOFError, UnicodeDecodeError) as error:
+        raise LogError(f"'{where}' is not a sound NumPy array ({error}).") from error
+    if dtype.kind not in "fiu":
+        raise LogError(f"'{where}' holds {dtype}, numbers are needed.")
+    declared, held = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
+    if declared != held or min(shape, default=1) < 0:
+        raise LogError(
+            f"'{where}' declares an array of shape {shape} ({declared:,} bytes) and holds "
+            f"{held:,} bytes.\nFetch it again."
+        )
+    stream.seek(0)
+    return np.asarray(npy.read_array(stream, allow_pickle=False), dtype=np.float64)

@@ -1,0 +1,196 @@
+"""Files and folders that appear whole or not at all: write beside, fsync, rename."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seals.errors import SealsError
+
+
+@contextlib.contextmanager
+def atomic_path(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``, renamed to it when the block ends without an error.
+
+    A file already there is replaced in one step; after an error it is untouched and nothing new is
+    left behind. The suffix of the temporary path is that of ``path``.
+
+    Example:
+        >>> import tempfile
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> with atomic_path(folder / "a.txt") as beside:
+        ...     _ = beside.write_text("whole")
+        >>> [file.name for file in folder.iterdir()]
+        ['a.txt']
+    """
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    beside = _beside(target)
+    try:
+        yield beside
+        _sync(beside)
+        os.replace(beside, target)
+        _sync(target.parent)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
+    """Yield a fresh folder beside ``path``, renamed to it when the block ends without an error.
+
+    Args:
+        path: the folder to make.
+        replace: whether a folder already there may be replaced. The old one steps aside for the
+            moment between two renames, and comes back when the second one fails.
+
+    Raises:
+        SealsError: ``path`` exists and ``replace`` is False.
+    """
+    target = Path(path)
+    if not replace and (target.exists() or target.is_symlink()):
+        raise SealsError(f"'{target}' exists already.\nChoose another name or remove it first.")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    beside = _beside(target)
+    beside.mkdir()
+    try:
+        yield beside
+        for child in beside.rglob("*"):
+            _sync(child)
+        _sync(beside)
+        _take_place(beside, target)
+        _sync(target.parent)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def _take_place(beside: Path, target: Path) -> None:
+    if not target.exists():
+        os.rename(beside, target)
+        return
+    # a folder that holds files cannot be renamed over
+    aside = _beside(target)
+    os.rename(target, aside)
+    try:
+        os.rename(beside, target)
+    except OSError:
+        os.rename(aside, target)
+        raise
+    if aside.is_dir() and not aside.is_symlink():
+        shutil.rmtree(aside)
+    else:
+        aside.unlink()
+
+
+def _beside(target: Path) -> Path:
+    # hidden, so that a half-written file is never taken for a log; the suffix stays for the writers
+    return target.with_name(f".{target.stem}.{os.getpid()}-{secrets.token_hex(4)}{target.suffix}")
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def write_bytes(path: str | Path, content: bytes) -> None:
+    """Write bytes to a file that appears whole or not at all."""
+    with atomic_path(path) as beside:
+        beside.write_bytes(content)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write UTF-8 text to a file that appears whole or not at all."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_json(path: str | Path, value: Any) -> None:
+    """Write plain data, NumPy values included, as JSON.
+
+    Raises:
+        SealsError: a number is not finite (JSON has no NaN), or a value is not plain data.
+    """
+    try:
+        text = json.dumps(plain(value), indent=1, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise SealsError(f"'{path}' cannot be written as JSON: {error}") from error
+    write_text(path, text + "\n")
+
+
+def write_yaml(path: str | Path, value: Any) -> None:
+    """Write plain data, NumPy values included, as YAML in the order given.
+
+    Raises:
+        SealsError: a value is not plain data.
+    """
+    import yaml
+
+    try:
+        text = yaml.safe_dump(plain(value), sort_keys=False, allow_unicode=True, width=100)
+    except yaml.YAMLError as error:
+        raise SealsError(f"'{path}' cannot be written as YAML: {error}") from error
+    write_text(path, text)
+
+
+def write_table(path: str | Path, columns: Mapping[str, ArrayLike | Sequence[str]]) -> None:
+    """Write columns of equal length as ``.parquet`` or ``.csv``, by the suffix of the path.
+
+    Args:
+        path: the file.
+        columns: numbers or text by column name, each of shape (rows,).
+
+    Raises:
+        SealsError: the suffix is another one, or the columns differ in length.
+    """
+    import pyarrow as pa
+
+    suffix = Path(path).suffix
+    if suffix not in (".parquet", ".csv"):
+        raise SealsError(f"'{path}': tables are written as .parquet or .csv, not as '{suffix}'.")
+    try:
+        # np.asarray keeps NaN as NaN, where a list would turn it into a missing value
+        table = pa.table({key: pa.array(np.asarray(value)) for key, value in columns.items()})
+    except pa.ArrowException as error:
+        raise SealsError(f"'{path}' cannot be written: {error}") from error
+    with atomic_path(path) as beside:
+        _write_arrow(beside, table)
+
+
+def _write_arrow(path: Path, table: Any) -> None:
+    if path.suffix == ".csv":
+        from pyarrow import csv
+
+        csv.write_csv(table, path)
+    else:
+        from pyarrow import parquet
+
+        parquet.write_table(table, path, compression="zstd")
+
+
+def plain(value: Any) -> Any:
+    """Return ``value`` with NumPy scalars and arrays, tuples, sets and paths made plain.
+
+    Example:
+        >>> plain({"mass": np.float64(1.5), "axis": np.array([0, 1]), "file": Path("a")})
+        {'mass': 1.5, 'axis': [0, 1], 'file': 'a'}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): plain(child) for key, child in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(child) for child in value]
+    if isinstance(value, set | frozenset):
+        return sorted(plain(child) for child in value)
+    return str(value) if isinstance(value, Path) else value

@@ -1,0 +1,187 @@
+"""The table of known channels: stem, components, unit and meaning, written once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+_VECTOR = ("x", "y", "z")
+_ANY_COMPONENT = re.compile(r"^(?P<stem>.+)_(?:[wxyz]|\d+)$")
+_NUMBER = re.compile(r"_(\d+)$")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channel:
+    """One measured or commanded quantity and the columns that hold it.
+
+    Args:
+        stem: name without component, such as ``position``.
+        suffixes: components in order; empty for a scalar and for numbered channels.
+        numbered: whether the components are ``_1 .. _n``.
+        command: whether it is an order that was sent, not a measurement.
+        body: whether it is a vector in body axes.
+        unit: SI unit as text.
+        meaning: one line for people.
+    """
+
+    stem: str
+    suffixes: tuple[str, ...] = ()
+    numbered: bool = False
+    command: bool = False
+    body: bool = False
+    unit: str
+    meaning: str
+
+
+_TABLE = (
+    Channel(
+        stem="rotor_speed_cmd",
+        numbered=True,
+        command=True,
+        unit="rad/s",
+        meaning="commanded rotor speed, held until the next row",
+    ),
+    Channel(
+        stem="thruster_cmd",
+        numbered=True,
+        command=True,
+        unit="N",
+        meaning="commanded thruster force along the thruster axis, held",
+    ),
+    Channel(
+        stem="joint_position_cmd",
+        numbered=True,
+        command=True,
+        unit="rad",
+        meaning="commanded joint angle, held",
+    ),
+    Channel(
+        stem="motor_pwm",
+        numbered=True,
+        command=True,
+        unit="1",
+        meaning="motor pulse width, share of full",
+    ),
+    Channel(stem="position", suffixes=_VECTOR, unit="m", meaning="body origin in the world"),
+    Channel(
+        stem="orientation",
+        suffixes=("w", "x", "y", "z"),
+        unit="1",
+        meaning="unit quaternion that turns body vectors into world vectors",
+    ),
+    Channel(
+        stem="velocity",
+        suffixes=_VECTOR,
+        body=True,
+        unit="m/s",
+        meaning="velocity of the body origin over ground, body axes",
+    ),
+    Channel(
+        stem="angular_velocity",
+        suffixes=_VECTOR,
+        body=True,
+        unit="rad/s",
+        meaning="gyroscope, body axes",
+    ),
+    Channel(
+        stem="specific_force",
+        suffixes=_VECTOR,
+        body=True,
+        unit="m/s^2",
+        meaning="accelerometer, body axes: acceleration minus gravity (+9.81 z level at rest)",
+    ),
+    Channel(stem="depth", unit="m", meaning="depth of the body origin, positive down"),
+    Channel(stem="battery_voltage", unit="V", meaning="terminal voltage under load"),
+    Channel(stem="joint_position", numbered=True, unit="rad", meaning="joint angle, link side"),
+    Channel(stem="joint_velocity", numbered=True, unit="rad/s", meaning="joint rate, link side"),
+    Channel(stem="roll", unit="rad", meaning="roll angle of a body that has no quaternion"),
+    Channel(stem="pitch", unit="rad", meaning="pitch angle above the horizontal, nose up positive"),
+    Channel(stem="pressure", unit="Pa", meaning="water pressure above that at the surface"),
+    Channel(
+        stem="ballast_volume",
+        unit="m^3",
+        meaning="volume pumped out of the hull, positive is buoyant",
+    ),
+    Channel(stem="water_density", unit="kg/m^3", meaning="density of the water at the body"),
+    Channel(
+        stem="speed_through_water",
+        unit="m/s",
+        meaning="speed of the body through the water, not negative",
+    ),
+    Channel(
+        stem="wave_elevation",
+        numbered=True,
+        unit="m",
+        meaning="surface elevation at a fixed probe, up positive",
+    ),
+    Channel(stem="wave_maker_position", unit="m", meaning="stroke of the wave maker"),
+    Channel(stem="spring_tension", numbered=True, unit="N", meaning="change of a mooring tension"),
+    Channel(stem="spring_force", unit="N", meaning="resultant of the mooring springs in sway"),
+    Channel(
+        stem="heave_acceleration",
+        numbered=True,
+        unit="m/s^2",
+        meaning="acceleration along body z, gravity removed",
+    ),
+    Channel(
+        stem="sway_acceleration",
+        unit="m/s^2",
+        meaning="acceleration along body y, gravity removed",
+    ),
+)
+
+CHANNELS: dict[str, Channel] = {channel.stem: channel for channel in _TABLE}
+"""Every known channel by stem; a log may hold others, which are carried along."""
+
+
+def stem_of(column: str) -> str:
+    """Return the channel that a column belongs to.
+
+    Example:
+        >>> stem_of("position_x"), stem_of("rotor_speed_cmd_12"), stem_of("depth")
+        ('position', 'rotor_speed_cmd', 'depth')
+    """
+    match = _ANY_COMPONENT.match(column)
+    return match["stem"] if match and column not in CHANNELS else column
+
+
+def columns_of(stem: str, present: Iterable[str]) -> tuple[str, ...]:
+    """Return the full list of columns of a channel, in component order.
+
+    A vector has all its components even where a log holds only some; a numbered channel runs to its
+    highest number.
+
+    Args:
+        stem: the channel.
+        present: the columns that the log holds.
+
+    Example:
+        >>> columns_of("position", ["t", "position_z"])
+        ('position_x', 'position_y', 'position_z')
+        >>> columns_of("motor_pwm", ["motor_pwm_2", "motor_pwm_1"])
+        ('motor_pwm_1', 'motor_pwm_2')
+    """
+    mine = [column for column in present if stem_of(column) == stem]
+    known = CHANNELS.get(stem)
+    if not mine:
+        return ()
+    if known is not None and known.suffixes:
+        return tuple(f"{stem}_{suffix}" for suffix in known.suffixes)
+    numbers = [int(match[1]) for column in mine if (match := _NUMBER.search(column))]
+    if numbers and len(numbers) == len(mine) and max(numbers) <= len(mine) + 64:
+        return tuple(f"{stem}_{k}" for k in range(min(1, *numbers), max(numbers) + 1))
+    return tuple(sorted(mine, key=lambda column: ("wxyz".find(column[-1]), column)))
+
+
+def unit_of(column: str) -> str | None:
+    """Return the SI unit of a column, or None for an unknown one.
+
+    Example:
+        >>> unit_of("specific_force_z"), unit_of("t"), unit_of("colour")
+        ('m/s^2', 's', None)
+    """
+    if column == "t":
+        return "s"
+    known = CHANNELS.get(stem_of(column))
+    return known.unit if known is not None else None

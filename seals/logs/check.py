@@ -1,0 +1,59 @@
+"""The check of a log before anything is concluded from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.errors import LogError
+from seals.logs.check_frames import check_frames
+from seals.logs.check_time import check_time
+from seals.logs.check_units import check_units
+from seals.logs.check_values import check_values
+from seals.logs.finding import LARGEST, Finding, Severity
+from seals.logs.log import Log
+
+_GRAVEST_FIRST = {Severity.REFUSE: 0, Severity.WARN: 1, Severity.NOTE: 2}
+_BROKEN = ("too_few_rows", "time_not_finite")
+
+
+def check_log(log: Log) -> list[Finding]:
+    """Return everything noteworthy about a log, the gravest first.
+
+    Example:
+        >>> import numpy as np
+        >>> time = np.arange(100) * 0.01
+        >>> noisy = 1.0 + 0.001 * np.sin(37.0 * np.arange(100))
+        >>> log = Log(name="a", columns={"t": time[::-1], "specific_force_z": noisy})
+        >>> check_log(log)[0].code
+        'time_backwards'
+    """
+    found = check_time(log)
+    # the other checks count on finite times and a few rows
+    if not any(finding.code in _BROKEN for finding in found):
+        finite = _without_infinities(log)
+        found += [*check_values(log), *check_units(finite), *check_frames(finite)]
+    return sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity])
+
+
+def _without_infinities(log: Log) -> Log:
+    infinite = {key: np.abs(values) > LARGEST for key, values in log.columns.items()}
+    spoilt = {
+        key: np.where(mask, np.nan, log.columns[key])
+        for key, mask in infinite.items()
+        if mask.any()
+    }
+    return log.with_columns(spoilt) if spoilt else log
+
+
+def refuse_if_bad(log: Log) -> list[Finding]:
+    """Return the findings of a usable log.
+
+    Raises:
+        LogError: the log cannot be used; the message holds every reason.
+    """
+    found = check_log(log)
+    grave = [finding for finding in found if finding.severity is Severity.REFUSE]
+    if grave:
+        reasons = "\n".join(f"- {finding.channel or 'log'}: {finding.message}" for finding in grave)
+        raise LogError(f"log '{log.name}' cannot be used:\n{reasons}")
+    return found

@@ -1,0 +1,126 @@
+"""Checks of the time base: order, repeats, gaps, jitter, unit, length."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.logs.finding import LARGEST, Finding, Severity
+from seals.logs.log import Log
+
+FEWEST_ROWS = 10
+"""A log with fewer rows says nothing about dynamics."""
+_GAP_STEPS = 5.0
+_JITTER_SHARE = 0.2
+_LONGEST_STEP = 2.0
+
+
+def check_time(log: Log) -> list[Finding]:
+    """Return the findings about time; steps are taken within each segment."""
+    if log.rows < FEWEST_ROWS:
+        text = f"{log.rows} rows; at least {FEWEST_ROWS} are needed."
+        return [_time("too_few_rows", text, count=log.rows)]
+    bad = ~(np.abs(log.time) < LARGEST)
+    if bad.any():
+        text = f"{bad.sum()} time stamps are not finite, or beyond {LARGEST:g} s.\n"
+        text += "Remove these rows."
+        return [_time("time_not_finite", text, count=int(bad.sum()))]
+    starts, steps = _steps(log)
+    if steps.size == 0:
+        return [_time("too_few_rows", "no segment has two rows.")]
+    found = [*_backwards(starts, steps), *_repeated(starts, steps), *_short_segments(log)]
+    rising = steps[steps > 0.0]
+    if rising.size:
+        found += _gaps(starts, steps, float(np.median(rising)))
+        found += _jitter(rising)
+        found += _unit(float(np.median(rising)))
+    return found
+
+
+def _time(
+    code: str,
+    message: str,
+    *,
+    severity: Severity = Severity.REFUSE,
+    count: int = 0,
+    where: float | None = None,
+) -> Finding:
+    return Finding(
+        severity=severity, code=code, channel="t", message=message, count=count, where=where
+    )
+
+
+def _steps(log: Log) -> tuple[Floats, Floats]:
+    starts, steps = [], []
+    for number in np.unique(log.segment):
+        time = log.time[log.segment == number]
+        starts.append(time[:-1])
+        steps.append(np.diff(time))
+    return np.concatenate(starts), np.concatenate(steps)
+
+
+def _first(starts: Floats, mask: NDArray[np.bool_]) -> float:
+    return float(starts[np.argmax(mask)])
+
+
+def _backwards(starts: Floats, steps: Floats) -> list[Finding]:
+    back = steps < 0.0
+    if not back.any():
+        return []
+    text = (
+        f"time runs backwards {back.sum()} times, by up to {-steps.min():.6g} s.\n"
+        "Sort the rows, or give separate runs a 'segment' number of their own."
+    )
+    return [_time("time_backwards", text, count=int(back.sum()), where=_first(starts, back))]
+
+
+def _repeated(starts: Floats, steps: Floats) -> list[Finding]:
+    same = steps == 0.0
+    if not same.any():
+        return []
+    text = (
+        f"{same.sum()} time stamps repeat the one before.\n"
+        "Keep one row for each time; merge rows that carry different sensors."
+    )
+    return [_time("time_repeated", text, count=int(same.sum()), where=_first(starts, same))]
+
+
+def _short_segments(log: Log) -> list[Finding]:
+    numbers, counts = np.unique(log.segment, return_counts=True)
+    short = numbers[counts < FEWEST_ROWS]
+    if short.size == 0:
+        return []
+    names = ", ".join(str(number) for number in short[:8])
+    text = f"segments with fewer than {FEWEST_ROWS} rows: {names}. They will hardly count."
+    return [_time("short_segment", text, severity=Severity.WARN, count=int(short.size))]
+
+
+def _gaps(starts: Floats, steps: Floats, median: float) -> list[Finding]:
+    gaps = steps > _GAP_STEPS * median
+    if not gaps.any():
+        return []
+    text = (
+        f"{gaps.sum()} gaps, the longest {steps.max():.6g} s, where the usual step is "
+        f"{median:.6g} s. Nothing is interpolated across them."
+    )
+    where = _first(starts, gaps)
+    return [_time("gaps", text, severity=Severity.WARN, count=int(gaps.sum()), where=where)]
+
+
+def _jitter(rising: Floats) -> list[Finding]:
+    median = float(np.median(rising))
+    usual = rising[rising <= _GAP_STEPS * median]
+    share = float(np.std(usual)) / median
+    if share <= _JITTER_SHARE:
+        return []
+    text = f"time steps scatter by {share:.0%} of the usual {median:.6g} s. Stamps may be late."
+    return [_time("jitter", text, severity=Severity.WARN, count=int(usual.size))]
+
+
+def _unit(median: float) -> list[Finding]:
+    if median <= _LONGEST_STEP:
+        return []
+    guess = "microseconds" if median >= 500.0 else "milliseconds"
+    text = f"the usual step is {median:.6g} s. Is the time in {guess}?"
+    return [_time("time_unit", text, severity=Severity.WARN)]

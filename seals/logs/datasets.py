@@ -1,0 +1,202 @@
+"""Published data sets: where each file lives, what it must contain, and under which licence.
+
+A file comes from an offline folder when the environment variable ``SEALS_DATA`` names one that has
+it, else from its public address, once, into the user's cache. Its checksum is compared either way.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import quote
+
+from seals.errors import LogError, suggestion
+from seals.logs.intake import regular_file
+
+OFFLINE = "SEALS_DATA"
+"""Environment variable: folder with one sub-folder for each data set."""
+_SHOWN: set[str] = set()
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataFile:
+    """One file of a data set.
+
+    Args:
+        path: path inside the public repository.
+        sha256: checksum of the public file; None where it was never seen, and then not checked.
+        offline: name in the offline folder; left out, the last part of ``path``.
+        offline_sha256: checksum of the offline form where it differs from the public one.
+    """
+
+    path: str
+    sha256: str | None
+    offline: str = ""
+    offline_sha256: str | None = None
+
+    @property
+    def name(self) -> str:
+        """Name in the offline folder."""
+        return self.offline or self.path.rsplit("/", 1)[-1]
+
+    @property
+    def stem(self) -> str:
+        """Name up to its first full stop, the same for both forms."""
+        return self.name.split(".", 1)[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dataset:
+    """A published data set at one commit of a public repository.
+
+    Args:
+        folder: name of its offline folder and of its folder in the cache.
+        repository: ``owner/name``.
+        commit: the commit whose files were checked.
+        licence: short name of the licence.
+        attribution: whom to name, and what to cite.
+        note: how the offline files differ from the public ones.
+        files: what it consists of.
+    """
+
+    folder: str
+    repository: str
+    commit: str
+    licence: str
+    attribution: str
+    note: str = ""
+    files: tuple[DataFile, ...] = field(default=())
+
+    def address(self, file: DataFile) -> str:
+        """Return the public address of a file."""
+        base = f"https://raw.githubusercontent.com/{self.repository}/{self.commit}"
+        return f"{base}/{quote(file.path)}"
+
+    @property
+    def source(self) -> str:
+        """Repository and commit, as it is written into logs."""
+        return f"https://github.com/{self.repository} at {self.commit[:12]}"
+
+    def find(self, stem: str) -> DataFile:
+        """Return the file of that name, without suffix.
+
+        Raises:
+            LogError: the set has no such file.
+        """
+        by_stem = {file.stem: file for file in self.files}
+        if stem not in by_stem:
+            raise LogError(
+                f"data set '{self.folder}' has no file '{stem}'.\n" + suggestion(stem, by_stem)
+            )
+        return by_stem[stem]
+
+
+def show_on_stderr(text: str) -> None:
+    """Print a licence notice where it does not mix with results."""
+    print(text, file=sys.stderr)
+
+
+def locate(
+    dataset: Dataset, file: DataFile, *, show: Callable[[str], None] = show_on_stderr
+) -> Path:
+    """Return the path of a data file, fetching it on first use.
+
+    Args:
+        dataset: the set.
+        file: one of its files.
+        show: receives the licence notice, once for each set and process.
+
+    Raises:
+        LogError: the file is neither offline nor reachable, or its checksum is wrong.
+    """
+    _show_licence(dataset, show)
+    root = os.environ.get(OFFLINE, "")
+    offline = Path(root) / dataset.folder / file.name
+    if root and offline.exists():
+        wanted = file.offline_sha256 or (file.sha256 if not file.offline else None)
+        _verify(regular_file(offline), wanted)
+        return offline
+    return _fetch(dataset, file, root)
+
+
+def paths_of(
+    dataset: Dataset,
+    source: str | Path | None,
+    *,
+    files: tuple[DataFile, ...] | None = None,
+    show: Callable[[str], None] = show_on_stderr,
+) -> list[Path]:
+    """Return the files to read, in the order of the data set.
+
+    Args:
+        dataset: the set.
+        source: None for the published files; the stem of one of them; or a file or folder of one's
+            own, which is not compared with any checksum.
+        files: the files meant when ``source`` is None; left out, all.
+        show: receives the licence notice.
+
+    Raises:
+        LogError: nothing fitting is there.
+    """
+    if source is None:
+        return [locate(dataset, file, show=show) for file in files or dataset.files]
+    path = Path(source)
+    if path.is_dir():
+        names = [name for file in dataset.files for name in (file.name, Path(file.path).name)]
+        found = [path / name for name in dict.fromkeys(names) if (path / name).is_file()]
+        if not found:
+            raise LogError(
+                f"'{path}' holds no file of the data set '{dataset.folder}'.\n"
+                f"Looked for: {', '.join(dict.fromkeys(names))}"
+            )
+        return found
+    if not path.exists() and path.name == str(source):
+        return [locate(dataset, dataset.find(path.name), show=show)]
+    return [regular_file(path)]
+
+
+def _show_licence(dataset: Dataset, show: Callable[[str], None]) -> None:
+    if dataset.folder in _SHOWN:
+        return
+    _SHOWN.add(dataset.folder)
+    note = f" {dataset.note}" if dataset.note else ""
+    show(f"data set {dataset.folder}: {dataset.licence}. {dataset.attribution}{note}")
+
+
+def _verify(path: Path, sha256: str | None) -> None:
+    if sha256 is None:
+        return
+    found = hashlib.sha256(path.read_bytes()).hexdigest()
+    if found != sha256:
+        raise LogError(
+            f"'{path}' has the checksum {found[:16]}..., expected {sha256[:16]}...\n"
+            "The file is damaged or of another version: remove it and fetch it again."
+        )
+
+
+def _fetch(dataset: Dataset, file: DataFile, root: str) -> Path:
+    import pooch
+    import requests
+
+    address = dataset.address(file)
+    try:
+        got = pooch.retrieve(
+            url=address,
+            known_hash=f"sha256:{file.sha256}" if file.sha256 else None,
+            fname=file.path.rsplit("/", 1)[-1],
+            path=Path(pooch.os_cache("seals")) / dataset.folder,
+            downloader=pooch.HTTPDownloader(timeout=(5, 60)),
+        )
+    except (requests.RequestException, OSError, ValueError) as error:
+        state = f"is '{root}', which lacks {dataset.folder}/{file.name}" if root else "is not set"
+        reason = type(error).__name__
+        raise LogError(
+            f"data set '{dataset.folder}': {OFFLINE} {state}, and {address} did not answer as "
+            f"expected ({reason}).\nConnect to the network, or set {OFFLINE} to a folder that "
+            f"holds {dataset.folder}/{file.name}."
+        ) from error
+    return Path(got)

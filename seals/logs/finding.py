@@ -1,0 +1,46 @@
+"""What the check of a log has to say: one observation, how grave it is, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+LARGEST = 1e15
+"""No measured quantity in SI units is larger; squares of such numbers still fit a double."""
+
+
+class Severity(Enum):
+    """How grave a finding is."""
+
+    REFUSE = "refuse"
+    """The log cannot be used as it is: results would be wrong."""
+    WARN = "warn"
+    """Probably a mistake; the log can be used."""
+    NOTE = "note"
+    """Worth knowing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One observation about a log.
+
+    Args:
+        severity: how grave it is.
+        code: short name for programs, such as ``time_backwards``.
+        channel: the channel or column concerned; empty for the whole log.
+        message: what was seen and what to do, in words.
+        count: how many rows, windows or samples show it.
+        where: time of the first one [s], where that means something.
+    """
+
+    severity: Severity
+    code: str
+    channel: str
+    message: str
+    count: int = 0
+    where: float | None = None
+
+    def __str__(self) -> str:
+        place = f" at t = {self.where:.6g} s" if self.where is not None else ""
+        channel = f" {self.channel}" if self.channel else ""
+        return f"[{self.severity.value}]{channel}{place}: {self.message}"

@@ -1,0 +1,140 @@
+"""Reading files that nobody vouches for: bounded size, bounded depth, refusals in words."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from pathlib import Path
+from typing import Any
+
+from seals.errors import LogError
+
+MOST_BYTES = 1 << 28
+"""Largest file, packed or unpacked, that is read whole [byte]."""
+_MOST_META_BYTES = 1 << 20
+_MOST_NODES = 200_000
+_DEEPEST = 40
+
+
+def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
+    """Return the path when it is an ordinary, non-empty file of bearable size.
+
+    Raises:
+        LogError: it is absent, a folder, a pipe, empty or too large.
+    """
+    file = Path(path)
+    try:
+        if not file.exists():
+            raise LogError(f"'{file}' does not exist.\nGive the path of a log file or folder.")
+        if file.is_dir():
+            raise LogError(f"'{file}' is a folder, a file is needed here.")
+        if not file.is_file():
+            raise LogError(
+                f"'{file}' is not an ordinary file (a pipe or a device cannot be a log)."
+            )
+        size = file.stat().st_size
+    except (OSError, ValueError) as error:
+        raise LogError(f"'{path}' cannot be opened: {error}") from error
+    if size == 0:
+        raise LogError(f"'{file}' is empty.")
+    if size > most:
+        raise LogError(f"'{file}' has {size:,} bytes, allowed are {most:,}.\nSplit the log first.")
+    return file
+
+
+def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
+    """Return the content of a file; a ``.gz`` file is unpacked, also within ``most`` bytes.
+
+    Raises:
+        LogError: the file cannot be read, or is larger than allowed.
+    """
+    file = regular_file(path, most=most)
+    try:
+        raw = file.read_bytes()
+    except OSError as error:
+        raise LogError(f"'{file}' cannot be read: {error}") from error
+    return _gunzip(file, raw, most) if file.suffix == ".gz" else raw
+
+
+def _gunzip(file: Path, raw: bytes, most: int) -> bytes:
+    # zlib with a cap, not gzip.decompress: a few kilobytes can declare gigabytes
+    unpacker = zlib.decompressobj(wbits=31)
+    try:
+        content = unpacker.decompress(raw, most)
+    except zlib.error as error:
+        raise LogError(f"'{file}' is not a sound gzip file ({error}).") from error
+    if unpacker.unconsumed_tail:
+        raise LogError(f"'{file}' unpacks to more than the allowed {most:,} bytes.")
+    if not unpacker.eof:
+        raise LogError(f"'{file}' is cut short: its gzip stream has no end.\nFetch it again.")
+    return content
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """Return the mapping that a YAML file holds; only plain data, no Python objects.
+
+    Raises:
+        LogError: it is not UTF-8, not YAML, too large, too deep, or not a mapping.
+    """
+    import yaml
+
+    file = regular_file(path, most=_MOST_META_BYTES)
+    # the C loader is 10 times faster, and crashes on deep nesting: _measure goes first
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        text = file.read_bytes().decode("utf-8")
+        _measure(file, yaml.parse(text, Loader=loader))
+        content = yaml.load(text, Loader=loader)  # a safe loader
+    except UnicodeDecodeError as error:
+        raise LogError(f"'{file}' is not UTF-8 text ({error.reason}).") from error
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise LogError(
+            f"'{file}' is not plain YAML: {reason}\nOnly numbers, text, lists and mappings count."
+        ) from error
+    if not isinstance(content, dict):
+        kind = type(content).__name__
+        raise LogError(f"'{file}' must hold a mapping of names to values, it holds a {kind}.")
+    return content
+
+
+def _measure(file: Path, events: Any) -> None:
+    depth = 0
+    for count, event in enumerate(events):
+        name = type(event).__name__
+        depth += name.endswith("StartEvent") - name.endswith("EndEvent")
+        if depth > _DEEPEST or count > _MOST_NODES:
+            raise LogError(
+                f"'{file}' is nested deeper than {_DEEPEST} levels or has more than "
+                f"{_MOST_NODES:,} entries.\nWrite it as plain data."
+            )
+
+
+def first_bad_number(tree: object) -> str | None:
+    """Return the path of the first float that is not finite, or None.
+
+    Example:
+        >>> first_bad_number({"vehicle": {"mass": float("nan")}})
+        'vehicle.mass'
+    """
+    waiting: list[tuple[str, int, object]] = [("", 0, tree)]
+    for _ in range(_MOST_NODES):
+        if not waiting:
+            return None
+        # repeated YAML aliases can unfold a small file into billions of entries
+        path, depth, value = waiting.pop()
+        if len(waiting) > _MOST_NODES or depth > _DEEPEST:
+            break
+        if isinstance(value, float) and not math.isfinite(value):
+            return path
+        if isinstance(value, dict):
+            named = [(f"{path}.{key}".lstrip("."), child) for key, child in value.items()]
+        elif isinstance(value, list | tuple):
+            named = [(f"{path}[{k}]", child) for k, child in enumerate(value)]
+        else:
+            continue
+        waiting += [(name, depth + 1, child) for name, child in named]
+    raise LogError(
+        f"meta has more than {_MOST_NODES:,} entries, more than {_DEEPEST} levels, "
+        "or contains itself."
+    )

@@ -1,0 +1,141 @@
+"""The native log folder: ``log.parquet`` or ``log.csv``, ``meta.yaml``, ``vehicle.urdf``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError, SealsError
+from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
+from seals.logs.intake import read_bytes, read_yaml
+from seals.logs.log import Integers, Log
+from seals.logs.table import read_csv_columns, read_parquet
+
+FORMAT = "hidden-effect-log"
+"""Name of the format, as written in ``meta.yaml``."""
+FORMAT_VERSION = 1
+TABLES = ("log.parquet", "log.csv")
+"""File names of the table, the preferred one first."""
+_URDF = "vehicle.urdf"
+_SIDE = ("source", "licence")
+
+
+def read_native(folder: str | Path) -> Log:
+    """Read a log folder.
+
+    Args:
+        folder: the folder, or the table inside it.
+
+    Raises:
+        LogError: something is missing, damaged or of an unknown version.
+    """
+    place = Path(folder)
+    if place.name in TABLES and place.is_file():
+        place = place.parent
+    if not place.is_dir():
+        raise LogError(
+            f"'{place}' is not a log folder.\n"
+            f"A log folder holds {TABLES[0]} or {TABLES[1]}, and meta.yaml."
+        )
+    table = next((place / name for name in TABLES if (place / name).exists()), None)
+    if table is None:
+        raise LogError(f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.")
+    meta = read_meta(place / "meta.yaml")
+    columns = read_parquet(table) if table.suffix == ".parquet" else read_csv_columns(table)
+    segment = _segment(table, columns.pop("segment", None))
+    source, licence = (str(meta.pop(key, "")) for key in _SIDE)
+    return Log(
+        name=place.resolve().name,
+        columns=columns,
+        segment=segment,
+        meta=meta,
+        source=source or str(place),
+        licence=licence,
+    )
+
+
+def read_meta(path: str | Path) -> dict[str, Any]:
+    """Read and check ``meta.yaml``.
+
+    Raises:
+        LogError: it is not a plain mapping, or of another format or version.
+    """
+    meta = read_yaml(path)
+    if meta.get("format") != FORMAT:
+        raise LogError(
+            f"'{path}': format is '{meta.get('format')}'.\nAllowed: format: {FORMAT}, "
+            f"format_version: {FORMAT_VERSION}"
+        )
+    version = meta.get("format_version")
+    if version != FORMAT_VERSION or isinstance(version, bool):
+        raise LogError(
+            f"'{path}': format_version is '{version}', this program reads version "
+            f"{FORMAT_VERSION}.\nA newer log needs a newer seals; an older one must be converted."
+        )
+    return meta
+
+
+def read_urdf(folder: str | Path) -> str | None:
+    """Return the text of ``vehicle.urdf``, or None when the folder has none.
+
+    Raises:
+        LogError: the file is there and cannot be read as UTF-8 text.
+    """
+    path = Path(folder) / _URDF
+    if not path.exists():
+        return None
+    try:
+        return read_bytes(path, most=1 << 24).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise LogError(f"'{path}' is not UTF-8 text ({error.reason}).") from error
+
+
+def write_native(
+    log: Log,
+    folder: str | Path,
+    *,
+    urdf: str | None = None,
+    table: str = TABLES[0],
+    replace: bool = False,
+) -> Path:
+    """Write a log folder, whole or not at all.
+
+    Args:
+        log: the log.
+        folder: where to; it must not exist unless ``replace``.
+        urdf: text of ``vehicle.urdf``.
+        table: ``log.parquet`` or ``log.csv``.
+        replace: whether a folder already there is replaced.
+
+    Raises:
+        LogError: the table has another name, or the folder cannot be written.
+    """
+    if table not in TABLES:
+        raise LogError(f"'{table}' is not a table of a log folder.\nAllowed: {', '.join(TABLES)}")
+    side = {key: getattr(log, key) for key in _SIDE if getattr(log, key)}
+    rest = {key: value for key, value in log.meta.items() if key not in ("format", *_SIDE)}
+    meta = {"format": FORMAT, "format_version": FORMAT_VERSION, **rest, **side}
+    columns: dict[str, Floats | Integers] = {"t": log.time}
+    if np.any(log.segment != 0):
+        columns["segment"] = log.segment
+    columns |= {key: value for key, value in log.columns.items() if key != "t"}
+    try:
+        with atomic_folder(folder, replace=replace) as beside:
+            write_table(beside / table, columns)
+            write_yaml(beside / "meta.yaml", meta)
+            if urdf is not None:
+                write_text(beside / _URDF, urdf)
+    except (OSError, SealsError) as error:
+        raise LogError(f"'{folder}' cannot be written: {error}") from error
+    return Path(folder)
+
+
+def _segment(table: Path, values: Floats | None) -> Integers:
+    if values is None:
+        return np.zeros(0, dtype=np.int64)
+    if not np.all(np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 2**53)):
+        raise LogError(f"'{table}': column 'segment' must hold a whole number in every row.")
+    return values.astype(np.int64)

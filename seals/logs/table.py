@@ -1,0 +1,172 @@
+"""Columns of numbers from Parquet and CSV files, with hostile files refused in words."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.logs.channels import CHANNELS, stem_of
+from seals.logs.intake import read_bytes, regular_file
+
+MOST_VALUES = 100_000_000
+"""Largest table that is read, in values."""
+
+
+def read_parquet(path: str | Path) -> dict[str, Floats]:
+    """Return the numeric columns of a Parquet file, each of shape (rows,); missing values are NaN.
+
+    Raises:
+        LogError: the file is damaged or too large, or a known channel does not hold numbers.
+    """
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    file = regular_file(path)
+    try:
+        content = parquet.ParquetFile(file)
+        rows, width = content.metadata.num_rows, content.metadata.num_columns
+        _check_size(file, rows, width)
+        table = content.read()
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise LogError(
+            f"'{file}' is not a sound Parquet file: {_short(error)}\nWas it copied completely?"
+        ) from error
+    return _numbers(file, table)
+
+
+def read_csv_columns(
+    path: str | Path,
+    *,
+    delimiter: str = ",",
+    skip_lines: int = 0,
+    wanted: Collection[str] | None = None,
+) -> dict[str, Floats]:
+    """Return the numeric columns of a CSV file (plain or ``.gz``), each of shape (rows,).
+
+    Args:
+        path: the file.
+        delimiter: one character between values.
+        skip_lines: lines before the header.
+        wanted: columns that must be there and hold numbers; None takes every numeric column.
+
+    Raises:
+        LogError: the file is damaged, a wanted column is missing, or a number is no number.
+    """
+    import pyarrow as pa
+
+    raw = read_bytes(path)
+    names = header(path, raw, delimiter=delimiter, skip_lines=skip_lines)
+    _check_size(Path(path), raw.count(b"\n"), len(names))
+    forced = _must_be_numbers(names) if wanted is None else _present(path, wanted, names)
+    picked = None if wanted is None else forced
+    try:
+        table = _parse_csv(
+            raw, names, forced=forced, picked=picked, delimiter=delimiter, skip_lines=skip_lines
+        )
+    except (pa.ArrowException, ValueError) as error:
+        raise LogError(
+            f"'{path}' cannot be read as a table of numbers: {_short(error)}\n"
+            "Numbers need a decimal point; a missing sample is an empty field or nan."
+        ) from error
+    return _numbers(Path(path), table)
+
+
+def _parse_csv(
+    raw: bytes,
+    names: list[str],
+    *,
+    forced: list[str],
+    picked: list[str] | None,
+    delimiter: str,
+    skip_lines: int,
+) -> Any:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    # the header is parsed above: blanks around names and a byte-order mark are common
+    reading = csv.ReadOptions(skip_rows=skip_lines + 1, column_names=names, use_threads=False)
+    converting = csv.ConvertOptions(
+        column_types={name: pa.float64() for name in forced}, include_columns=picked
+    )
+    parsing = csv.ParseOptions(delimiter=delimiter)
+    return csv.read_csv(
+        io.BytesIO(raw),
+        read_options=reading,
+        parse_options=parsing,
+        convert_options=converting,
+    )
+
+
+def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: int = 0) -> list[str]:
+    """Return the column names of a CSV file's first line.
+
+    Raises:
+        LogError: it is not UTF-8 text, has no header, or names a column twice.
+    """
+    line = (raw[: 1 << 20].split(b"\n", skip_lines + 1) + [b""] * (skip_lines + 1))[skip_lines]
+    try:
+        text = line.decode("utf-8-sig").strip("\r")
+    except UnicodeDecodeError as error:
+        raise LogError(
+            f"'{path}' is not UTF-8 text ({error.reason}).\nSave it again as UTF-8."
+        ) from error
+    names = [name.strip().strip('"') for name in text.split(delimiter)]
+    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 4096 else []
+    if "\0" in text or len(names) >= 4096 or not text.strip():
+        raise LogError(f"'{path}' has no header line of column names.")
+    if twice:
+        raise LogError(f"'{path}' names these columns twice: {', '.join(twice)}.")
+    return names
+
+
+def _present(path: str | Path, wanted: Collection[str], names: list[str]) -> list[str]:
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise LogError(
+            f"'{path}' has no column '{missing[0]}'.\n"
+            + suggestion(missing[0], names, label="Columns there")
+        )
+    return list(wanted)
+
+
+def _must_be_numbers(names: list[str]) -> list[str]:
+    return [name for name in names if name in ("t", "segment") or stem_of(name) in CHANNELS]
+
+
+def _numbers(file: Path, table: Any) -> dict[str, Floats]:
+    import pyarrow as pa
+
+    columns: dict[str, Floats] = {}
+    for name in dict.fromkeys(table.column_names):
+        column = table.column(table.column_names.index(name))
+        kind = column.type
+        # a column without a single value has the type null: no sample at all
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
+            _refuse_text(file, name, kind)
+            continue
+        values = column.cast(pa.float64()).to_numpy()
+        columns[name] = np.ascontiguousarray(values, dtype=np.float64)
+    return columns
+
+
+def _refuse_text(file: Path, name: str, kind: object) -> None:
+    if _must_be_numbers([name]):
+        raise LogError(f"'{file}': column '{name}' must hold numbers, it holds {kind}.")
+
+
+def _check_size(file: Path, rows: int, width: int) -> None:
+    if rows * max(width, 1) > MOST_VALUES:
+        raise LogError(
+            f"'{file}' declares {rows:,} rows of {width} columns, allowed are {MOST_VALUES:,} "
+            "values.\nSplit the log first."
+        )
+
+
+def _short(error: BaseException) -> str:
+    return " ".join(str(error).split())[:240]

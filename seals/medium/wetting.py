@@ -1,0 +1,100 @@
+"""How much of each hull is under water: exactly, or from tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from seals.arrays import Array, as_like, namespace
+from seals.hulls import Hull, HullTable
+
+POINT_RADIUS = 0.01
+"""Radius of the sphere that stands for a link without a hull [m]."""
+
+
+class Wet(NamedTuple):
+    """Submerged part of the hulls, link axes about the link origin, shape (N, k).
+
+    Args:
+        volume: [m^3], (N, 1).
+        centre: centroid of the submerged volume [m], (N, 3).
+        area: waterplane area [m^2], (N, 1).
+        area_centre: centroid of the waterplane [m], (N, 3).
+    """
+
+    volume: Array
+    centre: Array
+    area: Array
+    area_centre: Array
+
+
+class Wetting(Protocol):
+    """Finds the submerged part of every hull."""
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return the part where normal . x <= level; normal (N, 3) in link axes, level (N, 1) [m]."""
+        ...
+
+
+class WettingExact:
+    """Exact clipping, hull by hull, for the links of one scene.
+
+    Args:
+        hulls: one hull per link.
+    """
+
+    def __init__(self, hulls: Sequence[Hull]) -> None:
+        """Keep the hulls and the values of the fully submerged state."""
+        self.hulls = tuple(hulls)
+        self._reach = np.array([[h.reach] for h in hulls])
+        self._volume = np.array([[h.volume] for h in hulls])
+        self._centre = np.array([h.centroid for h in hulls])
+        self._none = np.zeros((len(hulls), 1)), np.zeros((len(hulls), 3))
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return the submerged part of every hull; dry and submerged ones cost nothing."""
+        cut = np.abs(level) < self._reach
+        if not cut.any():
+            under = level > 0.0
+            return Wet(self._volume * under, self._centre * under, *self._none)
+        under = level >= self._reach
+        volume, centre = self._volume * under, self._centre * under
+        area, area_centre = np.zeros_like(volume), np.zeros_like(centre)
+        for k in np.flatnonzero(cut[:, 0]):
+            part = self.hulls[k].wetted(normal[k], float(level[k, 0]))
+            volume[k, 0], centre[k], area[k, 0], area_centre[k] = part
+        return Wet(volume, centre, area, area_centre)
+
+
+class WettingTable:
+    """Interpolated hulls for batches, rows ordered link by link.
+
+    Args:
+        tables: one table per link.
+    """
+
+    def __init__(self, tables: Sequence[HullTable]) -> None:
+        """Keep the tables."""
+        self.tables = tuple(tables)
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return the submerged part of every hull; rows are links x batch."""
+        if len(self.tables) == 1:
+            return Wet(*self.tables[0].lookup(normal, level))
+        batch = level.shape[0] // len(self.tables)
+        parts = [
+            table.lookup(normal[k * batch : (k + 1) * batch], level[k * batch : (k + 1) * batch])
+            for k, table in enumerate(self.tables)
+        ]
+        xp = namespace(level)
+        return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
+
+
+class WettingNone:
+    """No water anywhere."""
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return an empty submerged part."""
+        return Wet(*(as_like(np.zeros((1, k)), level) for k in (1, 3, 1, 3)))

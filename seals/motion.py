@@ -1,0 +1,120 @@
+"""What a physical law may know: the motion of the links and the air or water around them.
+
+Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a log.
+Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says world.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seals.arrays import Array
+
+
+class Body(NamedTuple):
+    """Constant properties of the links.
+
+    Args:
+        mass: [kg], shape (N, 1).
+        centre_of_mass: in link axes [m], shape (N, 3).
+        volume: displaced volume when fully submerged [m^3], shape (N, 1).
+        plan_area: area of the hull projected along link z [m^2], shape (N, 1).
+    """
+
+    mass: Array
+    centre_of_mass: Array
+    volume: Array
+    plan_area: Array
+
+
+class Motion(NamedTuple):
+    """Pose and twist of the links.
+
+    Args:
+        time: [s], shape (1, 1) or (N, 1).
+        position: p_WL, link origin in the world [m], shape (N, 3).
+        rotation: R_WL, shape (N, 3, 3).
+        up: world z axis in link axes [1], shape (N, 3).
+        velocity: of the link origin over ground, link axes [m/s], shape (N, 3).
+        angular_velocity: link axes [rad/s], shape (N, 3).
+        body: constant properties of the links.
+    """
+
+    time: Array
+    position: Array
+    rotation: Array
+    up: Array
+    velocity: Array
+    angular_velocity: Array
+    body: Body
+
+
+class Medium(NamedTuple):
+    """Air and water around the links, as one effect sees them.
+
+    ``share``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own medium; the rest is the
+    same for all effects.
+
+    Args:
+        share: weight of the effect's medium, s in water, 1 - s in air, 1 for any [1], shape (N, 1).
+        velocity: of the effect's medium over ground, link axes [m/s], shape (N, 3).
+        acceleration: of the effect's medium over ground, link axes [m/s^2], shape (N, 3).
+        density: of the effect's medium [kg/m^3], shape (N, 1).
+        viscosity: dynamic viscosity of the effect's medium [Pa s], shape (N, 1).
+        submersion: s, submerged share of the displaced volume [1], shape (N, 1).
+        submersion_rate: ds/dt [1/s], shape (N, 1).
+        buoyancy_centre: centroid of the submerged volume, link axes [m], shape (N, 3).
+        normal: outward normal of the water surface, link axes [1], shape (N, 3).
+        sinking_speed: speed of the link origin against the water normal [m/s], shape (N, 1).
+        gravity: [m/s^2], shape (1, 1).
+    """
+
+    share: Array
+    velocity: Array
+    acceleration: Array
+    density: Array
+    viscosity: Array
+    submersion: Array
+    submersion_rate: Array
+    buoyancy_centre: Array
+    normal: Array
+    sinking_speed: Array
+    gravity: Array
+
+
+class Joints(NamedTuple):
+    """Joint coordinates, shape (N, J): position [m or rad], velocity [m/s or rad/s]."""
+
+    position: Array
+    velocity: Array
+
+
+class Inputs(NamedTuple):
+    """What acts on the robot from outside the physics.
+
+    Args:
+        step: time since the memory was last updated [s].
+        joint_torque: commanded generalised force of the joints [N m or N], shape (N, J).
+    """
+
+    step: float
+    joint_torque: Array
+
+
+class Wrench(NamedTuple):
+    """Force [N] and torque [N m] about the link origin, link axes, shape (N, 3); None stands for zero."""
+
+    force: Array | None
+    torque: Array | None
+
+
+class AddedInertia(NamedTuple):
+    """Inertia added to a link, ``weight`` times ``matrix``, about the link origin, link axes.
+
+    Args:
+        matrix: 6x6, order [linear, angular] [kg, kg m, kg m^2], shape (1 or N, 6, 6).
+        weight: [1], shape (N, 1).
+    """
+
+    matrix: Array
+    weight: Array

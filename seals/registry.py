@@ -1,0 +1,251 @@
+"""Read-only view of what is installed: entry points discover, this module names, others build.
+
+A plug-in is one object behind an entry point of the group ``seals.<kind>s``. Its module is imported
+only when it is chosen, so one broken package never stops the others.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import importlib
+import importlib.util
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from importlib.resources import files
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from seals.errors import (
+    BrokenPlugin,
+    ConfigError,
+    RobotError,
+    SealsError,
+    UnknownPlugin,
+    suggestion,
+)
+
+GROUPS: Mapping[str, str] = MappingProxyType(
+    {
+        "backend": "seals.backends",
+        "fluid": "seals.fluids",
+        "wave": "seals.waves",
+        "effect": "seals.effects",
+        "robot": "seals.robots",
+        "animal": "seals.animals",
+        "actuator": "seals.actuators",
+        "sensor": "seals.sensors",
+        "controller": "seals.controllers",
+        "learner": "seals.learners",
+        "task": "seals.tasks",
+        "reader": "seals.readers",
+        "viewer": "seals.viewers",
+        "conf": "seals.conf",
+    }
+)
+"""Entry-point group of each kind of plug-in."""
+
+FOLDER_KINDS = ("robot", "animal", "conf")
+"""Kinds whose entry point names a package folder instead of a class."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plugin:
+    """One installed plug-in: its name, where it lives and who brought it.
+
+    Args:
+        kind: singular kind, a key of ``GROUPS``.
+        name: the name that configurations use.
+        value: ``module:Class``, or a package folder for robots, animals and conf.
+        distribution: name of the installed package that declares it.
+        version: version of that package.
+    """
+
+    kind: str
+    name: str
+    value: str
+    distribution: str
+    version: str
+
+    @property
+    def origin(self) -> str:
+        """Return the package and its version as text."""
+        return f"{self.distribution} {self.version}"
+
+    @property
+    def summary(self) -> str:
+        """Return the first docstring line, read from the source without importing the module.
+
+        Raises:
+            BrokenPlugin: the module, the class or the folder is missing.
+        """
+        if self.kind in FOLDER_KINDS:
+            return _folder_summary(self)
+        return _class_summary(self)
+
+    def load(self) -> Any:
+        """Import the module and return the plug-in's class.
+
+        Raises:
+            BrokenPlugin: the import fails; the cause is kept.
+            MissingExtra: the plug-in says which optional dependency it needs.
+        """
+        module, _, attribute = self.value.partition(":")
+        try:
+            found: Any = importlib.import_module(module)
+            for part in attribute.split(".") if attribute else ():
+                found = getattr(found, part)
+        except SealsError:
+            raise
+        except Exception as cause:  # whatever a stranger's module raises belongs to that plug-in
+            raise self.broken(cause) from cause
+        return found
+
+    def folder(self) -> Path:
+        """Return the package folder of a robot, an animal or a conf tree.
+
+        Raises:
+            BrokenPlugin: there is no such package.
+        """
+        try:
+            return Path(str(files(self.value)))
+        except Exception as cause:  # importing the parent package runs foreign code
+            raise self.broken(cause) from cause
+
+    def broken(self, cause: BaseException) -> BrokenPlugin:
+        """Return the refusal that names this plug-in, its package and the cause."""
+        return BrokenPlugin(
+            f"{self.kind} '{self.name}' ({self.value}) of {self.origin} cannot be used: "
+            f"{type(cause).__name__}: {_one_line(cause)}.\n"
+            f"Reinstall {self.distribution}, or see all broken plug-ins with: seals doctor"
+        )
+
+
+def plugins(kind: str) -> Mapping[str, Plugin]:
+    """Return the installed plug-ins of one kind by name, sorted.
+
+    Raises:
+        ConfigError: there is no such kind, or two packages declare one name.
+
+    Example:
+        >>> "quadratic_drag" in plugins("effect")
+        True
+    """
+    declared = _declared(kind)
+    for name, candidates in declared.items():
+        if len(candidates) > 1:
+            owners = " and ".join(plugin.origin for plugin in candidates)
+            raise ConfigError(
+                f"{kind} '{name}' is declared by two packages: {owners}.\n"
+                "Uninstall one of them, or ask its author for another name."
+            )
+    return MappingProxyType({name: candidates[0] for name, candidates in declared.items()})
+
+
+def get(kind: str, name: str) -> Plugin:
+    """Return one installed plug-in by kind and name, not yet imported.
+
+    Raises:
+        UnknownPlugin: nothing of that name is installed.
+        ConfigError: there is no such kind, or two packages declare this name.
+
+    Example:
+        >>> get("effect", "gravity").name
+        'gravity'
+    """
+    declared = _declared(kind)
+    if name not in declared:
+        raise UnknownPlugin(
+            f"{kind} '{name}' is not installed.\n{suggestion(name, declared, label='Installed')}"
+        )
+    return plugins(kind)[name] if len(declared[name]) > 1 else declared[name][0]
+
+
+def duplicates() -> list[tuple[Plugin, ...]]:
+    """Return every name that more than one package declares, for ``seals doctor``."""
+    return [many for kind in GROUPS for many in _declared(kind).values() if len(many) > 1]
+
+
+def names(kind: str) -> list[str]:
+    """Return the sorted installed names of one kind, without importing anything."""
+    return list(_declared(kind))
+
+
+def refresh() -> None:
+    """Forget what was discovered, for a process in which packages were installed meanwhile."""
+    _declared.cache_clear()
+    importlib.invalidate_caches()
+
+
+@functools.cache
+def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
+    if kind not in GROUPS:
+        raise ConfigError(f"there is no kind '{kind}'.\n{suggestion(kind, GROUPS, label='Kinds')}")
+    found: dict[str, list[Plugin]] = {}
+    for point in entry_points(group=GROUPS[kind]):
+        found.setdefault(point.name, []).append(_plugin(kind, point))
+    return MappingProxyType({name: tuple(found[name]) for name in sorted(found)})
+
+
+def _plugin(kind: str, point: EntryPoint) -> Plugin:
+    owner = point.dist
+    return Plugin(
+        kind=kind,
+        name=point.name,
+        value=point.value,
+        distribution=owner.name if owner else "unknown package",
+        version=owner.version if owner else "?",
+    )
+
+
+def _class_summary(plugin: Plugin) -> str:
+    module, _, attribute = plugin.value.partition(":")
+    try:
+        spec = importlib.util.find_spec(module)
+        if spec is None or spec.origin is None:
+            raise ModuleNotFoundError(f"No module named '{module}'")
+        found = _source_summary(Path(spec.origin), module, attribute)
+    except Exception as cause:  # a foreign parent package may raise anything
+        raise plugin.broken(cause) from cause
+    if found is None:
+        # the class is built at run time or comes from another package: only an import can tell
+        found = (plugin.load().__doc__ or "").strip()
+    return found.partition("\n")[0]
+
+
+def _source_summary(path: Path, module: str, name: str) -> str | None:
+    """Find a class's docstring in a source file, or in the file of its package it is taken from."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
+            return ast.get_docstring(node) or ""
+        if (
+            isinstance(node, ast.ImportFrom)
+            and node.module
+            and node.module.startswith(f"{module}.")
+        ):
+            for alias in node.names:
+                if name == (alias.asname or alias.name):
+                    inner = path.parent.joinpath(*node.module[len(module) + 1 :].split("."))
+                    file = inner.with_suffix(".py")
+                    return _source_summary(
+                        file if file.is_file() else inner / "__init__.py", node.module, alias.name
+                    )
+    return None
+
+
+def _folder_summary(plugin: Plugin) -> str:
+    folder = plugin.folder()
+    if plugin.kind == "conf":
+        return str(folder)
+    from seals.config.robot import read_robot
+
+    try:
+        return read_robot(folder).settings.summary
+    except RobotError as cause:
+        raise plugin.broken(cause) from cause
+
+
+def _one_line(cause: BaseException) -> str:
+    return " ".join(str(cause).split()).rstrip(".") or "no message"

@@ -1,0 +1,67 @@
+"""A robot as the physics sees it: links, masses, joints, hulls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like
+from seals.dynamics.spatial import rigid_inertia
+from seals.dynamics.tree import Tree
+from seals.hulls import Hull
+from seals.motion import Body
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotModel:
+    """Mass properties, joints and hulls of a robot; link 0 is the base, parents come before children.
+
+    Args:
+        name: of the robot.
+        urdf: path of the URDF file.
+        links: names of the links.
+        joints: names of the movable joints, in the order of their coordinates.
+        tree: structure.
+        mass: [kg], shape (L,).
+        centre: centres of mass in link axes [m], shape (L, 3).
+        inertia: about the centres of mass, link axes [kg m^2], shape (L, 3, 3).
+        lower: joint limits [rad or m], shape (J,).
+        upper: joint limits [rad or m], shape (J,).
+        hulls: one per link, None for a link that displaces no water.
+        has_collision: whether a link has collision geometry, shape (L,).
+    """
+
+    name: str
+    urdf: str
+    links: tuple[str, ...]
+    joints: tuple[str, ...]
+    tree: Tree
+    mass: Floats
+    centre: Floats
+    inertia: Floats
+    lower: Floats
+    upper: Floats
+    hulls: tuple[Hull | None, ...]
+    has_collision: tuple[bool, ...]
+
+    @cached_property
+    def spatial_inertia(self) -> Floats:
+        """Inertia matrices about the link origins, order [linear, angular], shape (L, 6, 6)."""
+        rows = zip(self.mass, self.centre, self.inertia, strict=True)
+        return np.array([rigid_inertia(float(m), c, i) for m, c, i in rows])
+
+    @property
+    def degrees(self) -> int:
+        """Number of generalised velocities."""
+        return self.tree.joints + (0 if self.tree.fixed_base else 6)
+
+    def bodies(self, like: Array, batch: int = 1) -> Body:
+        """Return the constant properties of all links, rows link by link, in the library of ``like``."""
+        volume = np.array([0.0 if h is None else h.volume for h in self.hulls])
+        plan = np.array([0.0 if h is None else h.plan_area for h in self.hulls])
+        table = (self.mass[:, None], self.centre, volume[:, None], plan[:, None])
+        if len(self.links) == 1:
+            return Body(*(as_like(x, like) for x in table))
+        return Body(*(as_like(np.repeat(x, batch, axis=0), like) for x in table))

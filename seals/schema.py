@@ -1,0 +1,118 @@
+"""Typed parameters: the field of a plug-in dataclass carries unit, bounds, tolerance and source once.
+
+The command line's help, the documentation table, the range check and parameter identification all
+read the metadata written here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from seals.errors import ConfigError
+
+_KEY = "seals.parameter"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """What is known about one physical parameter.
+
+    Args:
+        unit: SI unit as text, ``"1"`` for a pure number.
+        bounds: lowest and highest admissible value, in ``unit``.
+        tolerance: one standard deviation of a nominal value, in ``unit`` or, when ``relative``, as a share.
+        relative: whether ``tolerance`` is a share of the value.
+        source: where the default or the law comes from; ``"chosen"`` marks a choice.
+        fit: whether identification may change it.
+    """
+
+    unit: str
+    bounds: tuple[float, float]
+    tolerance: float
+    relative: bool
+    source: str
+    fit: bool
+
+
+def param(
+    default: float,
+    unit: str,
+    *,
+    bounds: tuple[float, float],
+    tolerance: float,
+    source: str,
+    relative: bool = False,
+    fit: bool = True,
+) -> float:
+    """Declare a float field with its physics; the dataclass default is ``default``.
+
+    Raises:
+        ConfigError: the bounds are empty, or exclude the default.
+
+    Example:
+        >>> from dataclasses import dataclass
+        >>> @dataclass(kw_only=True)
+        ... class Spring:
+        ...     stiffness: float = param(
+        ...         5.0, "N/m", bounds=(0.0, 1e6), tolerance=0.05, relative=True, source="chosen"
+        ...     )
+        >>> parameters_of(Spring)["stiffness"].unit
+        'N/m'
+    """
+    low, high = bounds
+    if not low < high or not low <= default <= high:
+        raise ConfigError(f"bounds {bounds} must be increasing and contain the default {default}.")
+    meta = Parameter(
+        unit=unit, bounds=bounds, tolerance=tolerance, relative=relative, source=source, fit=fit
+    )
+    return cast(float, dataclasses.field(default=default, metadata={_KEY: meta}))
+
+
+def parameters_of(plugin: type | object) -> dict[str, Parameter]:
+    """Return the physical parameters of a plug-in class or object, by field name, in order."""
+    fields = dataclasses.fields(cast(Any, plugin))
+    return {f.name: f.metadata[_KEY] for f in fields if _KEY in f.metadata}
+
+
+def check_parameters(plugin: object, *, where: str = "") -> None:
+    """Refuse non-finite or out-of-bounds parameter values.
+
+    Args:
+        plugin: an instance of a plug-in dataclass.
+        where: full config key, named in the message.
+
+    Raises:
+        ConfigError: a value is not finite or lies outside its bounds.
+    """
+    for name, meta in parameters_of(plugin).items():
+        check_value(f"{where}.{name}" if where else name, getattr(plugin, name), meta)
+
+
+def check_value(key: str, value: Any, meta: Parameter) -> None:
+    """Refuse one parameter value that is not a finite number within its bounds."""
+    low, high = meta.bounds
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not low <= value <= high:
+        raise ConfigError(
+            f"{key}={value} is not allowed.\n"
+            f"Allowed: a finite number from {low:g} to {high:g} {meta.unit} (default source: {meta.source})"
+        )
+
+
+def vector_groups(names: Mapping[str, Any]) -> dict[str, tuple[str, str, str]]:
+    """Find names that come as ``stem_x, stem_y, stem_z`` and group them by stem.
+
+    Example:
+        >>> vector_groups({"drag_x": 0, "drag_y": 0, "drag_z": 0, "area": 0})
+        {'drag': ('drag_x', 'drag_y', 'drag_z')}
+    """
+    stems = [name[:-2] for name in names if name.endswith("_x")]
+    return {
+        stem: (f"{stem}_x", f"{stem}_y", f"{stem}_z")
+        for stem in stems
+        if f"{stem}_y" in names and f"{stem}_z" in names
+    }

@@ -1,0 +1,110 @@
+"""The twin: the robot's equations of motion with its effects, over a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, as_like
+from seals.config.environment import EnvironmentSettings
+from seals.effects.binding import EffectSet
+from seals.effects.evaluation import Evaluator
+from seals.medium.build import build_surroundings, tables_of
+from seals.motion import Inputs
+from seals.robot.model import RobotModel
+from seals.twin.rigid import RigidBody
+from seals.twin.state import Rates, TwinState, advance, runge_kutta
+from seals.twin.tree import TreeBody
+from seals.waves import Waves
+
+
+class Twin:
+    """A batch of robots under the same effects as the simulator, integrated by the classic Runge-Kutta method.
+
+    Args:
+        robot: the robot.
+        effects: bound effects.
+        environment: air, water, gravity.
+        waves: motion of the water surface.
+        batch: number of robots B.
+        like: array whose library, type and device to use; NumPy float64 by default.
+        values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured values.
+
+    Assumptions:
+        No contacts. Effects' memory and inputs are held over a step.
+
+    Example:
+        >>> Twin  # doctest: +ELLIPSIS
+        <class 'seals.twin.model.Twin'>
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        effects: EffectSet,
+        environment: EnvironmentSettings,
+        waves: Waves,
+        *,
+        batch: int,
+        like: Array | None = None,
+        values: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Bind parameters to the batch and choose the equations of motion."""
+        like = np.zeros(1) if like is None else like
+        self.robot, self.batch, self.like = robot, batch, like
+        self.effects = effects.with_values(values or {}, like, batch)
+        bodies = robot.bodies(like, batch)
+        wetting = tables_of(robot, environment)
+        surroundings = build_surroundings(robot, environment, waves, wetting, like=like, batch=batch)
+        self.evaluator = Evaluator(self.effects, surroundings, links=len(robot.links), batch=batch)
+        single = len(robot.links) == 1 and not robot.tree.fixed_base
+        self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(robot, self.evaluator, bodies, environment)
+        self.memory: Mapping[str, Array] = self.zero_memory()
+        self._torque = self.no_torque()
+
+    def zero_memory(self) -> dict[str, Array]:
+        """Return the memory of all effects at reset."""
+        return {k: as_like(v, self.like) for k, v in self.effects.zero_memory(self.batch).items()}
+
+    def no_torque(self) -> Array:
+        """Return zero joint torques, shape (1, J)."""
+        return as_like(np.zeros((1, self.robot.tree.joints)), self.like)
+
+    def start(self, **values: Any) -> TwinState:
+        """Return a state of the batch from the given fields, see `TwinState.at_rest`."""
+        return TwinState.at_rest(self.batch, self.robot.tree.joints, self.like, **values)
+
+    def rates(self, state: TwinState, time: Any, inputs: Inputs | None = None) -> Rates:
+        """Return the time derivative of the state.
+
+        Args:
+            state: of the batch.
+            time: [s], a number.
+            inputs: joint torques and the time since the memory was updated.
+        """
+        inputs = Inputs(0.0, self._torque) if inputs is None else inputs
+        return self.body.rates(state, time, inputs, self.memory)[0]
+
+    def step(self, state: TwinState, time: float, step: float, joint_torque: Array | None = None) -> tuple[TwinState, Rates]:
+        """Advance the batch by one step.
+
+        Args:
+            state: at ``time``.
+            time: [s].
+            step: [s].
+            joint_torque: held over the step [N m or N], shape (1 or B, J).
+
+        Returns:
+            The state at ``time + step`` and the rates at ``time``.
+        """
+        inputs = Inputs(step, self._torque if joint_torque is None else joint_torque)
+        k1, memory = self.body.rates(state, time, inputs, self.memory)
+        held = Inputs(0.0, inputs.joint_torque)
+        half = 0.5 * step
+        k2, _ = self.body.rates(advance(state, k1, half).normal(), time + half, held, self.memory)
+        k3, _ = self.body.rates(advance(state, k2, half).normal(), time + half, held, self.memory)
+        k4, _ = self.body.rates(advance(state, k3, step).normal(), time + step, held, self.memory)
+        self.memory = memory
+        return runge_kutta(state, (k1, k2, k3, k4), step), k1

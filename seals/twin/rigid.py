@@ -1,0 +1,101 @@
+"""Equations of motion of one free rigid body, in body axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like, columns, namespace
+from seals.config.environment import EnvironmentSettings
+from seals.dynamics.linear import solve_symmetric
+from seals.dynamics.added import added_terms
+from seals.dynamics.spatial import kirchhoff
+from seals.effects.evaluation import Evaluation, Evaluator
+from seals.frames import cross, matrix_of, quaternion_rate, rotate
+from seals.motion import Body, Inputs, Joints, Motion
+from seals.robot.model import RobotModel
+from seals.twin.state import Rates, TwinState
+
+
+class RigidBody:
+    """Newton-Euler equations of a free body with added inertia (Kirchhoff), about the base origin.
+
+    Args:
+        robot: a robot of one link.
+        evaluator: of its effects.
+        bodies: constant properties of its link.
+        environment: gravity.
+    """
+
+    def __init__(
+        self, robot: RobotModel, evaluator: Evaluator, bodies: Body, environment: EnvironmentSettings
+    ) -> None:
+        """Convert the inertia once."""
+        self.evaluator, self.bodies, self.gravity = evaluator, bodies, environment.gravity
+        self._dense: Floats = robot.spatial_inertia[:1]
+        self._inertia = as_like(self._dense, bodies.mass)
+
+    def rates(
+        self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return the time derivative of the state and the new memory."""
+        rotation = matrix_of(state.quaternion)
+        motion = Motion(
+            time=as_like([[time]], self.bodies.mass),
+            position=state.position,
+            rotation=rotation,
+            up=rotation[:, 2, :],
+            velocity=state.velocity,
+            angular_velocity=state.spin,
+            body=self.bodies,
+        )
+        found = self.evaluator.evaluate(motion, Joints(state.joints, state.rates), inputs, memory)
+        force, torque = self._right_side(motion, found)
+        linear, angular = self._accelerations(found, force, torque)
+        felt = linear + cross(state.spin, state.velocity) + motion.up * self.gravity
+        rates = Rates(
+            position=rotate(rotation, state.velocity),
+            quaternion=quaternion_rate(state.quaternion, state.spin),
+            velocity=linear,
+            spin=angular,
+            joints=state.rates,
+            rates=state.rates,
+            specific_force=felt,
+        )
+        return rates, found.memory
+
+    def _right_side(self, motion: Motion, found: Evaluation) -> tuple[Array, Array]:
+        """Effects' wrenches less the velocity-dependent terms of body and added inertia."""
+        force, torque = kirchhoff(self._inertia, motion.velocity, motion.angular_velocity)
+        force, torque = -force, -torque
+        for _, _, wrench in found.loads:
+            if wrench.force is not None:
+                force = force + wrench.force
+            if wrench.torque is not None:
+                torque = torque + wrench.torque
+        for _, _, added, medium in found.inertias:
+            more = added_terms(added, medium, motion)
+            force, torque = force - more[0], torque - more[1]
+        return force, torque
+
+    def _accelerations(self, found: Evaluation, force: Array, torque: Array) -> tuple[Array, Array]:
+        """Solve (M + sum s M_A) (v', w') = (force, torque)."""
+        matrix = [[self._inertia[:, i, j] if self._dense[0, i, j] else None for j in range(i + 1)] for i in range(6)]
+        for _, _, added, _ in found.inertias:
+            weight = added.weight[:, 0]
+            used = _pattern(added.matrix)
+            for i, j in used:
+                before, more = matrix[i][j], weight * added.matrix[:, i, j]
+                matrix[i][j] = more if before is None else before + more
+        right = [force[:, k] for k in range(3)] + [torque[:, k] for k in range(3)]
+        x = solve_symmetric(matrix, right)
+        return columns(*x[:3]), columns(*x[3:])
+
+
+def _pattern(matrix: Array) -> list[tuple[int, int]]:
+    """Entries of the lower triangle that are not zero in the whole batch."""
+    xp = namespace(matrix)
+    table = np.asarray(xp.any(matrix != 0.0, axis=0).tolist(), dtype=bool)
+    return [(i, j) for i in range(6) for j in range(i + 1) if table[i, j]]

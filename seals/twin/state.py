@@ -1,0 +1,89 @@
+"""State of a batch of robots, and its time derivative."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Array, as_like
+from seals.frames import normalised, quaternion_of_rpy
+
+
+class TwinState(NamedTuple):
+    """State of a batch of B robots with J joints.
+
+    Args:
+        position: p_WB, base origin in the world [m], shape (B, 3).
+        quaternion: q_WB_xyzw, shape (B, 4).
+        velocity: of the base origin, base axes [m/s], shape (B, 3).
+        spin: w_WB_B, angular velocity in base axes [rad/s], shape (B, 3).
+        joints: joint coordinates [rad or m], shape (B, J).
+        rates: joint rates [rad/s or m/s], shape (B, J).
+    """
+
+    position: Array
+    quaternion: Array
+    velocity: Array
+    spin: Array
+    joints: Array
+    rates: Array
+
+    def normal(self) -> TwinState:
+        """Return the state with the quaternion scaled to unit length."""
+        return self._replace(quaternion=normalised(self.quaternion))
+
+    @staticmethod
+    def at_rest(batch: int, joint_count: int, like: Array, **values: Any) -> TwinState:
+        """Build a state from zeros and the given fields; ``rpy`` may stand for the quaternion.
+
+        Args:
+            batch: B.
+            joint_count: J.
+            like: array whose library, type and device to use.
+            **values: fields as anything that broadcasts to their shape.
+        """
+        widths = {"position": 3, "quaternion": 4, "velocity": 3, "spin": 3, "joints": joint_count, "rates": joint_count}
+        if "rpy" in values:
+            values["quaternion"] = quaternion_of_rpy(np.atleast_2d(np.asarray(values.pop("rpy"), dtype=float)))
+        values.setdefault("quaternion", [0.0, 0.0, 0.0, 1.0])
+        full = {
+            name: np.array(np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (batch, width)))
+            for name, width in widths.items()
+        }
+        return TwinState(**{name: as_like(np.asfortranarray(x), like) for name, x in full.items()})
+
+
+class Rates(NamedTuple):
+    """Time derivative of a state, and what an accelerometer at the base origin would feel.
+
+    Args:
+        position: [m/s], shape (B, 3).
+        quaternion: [1/s], shape (B, 4).
+        velocity: base-axes derivative [m/s^2], shape (B, 3).
+        spin: [rad/s^2], shape (B, 3).
+        joints: [rad/s or m/s], shape (B, J).
+        rates: [rad/s^2 or m/s^2], shape (B, J).
+        specific_force: acceleration of the base origin minus gravity, base axes [m/s^2], shape (B, 3).
+    """
+
+    position: Array
+    quaternion: Array
+    velocity: Array
+    spin: Array
+    joints: Array
+    rates: Array
+    specific_force: Array
+
+
+def advance(state: TwinState, rates: Rates, step: float) -> TwinState:
+    """Return state + step * rates."""
+    return TwinState(*(x + step * dx for x, dx in zip(state, rates[:6], strict=True)))
+
+
+def runge_kutta(state: TwinState, k: tuple[Rates, Rates, Rates, Rates], step: float) -> TwinState:
+    """Return the classic fourth-order combination, with the quaternion scaled to unit length."""
+    sixth = step / 6.0
+    parts = zip(state, *(r[:6] for r in k), strict=True)
+    moved = TwinState(*(x + sixth * (a + 2.0 * (b + c) + d) for x, a, b, c, d in parts))
+    return moved.normal()

@@ -1,0 +1,77 @@
+"""Equations of motion of a robot with joints, or bolted to the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+from seals.arrays import Array, as_like, namespace
+from seals.config.environment import EnvironmentSettings
+from seals.dynamics.equations import Assembly
+from seals.dynamics.rows import link_motion
+from seals.dynamics.tree import Kinematics, forward
+from seals.effects.evaluation import Evaluator
+from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
+from seals.motion import Body, Inputs, Joints
+from seals.robot.model import RobotModel
+from seals.twin.state import Rates, TwinState
+
+
+class TreeBody:
+    """Projected Newton-Euler equations of a tree of links with added inertia.
+
+    Args:
+        robot: the robot.
+        evaluator: of its effects.
+        bodies: constant properties of its links, rows link by link.
+        environment: gravity.
+    """
+
+    def __init__(
+        self, robot: RobotModel, evaluator: Evaluator, bodies: Body, environment: EnvironmentSettings
+    ) -> None:
+        """Convert the inertias once."""
+        self.robot, self.evaluator, self.bodies = robot, evaluator, bodies
+        self.gravity, self.tree = environment.gravity, robot.tree
+        self._assembly = Assembly(as_like(robot.spatial_inertia, bodies.mass))
+
+    def rates(
+        self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return the time derivative of the state and the new memory."""
+        xp = namespace(state.position)
+        base = matrix_of(state.quaternion)
+        kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
+        world = rotate(base, state.velocity)
+        spin = rotate(base, state.spin)
+        lead = [] if self.tree.fixed_base else [world, spin]
+        speed = xp.concat([*lead, state.rates], axis=1)
+        twists = kinematics.twists(speed)
+        motion = link_motion(kinematics, twists, as_like([[time]], self.bodies.mass), self.bodies)
+        joints = Joints(state.joints, state.rates)
+        found = self.evaluator.evaluate(motion, joints, inputs, memory)
+        joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
+        for _, more in found.joint_loads:
+            joint_force = joint_force + more
+        change = self._assembly.accelerations(kinematics, speed, twists, motion, found, joint_force)
+        return self._state_rates(state, base, change), found.memory
+
+    def _state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
+        """Turn generalised accelerations (world) into the derivative of the state (base axes)."""
+        up = base[:, 2, :]
+        if self.tree.fixed_base:
+            still = state.velocity * 0.0
+            linear, angular, joints = still, still, change
+        else:
+            linear, angular = unrotate(base, change[:, 0:3]), unrotate(base, change[:, 3:6])
+            joints = change[:, 6:]
+        return Rates(
+            position=rotate(base, state.velocity),
+            quaternion=quaternion_rate(state.quaternion, state.spin),
+            velocity=linear - cross(state.spin, state.velocity),
+            spin=angular,
+            joints=state.rates,
+            rates=joints,
+            specific_force=linear + up * self.gravity,
+        )

@@ -1,0 +1,91 @@
+"""The load ledger: every effect's wrench on every link at every step, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.motion import Wrench
+
+COMPONENTS = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
+
+
+class Ledger:
+    """Wrenches about the link origins in link axes, one row a step.
+
+    Args:
+        effects: names of the effects, in the order of evaluation.
+        links: names of the links.
+        steps: rows to reserve; the ledger grows when they are used up.
+
+    Attributes:
+        time: [s], shape (rows,).
+        wrenches: [N, N m], shape (rows, effects, links, 6).
+    """
+
+    def __init__(self, effects: Sequence[str], links: Sequence[str], *, steps: int = 1024) -> None:
+        """Reserve the rows."""
+        self.effects, self.links = tuple(effects), tuple(links)
+        self._index = {name: k for k, name in enumerate(effects)}
+        self._time = np.zeros(max(steps, 1))
+        self._table = np.zeros((max(steps, 1), len(self.effects), len(self.links), 6))
+        self.rows = 0
+
+    @property
+    def time(self) -> Floats:
+        """Time of the rows [s]."""
+        return self._time[: self.rows]
+
+    @property
+    def wrenches(self) -> Floats:
+        """Wrenches of the rows [N, N m]."""
+        return self._table[: self.rows]
+
+    def of(self, effect: str) -> Floats:
+        """Wrenches of one effect, shape (rows, links, 6)."""
+        return self.wrenches[:, self._index[effect]]
+
+    def open_row(self, time: float) -> Floats:
+        """Start a row and return it for writing, shape (effects, links, 6)."""
+        if self.rows == len(self._time):
+            self._time = np.concatenate([self._time, np.zeros_like(self._time)])
+            self._table = np.concatenate([self._table, np.zeros_like(self._table)])
+        self._time[self.rows] = time
+        row = self._table[self.rows]
+        self.rows += 1
+        return row
+
+    def write(self, row: Floats, effect: str, rows: Any, wrench: Wrench) -> None:
+        """Write one effect's wrench into a row.
+
+        Args:
+            row: from `open_row`.
+            effect: name of the effect.
+            rows: links it acts on: None for all, a slice or an index array.
+            wrench: about the link origins, link axes.
+        """
+        target = row[self._index[effect]]
+        picked = slice(None) if rows is None else rows
+        if wrench.force is not None:
+            target[picked, :3] = wrench.force
+        if wrench.torque is not None:
+            target[picked, 3:] = wrench.torque
+
+    def rewind(self, rows: int) -> None:
+        """Forget all but the first ``rows`` rows."""
+        self._table[rows : self.rows] = 0.0
+        self.rows = rows
+
+    def columns(self) -> dict[str, Floats]:
+        """Return the ledger as named columns, ``effect.link.component``, leaving out those that are zero throughout."""
+        out = {"t": self.time}
+        for e, effect in enumerate(self.effects):
+            for k, link in enumerate(self.links):
+                for c, component in enumerate(COMPONENTS):
+                    values = self.wrenches[:, e, k, c]
+                    if values.any():
+                        out[f"{effect}.{link}.{component}"] = values
+        return out

@@ -1,0 +1,100 @@
+"""Time, random state and the order of one step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.backend import Backend, Configuration
+from seals.config.environment import EnvironmentSettings
+from seals.errors import PhysicsError
+from seals.world.actor import Actor
+
+
+class Snapshot(NamedTuple):
+    """An opaque copy of a world: time, random state, scene, actors."""
+
+    time: float
+    count: int
+    random: dict[str, Any]
+    scene: Any
+    actors: tuple[Any, ...]
+
+
+class World:
+    """Robots under effects in one scene.
+
+    One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the sums to the backend,
+    advance, then take the sensor readings that are due.
+
+    Args:
+        backend: open rigid-body scene.
+        actors: robots by name.
+        environment: air, water, ground.
+        step: [s].
+        seed: of the world's random state.
+
+    Attributes:
+        time: [s].
+        rng: random state of all sensors.
+    """
+
+    def __init__(
+        self, backend: Backend, actors: Mapping[str, Actor], environment: EnvironmentSettings, *, step: float, seed: int
+    ) -> None:
+        """Keep the parts; call `reset` before the first step."""
+        self.backend, self.actors, self.environment = backend, dict(actors), environment
+        self.step_size, self.seed = step, seed
+        self.time, self._count = 0.0, 0
+        self.rng = np.random.default_rng(seed)
+
+    def reset(self, configurations: Mapping[str, Configuration]) -> None:
+        """Place all robots, set time to zero, start the random state anew and take the first readings.
+
+        Raises:
+            PhysicsError: a configuration is not finite or faster than the backend can follow.
+        """
+        self.time, self._count = 0.0, 0
+        self.rng = np.random.default_rng(self.seed)
+        for name, actor in self.actors.items():
+            _check(name, configurations[name])
+            actor.reset(configurations[name], self.rng)
+        for actor in self.actors.values():
+            actor.sense(0.0, 0.0, self.rng)
+
+    def step(self) -> None:
+        """Advance by one step."""
+        for actor in self.actors.values():
+            actor.load(self.time, self.step_size)
+        self.backend.advance()
+        self._count += 1
+        # a product, not a running sum: ten thousand steps stay on the grid
+        self.time = self._count * self.step_size
+        for actor in self.actors.values():
+            actor.sense(self.time, self.step_size, self.rng)
+
+    def snapshot(self) -> Snapshot:
+        """Return a copy of everything that changes, effects' and sensors' memory included."""
+        actors = tuple(actor.snapshot() for actor in self.actors.values())
+        return Snapshot(self.time, self._count, self.rng.bit_generator.state, self.backend.snapshot(), actors)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Put the world back into the state of a snapshot of this world."""
+        self.time, self._count = snapshot.time, snapshot.count
+        self.rng.bit_generator.state = snapshot.random
+        self.backend.restore(snapshot.scene)
+        for actor, kept in zip(self.actors.values(), snapshot.actors, strict=True):
+            actor.restore(kept)
+
+    def close(self) -> None:
+        """Release the backend."""
+        self.backend.close()
+
+
+def _check(name: str, configuration: Configuration) -> None:
+    """Refuse states that are not finite."""
+    for field, values in configuration._asdict().items():
+        if not np.all(np.isfinite(values)):
+            raise PhysicsError(f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers.")

@@ -1,0 +1,72 @@
+"""Shared fixtures: installed packages that exist for one test only, and a small robot folder."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from seals import registry
+
+URDF = """<?xml version="1.0"?>
+<robot name="pebble">
+  <link name="base">
+    <inertial>
+      <mass value="0.3"/>
+      <inertia ixx="3e-4" ixy="0" ixz="0" iyy="3e-4" iyz="0" izz="3e-4"/>
+    </inertial>
+    <collision><geometry><sphere radius="0.05"/></geometry></collision>
+  </link>
+</robot>
+"""
+
+ROBOT = """
+summary: A pebble
+urdf: pebble.urdf
+hulls:
+  base: {shapes: [{type: sphere, size: [0.05]}]}
+effects:
+  hull_drag: {effect: quadratic_drag, medium: water, links: [base], coefficient_x: 3.1}
+"""
+
+
+@pytest.fixture
+def pebble(tmp_path: Path) -> Path:
+    """A robot folder without any Python."""
+    folder = tmp_path / "robots_of_mine" / "pebble"
+    folder.mkdir(parents=True)
+    (folder / "robot.yaml").write_text(ROBOT, encoding="utf-8")
+    (folder / "pebble.urdf").write_text(URDF, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[[str, str, dict[str, str]], Path]]:
+    """A function that puts a package with entry points on the path: name, entry points, files."""
+    site = tmp_path / "site"
+    modules = set(sys.modules)
+
+    def put(name: str, points: str, files: dict[str, str]) -> Path:
+        info = site / f"{name}-1.0.dist-info"
+        info.mkdir(parents=True)
+        metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n"
+        (info / "METADATA").write_text(metadata, encoding="utf-8")
+        (info / "entry_points.txt").write_text(textwrap.dedent(points), encoding="utf-8")
+        for path, text in files.items():
+            (site / path).parent.mkdir(parents=True, exist_ok=True)
+            (site / path).write_text(textwrap.dedent(text), encoding="utf-8")
+        monkeypatch.syspath_prepend(str(site))
+        registry.refresh()
+        return site
+
+    yield put
+    monkeypatch.undo()
+    registry.refresh()
+    for module in set(sys.modules) - modules:
+        if str(site) in str(getattr(sys.modules[module], "__file__", "")):
+            del sys.modules[module]

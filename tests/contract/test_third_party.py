@@ -1,0 +1,86 @@
+"""A stranger's package adds plug-ins and configuration with nothing but its own pyproject."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from seals import registry
+from seals.cli.main import main
+from seals.config.compose import compose
+from seals.config.run import build_run
+
+SOURCE = Path(__file__).parents[1] / "thirdparty" / "coral-seals"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The stranger's package, built and installed by pip into a folder of its own."""
+    if int(version("setuptools").partition(".")[0]) < 77 or not importlib.util.find_spec("wheel"):
+        pytest.skip("building a package offline needs setuptools >= 77 and wheel (extra dev)")
+    folder = tmp_path_factory.mktemp("stranger")
+    shutil.copytree(SOURCE, folder / "source")
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    options = ["--no-deps", "--no-build-isolation", "--no-index", "--target", str(folder / "site")]
+    subprocess.run([*command, *options, str(folder / "source")], check=True, capture_output=True)
+    return folder / "site"
+
+
+@pytest.fixture
+def coral(site: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The stranger's package on the path of this process."""
+    monkeypatch.syspath_prepend(str(site))
+    registry.refresh()
+    yield site
+    monkeypatch.undo()
+    registry.refresh()
+
+
+def test_the_command_lists_it(site: Path) -> None:
+    """``seals list`` shows the stranger's effect with package, version and summary."""
+    command = [str(Path(sys.executable).with_name("seals")), "list", "effect"]
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    row = next(line for line in done.stdout.splitlines() if "vortex_shedding" in line)
+    assert "coral-seals 0.3.0" in row
+    assert "Mean sideways force" in row
+
+
+def test_its_effect_composes(coral: Path, pebble: Path) -> None:
+    """One override adds the stranger's effect, typed and bounded."""
+    added = ["+effect@effects.extra=vortex_shedding", "effects.extra.force_y=0.7"]
+    settings = build_run(compose([f"robot={pebble}", *added]))
+    assert type(settings.effects["extra"]).__module__ == "coral_seals.effects"
+    assert settings.effects["extra"].force_y == 0.7
+
+
+def test_its_robot_composes(coral: Path) -> None:
+    """The stranger's robot is an option like any other, with an effect of its own package."""
+    settings = build_run(compose(["robot=reef_buoy", "water=fossen"]))
+    assert set(settings.effects) == {"gravity", "buoyancy", "hull_drag", "wake"}
+    assert settings.robot.urdf_path.is_file()
+
+
+def test_its_group_composes(coral: Path, pebble: Path) -> None:
+    """The stranger's configuration group is found and can use its effects."""
+    settings = build_run(compose([f"robot={pebble}", "+site=lagoon"]))
+    assert settings.environment.tank_bottom == -4.0
+    assert settings.effects["lagoon_wake"].force_y == 0.3
+
+
+def test_its_names_are_suggested(
+    coral: Path, pebble: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Near misses count the stranger's names in."""
+    assert main(["run", f"robot={pebble}", "+effect@effects.a=vortex_sheding"]) == 2
+    assert "Did you mean 'vortex_shedding'?" in capsys.readouterr().err
+    assert main(["run", f"robot={pebble}", "+site=lagon"]) == 2
+    assert "Did you mean 'lagoon'?" in capsys.readouterr().err

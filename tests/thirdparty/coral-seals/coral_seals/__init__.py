@@ -1,0 +1,1 @@
+"""Plug-ins for reefs, made outside SEALS."""

@@ -1,0 +1,59 @@
+"""Effects of currents around coral."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+_SOURCE = "chosen: an example"
+
+
+@dataclass(kw_only=True)
+class VortexShedding(Effect):
+    """Mean sideways force of a wake that leaves on one side.
+
+    Equation:
+        F = f s, constant in link axes, with s the share of the medium.
+
+    Args:
+        force_x: f along body x [N].
+        force_y: f along body y [N].
+        force_z: f along body z [N].
+        medium: water, air or any.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The wake never changes sides.
+
+    Valid range:
+        None: this law shows how an effect is packaged, not how a wake behaves.
+
+    Limitations:
+        It knows neither speed nor frequency.
+
+    References:
+        None.
+
+    Example:
+        >>> VortexShedding(force_y=0.5).force_y
+        0.5
+    """
+
+    force_x: float = param(0.0, "N", bounds=(-100.0, 100.0), tolerance=0.01, source=_SOURCE)
+    force_y: float = param(0.2, "N", bounds=(-100.0, 100.0), tolerance=0.01, source=_SOURCE)
+    force_z: float = param(0.0, "N", bounds=(-100.0, 100.0), tolerance=0.01, source=_SOURCE)
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("vortex shedding",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Constant force in the medium [N]."""
+        return Wrench(params["force"] * medium.share, None), memory

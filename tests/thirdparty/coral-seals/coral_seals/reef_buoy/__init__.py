@@ -1,0 +1,1 @@
+"""A small buoy: robot.yaml and URDF."""

@@ -1,0 +1,208 @@
+"""A wrong command line gets two helpful lines and exit code 2, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from seals.cli.main import main
+from seals.errors import PhysicsError
+
+WRONG = [
+    ("run ROBOT tme.step=1", "tme.step", "Did you mean 'time'?"),
+    ("run ROBOT effects.hull_drag.drag_coeficient=2", "effects.hull_drag.drag_coeficient", "coeff"),
+    ("run ROBOT effects.hul_drag.coefficient_x=2", "effects.hul_drag", "Did you mean 'hull_drag'?"),
+    ("run robot=bal", "robot 'bal'", "Did you mean 'ball'?"),
+    ("run ROBOT +effect@effects.b=quadratic_darg", "'quadratic_darg'", "mean 'quadratic_drag'?"),
+    ("run ROBOT +efect@effects.b=wind", "no group 'efect'", "Did you mean 'effect'?"),
+    ("run ROBOT watter=fossen", "watter", "Did you mean 'water'?"),
+    ("run ROBOT water=fosen", "water=fosen", "Did you mean 'fossen'?"),
+    ("run ROBOT time.step=fast", "time.step=fast", "Allowed: a finite number from 1e-05 to 0.1 s"),
+    ("run ROBOT time.step=0", "time.step=0.0", "from 1e-05 to 0.1 s"),
+    ("run ROBOT time.step=nan", "time.step=nan", "a finite number"),
+    (
+        "run ROBOT effects.hull_drag.coefficient_x=inf",
+        "effects.hull_drag.coefficient_x=inf",
+        "finite",
+    ),
+    ("run ROBOT effects.hull_drag.medium=watr", "medium=watr", "Did you mean 'water'?"),
+    ("run ROBOT time.step=[1", "time.step=[1 cannot be read", "Quote values"),
+    ("run ROBOT time.step", "time.step: the value is missing", "KEY=VALUE"),
+    ("run ROBOT time.step=", "time.step=", "a finite number"),
+    ("run ROBOT effect@effects.b=wind", "effect@effects.b is not chosen", "write +GROUP"),
+    ("run ROBOT +effect@effects.gravity=gravity", "effects.gravity is chosen twice", "leave the +"),
+    ("run ROBOT +time.step=0.001", "+time.step: the key exists", "leave the + out"),
+    ("run ROBOT ++time.stp=1", "time.stp", "Did you mean 'step'?"),
+    ("run ROBOT ~effects.wake", "~effects.wake", "seals run --cfg job"),
+    ("run ROBOT time.step=0.1,0.2", "holds several values", "--multirun"),
+    ("run ROBOT name=${nme}", "'nme' not found", "${key.below}"),
+    ("run ROBOT backend=null", "null", "~GROUP"),
+    ("run ROBOT seed=1.5", "seed=1.5", "a whole number"),
+    ("run", "robot is not given", "Choose one: robot=NAME"),
+    ("run robot=", "robot= has no value", "Installed: ball"),
+    ("run robot=no/such/folder", "no folder 'no/such/folder'", "ball"),
+    ("run experiment=drop_tst", "experiment=drop_tst", "Did you mean 'drop_test'?"),
+    ("run ROBOT --multirn", "--multirn", "--multirun"),
+    ("rnu robot=ball", "no verb 'rnu'", "Did you mean 'run'?"),
+    ("list efect", "no kind 'efect'", "Did you mean 'effect'?"),
+    ("describe effect wnd", "effect 'wnd'", "Did you mean 'wind'?"),
+    ("describe wind", "not a kind and a name", "seals describe KIND NAME"),
+    ("check", "robot is not given", "robot=FOLDER"),
+    ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
+]
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test runs in an empty folder of its own."""
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    monkeypatch.delenv("SEALS_DEBUG", raising=False)
+    return folder
+
+
+@pytest.mark.parametrize(("line", "wrong", "advice"), WRONG)
+def test_wrong_line_gets_two_lines(
+    line: str,
+    wrong: str,
+    advice: str,
+    pebble: Path,
+    elsewhere: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """What was wrong, then what to do: two lines, exit code 2, within 2 s, no run folder."""
+    start = time.perf_counter()
+    code = main([f"robot={pebble}" if word == "ROBOT" else word for word in line.split()])
+    spent = time.perf_counter() - start
+    out, err = capsys.readouterr()
+    lines = err.splitlines()
+    assert (code, out, len(lines)) == (2, "", 2), err
+    assert wrong in lines[0]
+    assert advice in lines[1]
+    assert spent < 2.0
+    assert not list(elsewhere.iterdir())
+
+
+@pytest.mark.parametrize("line", ["run robot=bal", "run robot=FOLDER time.step=nan"])
+def test_the_installed_command_refuses_the_same_way(
+    line: str, pebble: Path, elsewhere: Path
+) -> None:
+    """The console script itself: exit code 2, two lines, no traceback, within 2 s."""
+    command = [str(Path(sys.executable).with_name("seals")), *line.split()]
+    command = [word.replace("FOLDER", str(pebble)) for word in command]
+    start = time.perf_counter()
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert time.perf_counter() - start < 2.0
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 2
+    assert not list(elsewhere.iterdir())
+
+
+def application(monkeypatch: pytest.MonkeyPatch, execute: Any) -> None:
+    """Put a function in the place of the simulation."""
+    module = ModuleType("seals.run.application")
+    module.execute = execute  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "seals.run.application", module)
+
+
+def test_refusal_inside_the_simulation_leaves_no_folder(
+    pebble: Path,
+    elsewhere: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A refusal raised after composing prints likewise, and the empty run folder goes."""
+
+    def execute(config: Any) -> None:
+        raise PhysicsError("the step is above the stable bound.\nAllowed: at most 0.002 s")
+
+    application(monkeypatch, execute)
+    assert main(["run", f"robot={pebble}"]) == 2
+    expected = "PhysicsError: the step is above the stable bound.\nAllowed: at most 0.002 s\n"
+    assert capsys.readouterr().err == expected
+    assert not list(elsewhere.iterdir())
+
+
+def test_refusal_after_writing_keeps_what_was_written(
+    pebble: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run that was refused half-way keeps its files: they may hold the reason."""
+    from hydra.core.hydra_config import HydraConfig
+
+    def execute(config: Any) -> None:
+        folder = Path(HydraConfig.get().runtime.output_dir)
+        (folder / "run.json").write_text("{}", encoding="utf-8")
+        raise PhysicsError("the state is not finite.\nUse a smaller step")
+
+    application(monkeypatch, execute)
+    assert main(["run", f"robot={pebble}"]) == 2
+    assert len(list(elsewhere.glob("runs/*/*/run.json"))) == 1
+
+
+def test_good_line_runs_in_a_folder_of_its_own(
+    pebble: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run gets runs/DATE/TIME_NAME with its resolved configuration, and stays where it is."""
+    seen = []
+
+    def execute(config: Any) -> int:
+        seen.append((config.time.step, os.getcwd()))
+        return 0
+
+    application(monkeypatch, execute)
+    assert main(["run", f"robot={pebble}", "time.step=0.001", "name=trial"]) == 0
+    assert seen == [(0.001, str(elsewhere))]
+    assert len(list(elsewhere.glob("runs/????-??-??/??-??-??_trial/.hydra/config.yaml"))) == 1
+
+
+def test_multirun_runs_each_value(
+    pebble: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``--multirun`` runs each value in a folder of its own."""
+    steps = []
+    application(monkeypatch, lambda config: steps.append(config.time.step))
+    assert main(["run", f"robot={pebble}", "time.step=0.001,0.002", "--multirun"]) == 0
+    assert steps == [0.001, 0.002]
+
+
+def test_bug_in_the_simulation_is_not_dressed_up(
+    pebble: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error that is nobody's refusal keeps its type and traceback."""
+
+    def execute(config: Any) -> None:
+        raise ZeroDivisionError("a bug")
+
+    application(monkeypatch, execute)
+    with pytest.raises(ZeroDivisionError, match="a bug"):
+        main(["run", f"robot={pebble}"])
+
+
+def test_interrupt_ends_with_one_line(
+    pebble: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ctrl-C exits with 130 and one line."""
+
+    def execute(config: Any) -> None:
+        raise KeyboardInterrupt
+
+    application(monkeypatch, execute)
+    assert main(["run", f"robot={pebble}"]) == 130
+    assert capsys.readouterr().err == "Interrupted.\n"
+
+
+def test_debug_shows_the_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """SEALS_DEBUG=1 shows where a refusal comes from."""
+    monkeypatch.setenv("SEALS_DEBUG", "1")
+    assert main(["run", "robot=bal"]) == 2
+    assert "Traceback" in capsys.readouterr().err

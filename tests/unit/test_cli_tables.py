@@ -1,0 +1,95 @@
+"""Lists, descriptions, help and the doctor."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import seals
+from seals import registry
+from seals.cli.main import VERBS, main
+
+Install = Callable[[str, str, dict[str, str]], Path]
+
+
+@pytest.mark.parametrize("words", [[], ["--help"], ["-h"], ["help"]])
+def test_help_names_every_verb(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals`` alone and ``seals --help`` show all verbs."""
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert all(f"  {verb}" in out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", sorted(VERBS))
+def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals VERB --help`` shows usage and an example without composing anything."""
+    assert main([verb, "--help"]) == 0
+    assert f"\n  seals {verb}" in capsys.readouterr().out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals --version`` prints the version."""
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"seals {seals.__version__}\n"
+
+
+def test_list_shows_name_package_and_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals list effect`` has one line an effect."""
+    assert main(["list", "effects"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == registry.names("effect")
+    assert any("aam-seals" in line and "Quadratic drag" in line for line in lines)
+
+
+def test_list_and_help_do_not_import_hydra() -> None:
+    """The quick verbs stay quick: no Hydra, no NumPy, under a second."""
+    probe = (
+        "import sys, time; start = time.perf_counter();"
+        "from seals.cli.main import main; main(['list']);"
+        "main(['--help']); spent = time.perf_counter() - start;"
+        "assert not {'hydra', 'numpy', 'pandas'} & set(sys.modules); assert spent < 1.0, spent"
+    )
+    subprocess.run([sys.executable, "-I", "-c", probe], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_describe_shows_units_bounds_and_equation(capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals describe`` shows a plug-in's equation and the physics of each parameter."""
+    assert main(["describe", "effect", "quadratic_drag"]) == 0
+    out = capsys.readouterr().out
+    assert "Equation:" in out
+    row = next(line for line in out.splitlines() if line.startswith("  coefficient_x "))
+    assert "N s^2/m^2" in row
+    assert "0 to 100000" in row
+
+
+def test_one_broken_package_is_reported_and_stops_nothing(
+    install: Install, pebble: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A broken plug-in is marked by the doctor, refused when chosen, harmless otherwise."""
+    install(
+        "bad-reef",
+        "[seals.effects]\ntidal_bore = bad_reef.effects:TidalBore\n"
+        "[seals.conf]\nbad = bad_reef.missing_conf",
+        {"bad_reef/__init__.py": "", "bad_reef/effects.py": "import not_there_at_all"},
+    )
+    assert main(["list", "effect"]) == 0
+    assert main(["doctor"]) == 1
+    out = capsys.readouterr().out
+    assert "FAULT  effect tidal_bore" in out
+    assert "not_there_at_all" in out
+    assert "FAULT  conf bad" in out
+    assert main(["run", f"robot={pebble}", "+effect@effects.tide=tidal_bore"]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("BrokenPlugin: effect 'tidal_bore'")
+    assert "seals doctor" in second
+    assert main(["run", f"robot={pebble}", "--cfg", "job"]) == 0
+
+
+def test_doctor_finds_this_machine_sound(capsys: pytest.CaptureFixture[str]) -> None:
+    """With nothing broken the doctor says so and exits with 0."""
+    assert main(["doctor"]) == 0, capsys.readouterr().out
+    assert "All is well." in capsys.readouterr().out

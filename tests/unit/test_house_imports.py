@@ -1,0 +1,109 @@
+"""Imports run one way, and nothing heavy is imported by importing the core."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("plugins", "robots", "animals", "conf", "experiments")
+HEAVY = {"torch", "taichi", "pybullet", "plotly", "matplotlib", "pandas", "trimesh", "yourdfpy"}
+ORDER = {"seals": 0, "plugins": 1, "conf": 1, "robots": 2, "animals": 2, "experiments": 3}
+
+
+def modules(root: Path) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield every Python file of the installed folders with its syntax tree."""
+    for folder in ("seals", *FOLDERS):
+        for path in sorted((root / folder).rglob("*.py")):
+            yield path.relative_to(root), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imports(tree: ast.AST) -> Iterator[str]:
+    """Yield the dotted names that a tree imports, in functions too."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "." * node.level + (node.module or "")
+            yield from (f"{node.module}.{alias.name}" for alias in node.names if node.module)
+
+
+def room(name: str) -> str | None:
+    """Return the top-level folder that a dotted import belongs to, or None for foreign packages."""
+    parts = name.split(".")
+    if parts[0] != "seals":
+        return None
+    return parts[1] if len(parts) > 1 and parts[1] in FOLDERS else "seals"
+
+
+def import_breaches(root: Path) -> list[str]:
+    """Find imports against the order of the rooms, relative ones, and by a folder's own name."""
+    found = []
+    for path, tree in modules(root):
+        home = path.parts[0]
+        for name in imports(tree):
+            target = room(name)
+            if name.startswith("."):
+                found.append(f"{path}: relative import {name}")
+            elif name.split(".")[0] in FOLDERS:
+                found.append(f"{path}: import {name} instead of seals.{name}")
+            elif target is not None and ORDER[target] > ORDER[home]:
+                found.append(f"{path}: {home} imports {name}")
+            elif home == target == "plugins" and [*name.split("."), "", ""][2] not in (
+                "",
+                *path.parts,
+            ):
+                found.append(f"{path}: a plug-in imports {name}, of another kind")
+    return found
+
+
+def heavy_imports(root: Path) -> list[str]:
+    """Find heavy packages imported at module level, where importing the core would pay for them."""
+    found = []
+    for path, tree in modules(root):
+        for node in tree.body:
+            top = {name.split(".")[0] for name in imports(node)}
+            lazy = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+            typing_only = isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)
+            if top & HEAVY and not lazy and not typing_only and path.parts[0] == "seals":
+                found.append(f"{path}: {', '.join(sorted(top & HEAVY))} at module level")
+    return found
+
+
+def test_imports_run_one_way() -> None:
+    """The core imports no plug-in, and no plug-in one of another kind."""
+    assert import_breaches(ROOT) == []
+
+
+def test_nothing_heavy_at_module_level() -> None:
+    """Heavy packages are imported inside functions only."""
+    assert heavy_imports(ROOT) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "line", "words"),
+    [
+        ("seals/a.py", "import seals.plugins.effects", "seals imports seals.plugins"),
+        ("seals/a.py", "def f():\n    from seals import plugins", "seals imports seals.plugins"),
+        ("seals/a.py", "from plugins import effects", "instead of seals.plugins"),
+        ("seals/a.py", "from . import b", "relative import"),
+        ("plugins/waves/a.py", "from seals.robots import ball", "plugins imports seals.robots"),
+        ("plugins/waves/a.py", "from seals.plugins.effects import x", "of another kind"),
+    ],
+)
+def test_the_import_rule_bites(tmp_path: Path, path: str, line: str, words: str) -> None:
+    """Each breach of the import order is found."""
+    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).write_text(line, encoding="utf-8")
+    assert words in " ".join(import_breaches(tmp_path))
+
+
+def test_the_heavy_rule_bites(tmp_path: Path) -> None:
+    """A heavy import at module level is found; one in a function, or for types only, is not."""
+    (tmp_path / "seals").mkdir()
+    (tmp_path / "seals" / "bad.py").write_text("try:\n    import torch\nfinally:\n    pass\n")
+    (tmp_path / "seals" / "good.py").write_text("def f():\n    import torch\n")
+    assert heavy_imports(tmp_path) == ["seals/bad.py: torch at module level"]

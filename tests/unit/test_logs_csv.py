@@ -1,0 +1,128 @@
+"""CSV tables with a column map, and units."""
+
+from __future__ import annotations
+
+import gzip
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seals.errors import LogError
+from seals.logs.units import UNITS, find_unit, to_si
+from seals.plugins.readers.csv import ReaderCsv
+
+TEXT = "stamp;acc;wz;rpm;p\n0;1.0;180;6000;1\n10;2.0;-90;3000;2\n"
+
+
+def _file(place: Path, text: str = TEXT) -> Path:
+    file = place / "flight.csv"
+    file.write_text(text)
+    return file
+
+
+def _reader(**changes: object) -> ReaderCsv:
+    columns = {
+        "stamp": "t",
+        "acc": "specific_force_z",
+        "wz": "angular_velocity_z",
+        "rpm": "rotor_speed_cmd_1",
+        "p": "pressure",
+    }
+    units = {"stamp": "ms", "acc": "g", "wz": "deg/s", "rpm": "rpm", "p": "bar"}
+    return ReaderCsv(**{"columns": columns, "units": units, "delimiter": ";", **changes})  # type: ignore[arg-type]
+
+
+def test_units_are_converted_to_si(tmp_path: Path) -> None:
+    """ms, g, deg/s, rpm and bar come out in SI."""
+    (log,) = _reader().read(_file(tmp_path))
+    assert log.time.tolist() == [0.0, 0.01]
+    assert log.columns["specific_force_z"].tolist() == [9.80665, 19.6133]
+    assert log.columns["angular_velocity_z"] == pytest.approx([math.pi, -math.pi / 2])
+    assert log.columns["rotor_speed_cmd_1"][0] == pytest.approx(628.3185307)
+    assert log.columns["pressure"].tolist() == [1e5, 2e5]
+
+
+def test_signs_can_be_turned(tmp_path: Path) -> None:
+    """A column listed in negate changes its sign, after the unit."""
+    (log,) = _reader(negate=["acc"]).read(_file(tmp_path))
+    assert log.columns["specific_force_z"][0] == -9.80665
+
+
+def test_gzip_blanks_and_byte_order_mark_are_accepted(tmp_path: Path) -> None:
+    """A packed file with a byte-order mark and blanks after commas is read."""
+    file = tmp_path / "a.csv.gz"
+    file.write_bytes(gzip.compress("\ufefft, depth\n0, 1.5\n1, 2.5\n".encode()))
+    (log,) = ReaderCsv().read(file)
+    assert log.columns["depth"].tolist() == [1.5, 2.5]
+
+
+def test_lines_before_the_header_are_skipped(tmp_path: Path) -> None:
+    """Two lines of preamble are left out."""
+    (log,) = ReaderCsv(skip_lines=2).read(
+        _file(tmp_path, "logger 3\nserial 7\nt,depth\n0,1\n1,2\n")
+    )
+    assert log.columns["depth"].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"units": {"acc": "gees"}}, "the unit 'gees' is not known"),
+        ({"units": {"acc": "deg"}}, r"a unit of \[rad\], this channel is in \[m/s\^2\]"),
+        ({"units": {"acceleration": "g"}}, "'acceleration', which is not mapped"),
+        ({"columns": {"stamp": "t", "ac": "depth"}, "units": {}}, "Did you mean 'acc'"),
+        ({"columns": {"acc": "depth"}, "units": {}}, "no column is mapped to the time"),
+        (
+            {"columns": {"stamp": "t", "acc": "depth", "p": "depth"}, "units": {}},
+            "mapped to depth",
+        ),
+    ],
+)
+def test_wrong_maps_are_refused_with_the_way_out(
+    tmp_path: Path, changes: dict[str, object], words: str
+) -> None:
+    """Each wrong map or unit is refused, naming what would be right."""
+    with pytest.raises(LogError, match=words):
+        _reader(**changes).read(_file(tmp_path))
+
+
+def test_wrong_options_are_refused_at_once() -> None:
+    """A delimiter of two characters and a negative number of lines are refused."""
+    with pytest.raises(LogError, match="one character"):
+        ReaderCsv(delimiter=";;")
+    with pytest.raises(LogError, match="0 or more"):
+        ReaderCsv(skip_lines=-1)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "si"),
+    [
+        (1.0, "ft", 0.3048),
+        (36.0, "km/h", 10.0),
+        (1.0, "knot", 0.514444),
+        (25.0, "degC", 298.15),
+        (10.0, "dbar", 1e5),
+        (500.0, "cm^3", 5e-4),
+        (16.0, "oz", 0.45359237),
+        (50.0, "%", 0.5),
+        (1.0, "m/s2", 1.0),
+    ],
+)
+def test_units_have_their_textbook_size(value: float, unit: str, si: float) -> None:
+    """Conversion factors agree with the textbook."""
+    assert to_si(np.array([value]), unit)[0] == pytest.approx(si, rel=1e-5)
+
+
+def test_unknown_unit_suggests_a_near_one() -> None:
+    """A misspelt unit is answered with the nearest."""
+    with pytest.raises(LogError, match="Did you mean 'mbar'"):
+        find_unit("mbarr")
+
+
+def test_every_si_unit_is_itself_a_unit() -> None:
+    """Each SI target is in the table with scale one."""
+    for unit in {entry.si for entry in UNITS.values()}:
+        assert UNITS[unit].scale == 1.0
+        assert UNITS[unit].offset == 0.0
