@@ -15,6 +15,8 @@ from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly
 from seals.dynamics.spatial import kirchhoff, rigid_inertia
+from seals.dynamics.tree import Kinematics
+from seals.frames import cross
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.robot.model import RobotModel
 
@@ -71,13 +73,13 @@ class InertiaSplit:
         seen = load if contact is None else load + contact[None]
         acceleration = self._assembly.solve(kinematics, total, seen, dynamics.joint_force)
         change = kinematics.twists(acceleration)
-        engine = self._engine_inertia[None]
+        load = load - _times(total, change)
         if held is not None:
+            turning = self._centripetal(kinematics, speed) - self._centripetal(kinematics, held)
+            change = change + kinematics.twists(turning)
             twists = kinematics.twists(held)
-            bias_held = kinematics.bias(held, twists)
-        else:
-            bias_held = bias
-        return (load - _times(total, change) + _times(engine, change + bias_held) + self._gyroscopic(twists))[0]
+            bias = kinematics.bias(held, twists)
+        return (load + _times(self._engine_inertia[None], change + bias) + self._gyroscopic(twists))[0]
 
     def _velocity_shift(self, dynamics: Dynamics, held: Floats | None) -> Floats | float:
         """Difference of the velocity terms between the engine's velocity and the current one."""
@@ -85,8 +87,21 @@ class InertiaSplit:
             return 0.0
         both = np.concatenate([held, dynamics.speed])
         twists = np.concatenate([dynamics.kinematics.twists(held), dynamics.twists])
-        terms = _times(self._engine_inertia[None], dynamics.kinematics.bias(both, twists)) + self._gyroscopic(twists)
+        bias = dynamics.kinematics.bias(both, twists)
+        bias = bias - dynamics.kinematics.twists(self._centripetal(dynamics.kinematics, both))
+        terms = _times(self._engine_inertia[None], bias) + self._gyroscopic(twists)
         return terms[:1] - terms[1:]
+
+    def _centripetal(self, kinematics: Kinematics, speed: Floats) -> Floats:
+        """Acceleration w x (w x c) of the base's centre of mass, as a generalised one, shape (B, n).
+
+        The engine integrates the velocity of the centre of mass; everything here is about the link origin.
+        """
+        out = np.zeros_like(speed)
+        if not self._robot.tree.fixed_base:
+            arm = np.broadcast_to(kinematics.rotations[0, 0] @ self._robot.centre[0], (len(speed), 3))
+            out[:, :3] = cross(speed[:, 3:6], cross(speed[:, 3:6], arm))
+        return out
 
     def _gyroscopic(self, twists: Floats) -> Floats:
         """Velocity terms of the engine's inertia at the given twists (B, L, 6)."""

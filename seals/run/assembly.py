@@ -1,0 +1,119 @@
+"""Builds a world or a twin from the settings of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array
+from seals.backend import Configuration
+from seals.config.run import RunSettings
+from seals.effects.binding import EffectSet, bind_effects
+from seals.errors import ConfigError
+from seals.frames import quaternion_of_rpy
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+from seals.twin import Twin, TwinState
+from seals.world import Actor, World
+
+ROBOT = "robot"
+"""Name of the robot among the actors of a run."""
+
+
+def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
+    """Build the robot and bind its effects."""
+    robot = build_robot(settings.robot)
+    return robot, bind_effects(settings.effects, robot.links)
+
+
+def build_world(settings: RunSettings) -> World:
+    """Build a world with the robot of a run in its initial configuration.
+
+    Raises:
+        SealsError: the robot, an effect or the initial state cannot be used.
+    """
+    robot, effects = build_model(settings)
+    steps = step_count(settings)
+    settings.backend.open(settings.environment, settings.time.step)
+    actor = Actor(
+        robot, effects, settings.sensors, settings.backend, settings.environment, settings.wave, steps=steps
+    )
+    world = World(
+        settings.backend, {ROBOT: actor}, settings.environment, step=settings.time.step, seed=settings.seed
+    )
+    world.reset({ROBOT: initial_configuration(settings, robot)})
+    return world
+
+
+def build_twin(
+    settings: RunSettings, *, batch: int = 1, like: Array | None = None, values: Mapping[str, Any] | None = None
+) -> tuple[Twin, TwinState]:
+    """Build the twin of a run and its initial state, repeated over the batch.
+
+    Args:
+        settings: of the run.
+        batch: number of robots.
+        like: array whose library, type and device to use.
+        values: parameters in place of the configured ones, see `seals.twin.Twin`.
+    """
+    robot, effects = build_model(settings)
+    twin = Twin(
+        robot, effects, settings.environment, settings.wave, batch=batch, like=like, values=values
+    )
+    return twin, twin_state(twin, initial_configuration(settings, robot))
+
+
+def twin_state(twin: Twin, c: Configuration) -> TwinState:
+    """Return a configuration as a state of the twin, repeated over the batch."""
+    from seals.frames import matrix_of
+
+    turn = matrix_of(np.asarray(c.quaternion)[None])[0]
+    return twin.start(
+        position=c.position,
+        quaternion=c.quaternion,
+        velocity=c.velocity @ turn,
+        spin=c.spin @ turn,
+        joints=c.joints,
+        rates=c.rates,
+    )
+
+
+def initial_configuration(settings: RunSettings, robot: RobotModel) -> Configuration:
+    """Return the initial configuration of a run.
+
+    Raises:
+        ConfigError: the numbers of joint values and of joints differ.
+    """
+    initial = settings.initial
+    quaternion = quaternion_of_rpy(np.asarray([initial.rpy], dtype=float))
+    turn = _matrix(quaternion)
+    return Configuration(
+        position=np.asarray(initial.position, dtype=float),
+        quaternion=quaternion[0],
+        velocity=np.asarray(initial.velocity, dtype=float),
+        spin=turn @ np.asarray(initial.angular_velocity, dtype=float),
+        joints=_joint_values("joint_position", initial.joint_position, robot),
+        rates=_joint_values("joint_velocity", initial.joint_velocity, robot),
+    )
+
+
+def step_count(settings: RunSettings) -> int:
+    """Return the number of steps of a run."""
+    return max(1, round(settings.time.duration / settings.time.step))
+
+
+def _matrix(quaternion: Any) -> Any:
+    from seals.frames import matrix_of
+
+    return matrix_of(quaternion)[0]
+
+
+def _joint_values(key: str, values: list[float], robot: RobotModel) -> Any:
+    if values and len(values) != robot.tree.joints:
+        raise ConfigError(
+            f"initial.{key} has {len(values)} values, robot '{robot.name}' has {robot.tree.joints} joints.\n"
+            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
+        )
+    return np.asarray(values, dtype=float) if values else np.zeros(robot.tree.joints)
