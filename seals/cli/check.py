@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from collections import Counter
+from typing import TYPE_CHECKING
+
 from seals.errors import ConfigError
+
+if TYPE_CHECKING:
+    from seals.robot.check import RobotFinding
+
+_COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 
 
 def check(arguments: list[str]) -> int:
@@ -25,9 +34,25 @@ def check(arguments: list[str]) -> int:
     from seals.robot.check import check_robot
 
     findings = check_robot(settings)
+    show(str(config.robot.name), findings)
+    return 1 if any(finding.verdict.value == "fail" for finding in findings) else 0
+
+
+def show(robot: str, findings: list[RobotFinding]) -> None:
+    """Print the findings as a table, and their count below it."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    # a pipe has no width: wide enough that lines are not broken for a reader such as grep
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     for finding in findings:
-        print(finding)
-    if not findings:
-        print(f"{config.robot.name}: nothing to remark.")
-    faults = [f for f in findings if getattr(f, "severity", "error") in ("error", "refuse")]
-    return 1 if faults else 0
+        word = finding.verdict.value
+        words = Text(finding.found)
+        if finding.advice:
+            words.append(f"\n{finding.advice}", style="dim")
+        table.add_row(Text(word, style=_COLOURS[word]), Text(finding.subject), words)
+    console.print(table)
+    count = Counter(finding.verdict.value for finding in findings)
+    console.print(f"\n{robot}: {count['pass']} passed, {count['warn']} to look at, {count['fail']} failed.")

@@ -3,9 +3,53 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any
 
 from seals.config.run import RunSettings
+from seals.schema import param
+
+_CHOSEN = "chosen"
+
+
+class StartMode(Enum):
+    """Where the state at the start of a comparison comes from."""
+
+    auto = "auto"
+    """``drop`` for logs without pose, else ``pose``."""
+    pose = "pose"
+    """The first samples of position, attitude, velocity and joints; refined on the data."""
+    drop = "drop"
+    """A release from rest found in the accelerometer: the speed at entry is that of the fall."""
+
+
+@dataclass(kw_only=True)
+class CompareOptions:
+    """How a comparison is made.
+
+    Args:
+        start: where the initial state comes from.
+        step: integration step of the twin [s]; 0 chooses from the sampling.
+        stride: keep every n-th row.
+        before: time kept before the water entry of a drop [s].
+        after: time kept after the water entry of a drop [s].
+        margin: time cut before the catch of a drop [s].
+        offset: search for a clock offset up to this size [s]; 0 for none.
+        windows: starts per segment for the error-against-horizon curve of logs with pose.
+        horizon: longest horizon of that curve [s].
+        iterations: most Gauss-Newton steps.
+    """
+
+    start: StartMode = StartMode.auto
+    step: float = param(0.0, "s", bounds=(0.0, 0.1), tolerance=0.0, source=_CHOSEN, fit=False)
+    stride: int = 1
+    before: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    after: float = param(0.08, "s", bounds=(0.001, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    margin: float = param(0.015, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    offset: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    windows: int = 8
+    horizon: float = param(1.0, "s", bounds=(0.01, 1e4), tolerance=0.0, source=_CHOSEN, fit=False)
+    iterations: int = 12
 
 
 @dataclass(kw_only=True)
@@ -13,12 +57,15 @@ class CompareSettings(RunSettings):
     """A run's settings, which are the model, and the measurement that it is compared with.
 
     Args:
-        log: folder or file of the measurement, a list of them, or None for the reader's own data.
+        log: folder, file or name of the measurement, a list of them, or None for all of the reader's own data.
         reader: plug-in that reads the measurement.
-        fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``.
-        train: names of the logs that are fitted.
-        held_out: names of the logs that only judge the fit.
-        compare: further settings of the comparison.
+        fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``; ``axes`` of one
+            stem may be tied: ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
+        train: names (shell patterns) of the logs or segments that are fitted; empty for all.
+        held_out: names (shell patterns) of the logs or segments that only judge the fit.
+        per_log: fit every log by itself instead of all together.
+        ladder: rungs by name, each the list of effects that act; empty for one rung with all effects.
+        compare: how the comparison is made.
         out: folder of the results, or None for the run's folder.
     """
 
@@ -28,5 +75,7 @@ class CompareSettings(RunSettings):
     fit: list[str] = field(default_factory=list)
     train: list[Any] = field(default_factory=list)
     held_out: list[Any] = field(default_factory=list)
-    compare: dict[str, Any] = field(default_factory=dict)
+    per_log: bool = False
+    ladder: dict[str, Any] = field(default_factory=dict)
+    compare: CompareOptions = field(default_factory=CompareOptions)
     out: str | None = None

@@ -76,6 +76,7 @@ class RunSettings:
         controller: what commands the actuators, or None.
         initial: state at the start.
         time: time base.
+        repeat: folder of an earlier run to take up again as it was, or None.
     """
 
     name: str = "run"
@@ -90,6 +91,7 @@ class RunSettings:
     controller: Any = None
     initial: InitialSettings = field(default_factory=InitialSettings)
     time: TimeSettings = field(default_factory=TimeSettings)
+    repeat: str | None = None
 
 
 PLAIN = ("environment", "initial", "time", "robot")
@@ -109,6 +111,12 @@ def build_run(config: Any) -> RunSettings:
     """
     from omegaconf import OmegaConf
 
+    if config.get("repeat") is not None:
+        from pathlib import Path
+
+        from seals.run.recall import recalled
+
+        config = recalled(Path(str(config.repeat)))
     refuse_unknown(config, where="")
     with refusals(()):
         values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}

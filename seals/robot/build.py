@@ -9,7 +9,7 @@ import numpy as np
 from seals.config.robot import HullSettings, RobotSettings, ShapeSettings
 from seals.dynamics.tree import Tree
 from seals.errors import RobotError, suggestion
-from seals.hulls import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere
+from seals.hulls import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere, hull_from_mesh
 from seals.robot.model import RobotModel
 from seals.robot.urdf import Urdf, read_urdf
 
@@ -96,9 +96,10 @@ def _shape(settings: RobotSettings, link: str, shape: ShapeSettings) -> Hull:
     if kind == "mesh":
         if not shape.file:
             raise RobotError(f"robot.hulls.{link}: a shape of type mesh needs a file.\nSay file: NAME.stl")
-        from seals.hulls.files import hull_from_mesh
-
-        return hull_from_mesh(Path(settings.folder) / shape.file, position=shape.position, rpy=shape.rpy)
+        folder = Path(settings.folder).resolve()
+        if not (folder / shape.file).resolve().is_relative_to(folder):
+            raise RobotError(f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\nKeep meshes in the robot's folder.")
+        return hull_from_mesh(folder / shape.file, position=shape.position, rpy=shape.rpy).hull
     need = {"sphere": 1, "box": 3, "cylinder": 2, "capsule": 2}[kind]
     if len(shape.size) != need:
         raise RobotError(

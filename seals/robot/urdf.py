@@ -211,13 +211,25 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 continue
             name = str(mesh.filename)
             where = f"URDF {path}: link '{link.name}': mesh '{name}'"
-            target = (folder / name.removeprefix("file://").removeprefix("package://")).resolve()
+            target = (folder / _relative(name)).resolve()
             if not target.is_relative_to(folder):
                 raise RobotError(f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below.")
             if not target.is_file():
                 found = [str(p.relative_to(folder)) for p in folder.rglob("*") if p.suffix in (".stl", ".obj", ".dae")]
                 raise RobotError(f"{where} does not exist.\n{suggestion(name, found, label='Meshes there')}")
             refuse_huge_mesh(where, target)
+
+
+def mesh_names(path: Path) -> list[str]:
+    """Return the mesh files that a URDF names, relative to its folder, each once."""
+    text = path.read_text(encoding="utf-8")
+    named = re.findall(r"""<mesh[^>]*filename\s*=\s*["']([^"']+)["']""", text)
+    return list(dict.fromkeys(_relative(name) for name in named))
+
+
+def _relative(name: str) -> str:
+    """Path of a mesh without the scheme that ROS puts in front."""
+    return name.removeprefix("file://").removeprefix("package://")
 
 
 def refuse_huge_mesh(where: str, target: Path) -> None:

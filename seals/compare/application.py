@@ -1,0 +1,168 @@
+"""``seals compare``: reads, checks, cuts, fits, judges, reports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.compare.align import clock_offset
+from seals.compare.case import Case
+from seals.compare.cases import make_cases
+from seals.compare.ladder import Rung, climb
+from seals.compare.result import Comparison, Group, as_data
+from seals.config.compare import CompareOptions, CompareSettings
+from seals.config.run import build_run
+from seals.errors import ConfigError
+from seals.logs import Log, refuse_if_bad
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+
+
+def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
+    """Compare a model with measurements.
+
+    Args:
+        settings: model, reader, fit and ladder.
+        logs: the measurements.
+
+    Raises:
+        LogError: a log fails the data check, or holds nothing that can be predicted.
+        ConfigError: a name or a key does not fit.
+    """
+    began = time.perf_counter()
+    findings = {log.name: refuse_if_bad(log) for log in logs}
+    robot = build_robot(settings.robot)
+    groups = [[log] for log in logs] if settings.per_log else [list(logs)]
+    found = [_group(settings, robot, chosen) for chosen in groups]
+    return Comparison(
+        name=settings.name,
+        model=f"{robot.name} with {', '.join(settings.effects)}",
+        groups=found,
+        findings=findings,
+        sources={log.name: f"{log.source} ({log.licence})" if log.licence else log.source for log in logs},
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Group:
+    cases = make_cases(logs, settings, robot)
+    step = settings.compare.step or _step(cases)
+    rungs = climb(settings, robot, cases, step=step)
+    return Group(
+        name=logs[0].name if settings.per_log else settings.name,
+        cases=cases,
+        rungs=rungs,
+        offsets={c.name: _offsets(c, rungs[-1], k, settings.compare) for k, c in enumerate(cases)},
+    )
+
+
+def _step(cases: Sequence[Case]) -> float:
+    """A step no longer than the sampling and than 10 ms."""
+    return min(0.01, min(float(np.median(np.diff(c.time))) for c in cases))
+
+
+def _offsets(case: Case, rung: Rung, k: int, options: CompareOptions) -> dict[str, tuple[float, float]]:
+    """Clock offset of every channel against the model, by its most lively component."""
+    out = {}
+    for channel, measured in case.measured.items():
+        if options.offset <= 0.0 or channel == "orientation":
+            continue
+        spread = np.nan_to_num(np.nanstd(measured, axis=0))
+        axis = int(np.argmax(spread))
+        out[channel] = clock_offset(
+            case.time, measured[:, axis], rung.predicted[k][channel][:, axis], most=options.offset
+        )
+    return out
+
+
+def execute(cfg: Any) -> int | None:
+    """Run the verb on a composed configuration.
+
+    Args:
+        cfg: with the keys of `CompareSettings`.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    settings = settings_of(cfg)
+    logs = read_logs(settings)
+    comparison = compare_logs(settings, logs)
+    folder = Path(settings.out or HydraConfig.get().runtime.output_dir)
+    from seals.compare.report import write_report
+
+    paths = write_report(comparison, as_data(comparison), folder)
+    print_ladder(comparison)
+    print(f"report: {paths['report']}")
+    return None
+
+
+def settings_of(cfg: Any) -> CompareSettings:
+    """Build the typed settings of a composed configuration."""
+    from omegaconf import OmegaConf
+
+    from seals.config.build import build
+
+    run = build_run(cfg)
+    own = {
+        key: OmegaConf.to_object(cfg[key]) if OmegaConf.is_config(cfg[key]) else cfg[key]
+        for key in ("log", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
+    }
+    own["reader"] = None if cfg.reader is None else build(cfg.reader, where="reader")
+    return CompareSettings(**{k: getattr(run, k) for k in run.__dataclass_fields__}, **own)
+
+
+def read_logs(settings: CompareSettings) -> list[Log]:
+    """Read all logs that the settings name.
+
+    Raises:
+        ConfigError: neither a log nor a reader with data of its own is given.
+    """
+    if settings.reader is None:
+        raise ConfigError("reader is null: there is nothing to read the log with.\nChoose one: seals list reader")
+    sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
+    logs: list[Log] = []
+    for source in sources:
+        logs += settings.reader.read(source)
+    return _wanted(logs, settings)
+
+
+def _wanted(logs: list[Log], settings: CompareSettings) -> list[Log]:
+    """Logs of which a segment is named by ``train`` or ``held_out``, or all."""
+    import fnmatch
+
+    patterns = [str(p) for p in (*settings.train, *settings.held_out)]
+    if not patterns:
+        return logs
+
+    def named(log: Log) -> bool:
+        names = [log.name, *(f"{log.name}/{int(n)}" for n in np.unique(log.segment))]
+        return any(fnmatch.fnmatch(name, p) for name in names for p in patterns)
+
+    return [log for log in logs if named(log)] or logs
+
+
+def print_ladder(comparison: Comparison) -> None:
+    """Print the error ladder of every group."""
+    for group in comparison.groups:
+        print(f"\n{group.name}")
+        for rung in group.rungs:
+            for channel in sorted({c for s in rung.scores for c in s.channels}):
+                train, rest = (rung.rms(channel, held_out=h) for h in (False, True))
+                unit = _unit(channel)
+                line = f"  {rung.name:28s} {channel:18s} train {train:9.4g}"
+                line += f"   held out {rest:9.4g} {unit}" if np.isfinite(rest) else f" {unit}"
+                print(line)
+        for value in group.rungs[-1].fitted:
+            bound = "  (at its bound)" if value.at_bound else ""
+            print(f"  {value.key} = {value.value:.4g} +- {value.sigma:.2g} {value.unit}{bound}")
+
+
+def _unit(channel: str) -> str:
+    from seals.logs.channels import unit_of
+
+    return "rad" if channel == "orientation" else unit_of(channel)
+
+

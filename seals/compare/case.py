@@ -1,0 +1,89 @@
+"""One stretch of a measurement, ready to be compared: times, channels, start, regimes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.compare.regimes import Regimes
+from seals.frames import exponential, multiply
+
+BLOCKS = ("position", "attitude", "velocity", "spin", "joints", "rates")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """State at the first row, and how uncertain it is.
+
+    Args:
+        position: base origin, world [m], shape (3,).
+        quaternion: q_WB_xyzw, shape (4,).
+        velocity: of the base origin, base axes [m/s], shape (3,).
+        spin: base axes [rad/s], shape (3,).
+        joints: [rad or m], shape (J,).
+        rates: [rad/s or m/s], shape (J,).
+        sigma: one standard deviation of the deviations [position, attitude, velocity, spin, joints, rates], shape
+            (12 + 2 J,); 0 holds a component.
+        source: in words.
+    """
+
+    position: Floats
+    quaternion: Floats
+    velocity: Floats
+    spin: Floats
+    joints: Floats
+    rates: Floats
+    sigma: Floats
+    source: str
+
+    @property
+    def free(self) -> list[int]:
+        """Components that may be estimated."""
+        return [int(k) for k in np.flatnonzero(self.sigma > 0.0)]
+
+    def moved(self, deviations: Floats) -> dict[str, Floats]:
+        """Return the fields of the twin's state for deviations of shape (B, 12 + 2 J)."""
+        count = len(deviations)
+        j = len(self.joints)
+        d = deviations
+        turn = exponential(d[:, 3:6])
+        return {
+            "position": self.position + d[:, 0:3],
+            "quaternion": multiply(np.broadcast_to(self.quaternion, (count, 4)), turn),
+            "velocity": self.velocity + d[:, 6:9],
+            "spin": self.spin + d[:, 9:12],
+            "joints": self.joints + d[:, 12 : 12 + j],
+            "rates": self.rates + d[:, 12 + j : 12 + 2 * j],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One stretch of a log.
+
+    Args:
+        name: of the log or segment.
+        held_out: whether it only judges.
+        time: from the start [s], shape (rows,).
+        clock: time of the first row in the log [s].
+        measured: channel to samples, shape (rows, k); NaN where there is none.
+        sigma: channel to noise, one per component, shape (k,).
+        regime: of each row.
+        start: state at the first row.
+        speed: a number that names the operating point, for tables [m/s].
+        notes: facts found on the way, in words.
+    """
+
+    name: str
+    held_out: bool
+    time: Floats
+    clock: float
+    measured: Mapping[str, Floats]
+    sigma: Mapping[str, Floats]
+    regime: Regimes
+    start: Start
+    speed: float = 0.0
+    notes: list[str] = field(default_factory=list)

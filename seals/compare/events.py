@@ -1,0 +1,132 @@
+"""Finds what happens in a drop from the accelerometer alone: release, water entry, catch at the bottom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError
+
+FREE = 0.25
+"""Share of g below which the smoothed specific force counts as free fall."""
+SMOOTHING = 0.004
+"""Width of the running median that decides on free fall [s]."""
+SHORTEST = 0.08
+"""Shortest free fall looked for [s]."""
+LONGEST = 3.0
+"""Longest free fall looked for [s]: about 44 m."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DropEvents:
+    """Times of a drop.
+
+    Args:
+        release: start of the free fall [s].
+        entry: first contact with the water [s].
+        catch: start of the strongest shock after the entry [s], or the last sample when nothing stops the body.
+        caught: whether that shock stands out from the water's forces.
+        offset: mean specific force along the fall axis in free fall, bias and air drag [m/s^2].
+        fall: duration of the free fall [s].
+        spread: uncertainty of release and entry, one standard deviation [s].
+    """
+
+    release: float
+    entry: float
+    catch: float
+    caught: bool
+    offset: float
+    fall: float
+    spread: float
+
+
+def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) -> DropEvents:
+    """Find the events of one drop.
+
+    The free fall is the longest stretch in which the specific force is near zero and which starts at rest; the entry is
+    its end; the catch is the strongest shock after it. A drop may be held in the hand, tossed, or bounce at the bottom.
+
+    Args:
+        time: [s], shape (rows,).
+        specific_force: body axes, shape (rows, 3) or (rows,) along the fall axis [m/s^2].
+        gravity: [m/s^2].
+
+    Raises:
+        LogError: there is no free fall that starts at rest.
+    """
+    force = specific_force if specific_force.ndim == 2 else specific_force[:, None]
+    size = np.sqrt(np.nansum(force**2, axis=1))
+    step = float(np.median(np.diff(time)))
+    calm = _running_median(size, max(3, int(round(SMOOTHING / step)) | 1)) < FREE * gravity
+    found = [run for run in _runs(calm) if SHORTEST <= time[run[1]] - time[run[0]] <= LONGEST]
+    found = [run for run in found if _rest_before(size, run[0], step, gravity)]
+    if not found:
+        raise LogError(
+            "no free fall from rest was found in the specific force.\n"
+            f"Expected: about {gravity:.2f} m/s^2 at rest, then at least {SHORTEST} s below {FREE * gravity:.1f} m/s^2."
+        )
+    first, last = max(found, key=lambda run: run[1] - run[0])
+    axis = int(np.argmax(np.abs(np.nanmedian(force[max(0, first - int(0.5 / step)) : first], axis=0))))
+    inner = slice(first + (last - first) // 5, last - (last - first) // 10)
+    offset = float(np.median(force[inner, axis]))
+    noise = 1.4826 * float(np.median(np.abs(force[inner, axis] - offset)))
+    bound = max(6.0 * noise, 0.015 * gravity)
+    release = _edge(force[:, axis] - offset, first, last, bound=0.5 * gravity)
+    entry = _rise(force[:, axis] - offset, last, bound)
+    after = slice(entry, len(time))
+    peak = entry + int(np.argmax(size[after]))
+    start = _shock_start(size, entry, peak)
+    water = float(np.percentile(size[entry : max(start, entry + 2)], 95))
+    return DropEvents(
+        release=float(time[release]) - 0.5 * step,
+        # contact lies between the last calm sample and the first risen one
+        entry=float(time[entry]) - 0.5 * step,
+        catch=float(time[start]),
+        caught=bool(size[peak] > 2.0 * max(water, gravity)),
+        offset=offset,
+        fall=float(time[entry] - time[release]),
+        spread=0.5 * step,
+    )
+
+
+def _running_median(values: Floats, width: int) -> Floats:
+    from scipy.ndimage import median_filter
+
+    return np.asarray(median_filter(values, size=width, mode="nearest"))
+
+
+def _runs(mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """First and last index of every stretch of True."""
+    edges = np.diff(np.concatenate(([0], mask.astype(np.int8), [0])))
+    return [(int(a), int(b) - 1) for a, b in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)]
+
+
+def _rest_before(size: Floats, start: int, step: float, gravity: float) -> bool:
+    """Whether the body hung still, near 1 g, for a while before ``start``."""
+    rest = size[max(0, start - int(0.3 / step)) : max(0, start - int(0.03 / step))]
+    return rest.size > 10 and abs(float(np.median(rest)) - gravity) < 0.15 * gravity
+
+
+def _edge(force: Floats, first: int, last: int, *, bound: float) -> int:
+    """Last sample before the fall at which the body was still held."""
+    before = force[: first + (last - first) // 4]
+    held = np.flatnonzero(np.abs(before) > bound)
+    return int(held[-1]) + 1 if held.size else first
+
+
+def _rise(force: Floats, last: int, bound: float) -> int:
+    """First sample of the lasting rise that ends the free fall, searched backwards from its end."""
+    k = last
+    while k > 0 and abs(force[k]) > bound:
+        k -= 1
+    return k + 1
+
+
+def _shock_start(size: Floats, entry: int, peak: int) -> int:
+    """Where the strongest shock begins: walking back from the peak to a tenth of it."""
+    if peak <= entry:
+        return entry
+    below = np.flatnonzero(size[entry:peak] < 0.1 * size[peak])
+    return entry + int(below[-1]) if below.size else peak

@@ -1,0 +1,129 @@
+"""The error ladder: the same measurement against models with more and more effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.compare.case import Case
+from seals.compare.fitted import FitKey, fit_keys
+from seals.compare.predict import Predictor
+from seals.compare.score import CaseScore, pooled, score_case
+from seals.compare.solve import Solution, Solver
+from seals.config.compare import CompareSettings
+from seals.effects.binding import bind_effects
+from seals.effects.effect import Effect
+from seals.errors import ConfigError, suggestion
+from seals.robot.model import RobotModel
+
+SINGLE = "model"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedValue:
+    """One fitted parameter.
+
+    Args:
+        key: as written by the user.
+        value: in ``unit``.
+        sigma: one standard deviation, in ``unit``.
+        unit: SI unit.
+        at_bound: whether it stands on a bound.
+    """
+
+    key: str
+    value: float
+    sigma: float
+    unit: str
+    at_bound: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """One model of the ladder.
+
+    Args:
+        name: of the rung.
+        effects: that act.
+        fitted: parameters found on the training stretches.
+        scores: one per case.
+        predicted: samples of the model, one dict per case.
+        deviations: of the starts, one per case.
+    """
+
+    name: str
+    effects: list[str]
+    fitted: list[FittedValue]
+    scores: list[CaseScore]
+    predicted: list[dict[str, Floats]]
+    deviations: list[Floats]
+
+    def rms(self, channel: str, *, held_out: bool) -> float:
+        """Root mean square of one channel over the training or the held-out stretches."""
+        scores = pooled(self.scores, held_out=held_out)
+        return scores[channel].rms if channel in scores else float("nan")
+
+
+def climb(settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float) -> list[Rung]:
+    """Fit and judge every rung.
+
+    Raises:
+        ConfigError: a rung names an effect that the model does not hold.
+    """
+    rungs = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {SINGLE: list(settings.effects)}
+    return [_rung(name, active, settings, robot, cases, step=step) for name, active in rungs.items()]
+
+
+def _rung(
+    name: str, active: list[str], settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float
+) -> Rung:
+    effects = _active(name, active, settings.effects)
+    keys = [k for k in fit_keys(settings.fit, settings.effects) if k.effect in effects]
+    bound = bind_effects(effects, robot.links)
+    values = np.array([k.start for k in keys])
+
+    def solver(chosen: Sequence[Case]) -> Solver:
+        predictor = Predictor(settings, robot, bound, keys, chosen, step=step)
+        return Solver(predictor, iterations=settings.compare.iterations)
+
+    train = [c for c in cases if not c.held_out]
+    rest = [c for c in cases if c.held_out]
+    found: dict[str, tuple[dict[str, Floats], Floats]] = {}
+    fitted: list[FittedValue] = []
+    if train:
+        solution = solver(train).solve(values, free=range(len(keys)))
+        values, fitted = solution.values, _fitted(keys, solution)
+        _keep(found, train, solution)
+    if rest:
+        _keep(found, rest, solver(rest).solve(values, free=()))
+    ordered = [found[c.name] for c in cases]
+    return Rung(
+        name=name,
+        effects=list(effects),
+        fitted=fitted,
+        scores=[score_case(c, found[c.name][0]) for c in cases],
+        predicted=[p for p, _ in ordered],
+        deviations=[d for _, d in ordered],
+    )
+
+
+def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict[str, Effect]:
+    for effect in active:
+        if effect not in effects:
+            raise ConfigError(f"ladder.{name}: there is no effect '{effect}'.\n{suggestion(effect, effects)}")
+    return {n: e for n, e in effects.items() if n in active}
+
+
+def _keep(found: dict[str, tuple[dict[str, Floats], Floats]], cases: Sequence[Case], solution: Solution) -> None:
+    for case, predicted, deviation in zip(cases, solution.predicted, solution.deviations, strict=True):
+        found[case.name] = (predicted, deviation)
+
+
+def _fitted(keys: Sequence[FitKey], solution: Solution) -> list[FittedValue]:
+    return [
+        FittedValue(key=k.key, value=float(v), sigma=float(s), unit=k.parameter.unit, at_bound=b)
+        for k, v, s, b in zip(keys, solution.values, solution.sigma, solution.at_bound, strict=True)
+    ]

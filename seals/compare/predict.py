@@ -1,0 +1,130 @@
+"""Simulates stretches of logs with the twin and samples what the sensors would have read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.compare.case import Case
+from seals.compare.fitted import FitKey
+from seals.config.run import RunSettings
+from seals.effects.binding import EffectSet
+from seals.frames import conjugate, multiply, rotation_vector
+from seals.robot.model import RobotModel
+from seals.twin import Rates, Twin, TwinState
+
+PREDICTABLE = (
+    "position", "orientation", "velocity", "angular_velocity", "specific_force", "depth", "joint_position", "joint_velocity",
+)  # fmt: skip
+
+
+class Job(NamedTuple):
+    """One simulation: which case, from which deviation of the start, with which fitted values."""
+
+    case: int
+    deviation: Floats
+    values: Floats
+
+
+class Predictor:
+    """Runs jobs in one batch.
+
+    Args:
+        settings: the model.
+        robot: the robot.
+        effects: bound effects.
+        keys: fitted parameters, in the order of the jobs' values.
+        cases: stretches to simulate.
+        step: integration step [s].
+    """
+
+    def __init__(
+        self,
+        settings: RunSettings,
+        robot: RobotModel,
+        effects: EffectSet,
+        keys: Sequence[FitKey],
+        cases: Sequence[Case],
+        *,
+        step: float,
+    ) -> None:
+        """Keep the parts."""
+        self.settings, self.robot, self.effects = settings, robot, effects
+        self.keys, self.cases, self.step = tuple(keys), tuple(cases), step
+
+    def run(self, jobs: Sequence[Job]) -> list[dict[str, Floats]]:
+        """Return the predicted samples of every job, channel to shape (rows, k)."""
+        twin = self._twin(jobs)
+        state = self._state(twin, jobs)
+        steps = max(int(np.ceil(self.cases[j.case].time[-1] / self.step - 1e-9)) for j in jobs) + 1
+        wanted = sorted({channel for j in jobs for channel in self.cases[j.case].measured})
+        record: dict[str, list[Floats]] = {channel: [] for channel in wanted}
+        for k in range(steps):
+            following, rates = twin.step(state, k * self.step, self.step)
+            for channel in wanted:
+                record[channel].append(self._read(channel, state, rates))
+            state = following
+        for channel in wanted:
+            record[channel].append(self._read(channel, state, twin.rates(state, steps * self.step)))
+        tables = {channel: np.stack(rows) for channel, rows in record.items()}
+        return [self._sample(tables, b, self.cases[j.case]) for b, j in enumerate(jobs)]
+
+    def _twin(self, jobs: Sequence[Job]) -> Twin:
+        values: dict[str, Floats] = {}
+        for p, key in enumerate(self.keys):
+            column = np.array([j.values[p] for j in jobs])
+            values.update(dict.fromkeys(key.targets, column))
+        return Twin(
+            self.robot, self.effects, self.settings.environment, self.settings.wave, batch=len(jobs), values=values
+        )
+
+    def _state(self, twin: Twin, jobs: Sequence[Job]) -> TwinState:
+        rows = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
+        return twin.start(**{field: np.concatenate([row[field] for row in rows]) for field in rows[0]})
+
+    def _read(self, channel: str, state: TwinState, rates: Rates) -> Floats:
+        """What a perfect sensor reads, shape (B, k); attitude as x, y, z, w."""
+        level = self.settings.environment.water_level
+        readings = {
+            "position": state.position,
+            "orientation": state.quaternion,
+            "velocity": state.velocity,
+            "angular_velocity": state.spin,
+            "specific_force": rates.specific_force,
+            "depth": (0.0 if level is None else level) - state.position[:, 2:3],
+            "joint_position": state.joints,
+            "joint_velocity": state.rates,
+        }
+        return np.array(readings[channel])
+
+    def _sample(self, tables: dict[str, Floats], b: int, case: Case) -> dict[str, Floats]:
+        """Interpolate one job's records at the times of the case."""
+        place = case.time / self.step
+        index = np.minimum(place.astype(np.int64), len(next(iter(tables.values()))) - 2)
+        share = (place - index)[:, None]
+        return {
+            channel: (1.0 - share) * tables[channel][index, b] + share * tables[channel][index + 1, b]
+            for channel in case.measured
+        }
+
+
+def residuals(case: Case, predicted: dict[str, Floats]) -> dict[str, Floats]:
+    """Measured less predicted, channel to shape (rows, k); attitude as a rotation vector in body axes [rad]."""
+    out = {}
+    for channel, measured in case.measured.items():
+        if channel == "orientation":
+            q = measured[:, [1, 2, 3, 0]]
+            model = predicted[channel] / np.linalg.norm(predicted[channel], axis=1, keepdims=True)
+            out[channel] = rotation_vector(multiply(conjugate(model), q))
+        else:
+            out[channel] = measured - predicted[channel]
+    return out
+
+
+def whitened(case: Case, parts: dict[str, Floats]) -> Floats:
+    """Residuals of all channels divided by their noise, as one vector; missing samples are zero."""
+    rows = [np.nan_to_num(parts[c] / case.sigma[c]).ravel() for c in case.measured]
+    return np.concatenate(rows)

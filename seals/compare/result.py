@@ -1,0 +1,106 @@
+"""What a comparison found, as plain data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from seals.compare.case import Case
+from seals.compare.ladder import Rung
+from seals.compare.score import pooled
+from seals.logs.finding import Finding
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """Stretches that share one fit.
+
+    Args:
+        name: of the log, or of the whole comparison.
+        cases: its stretches.
+        rungs: the ladder.
+        offsets: clock offset of the last rung by case and channel: lag [s] and correlation.
+    """
+
+    name: str
+    cases: Sequence[Case]
+    rungs: Sequence[Rung]
+    offsets: dict[str, dict[str, tuple[float, float]]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """The whole result.
+
+    Args:
+        name: of the comparison.
+        model: robot and effects, in words.
+        groups: one, or one per log.
+        findings: of the data check, by log.
+        sources: origin and licence of the logs, by log.
+        seconds: computing time.
+    """
+
+    name: str
+    model: str
+    groups: Sequence[Group]
+    findings: dict[str, list[Finding]]
+    sources: dict[str, str]
+    seconds: float
+
+
+def as_data(comparison: Comparison) -> dict[str, Any]:
+    """Return the result as JSON-ready data, without the samples."""
+    return _plain(
+        {
+            "name": comparison.name,
+            "model": comparison.model,
+            "seconds": comparison.seconds,
+            "sources": comparison.sources,
+            "data_check": {k: [str(f) for f in v] for k, v in comparison.findings.items()},
+            "groups": [_group(g) for g in comparison.groups],
+        }
+    )
+
+
+def _group(group: Group) -> dict[str, Any]:
+    return {
+        "name": group.name,
+        "cases": [
+            {
+                "name": c.name,
+                "held_out": c.held_out,
+                "rows": len(c.time),
+                "start": c.start.source,
+                "noise": {k: v.tolist() for k, v in c.sigma.items()},
+                "notes": c.notes,
+                "clock_offset": {k: {"lag": a, "correlation": b} for k, (a, b) in group.offsets[c.name].items()},
+            }
+            for c in group.cases
+        ],
+        "ladder": [_rung(r) for r in group.rungs],
+    }
+
+
+def _rung(rung: Rung) -> dict[str, Any]:
+    return {
+        "name": rung.name,
+        "effects": rung.effects,
+        "fitted": [asdict(f) for f in rung.fitted],
+        "train": {k: asdict(s) for k, s in pooled(rung.scores, held_out=False).items()},
+        "held_out": {k: asdict(s) for k, s in pooled(rung.scores, held_out=True).items()},
+        "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in rung.scores},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Replace numbers that JSON does not know by None."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

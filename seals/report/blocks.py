@@ -1,0 +1,66 @@
+"""What a page is made of: sections of charts, tables, key figures and words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from seals.report.figures import Chart
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paragraph:
+    """Plain words; ``tone`` is ``""``, ``"good"``, ``"warn"`` or ``"bad"``."""
+
+    text: str
+    tone: str = ""
+    kind: str = field(default="paragraph", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facts:
+    """A few key figures, large, each with a caption: ``{"first touch of water": "0.42 s"}``."""
+
+    values: Mapping[str, str]
+    kind: str = field(default="facts", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Rows of text below a head; columns whose numbers in ``right`` are set to the right."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    right: Sequence[int] = ()
+    kind: str = field(default="table", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Code:
+    """Text as it would be typed, kept line by line."""
+
+    text: str
+    kind: str = field(default="code", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fold:
+    """Blocks that open on a click, for what few readers want."""
+
+    title: str
+    blocks: Sequence[Block]
+    kind: str = field(default="fold", init=False)
+
+
+Block: TypeAlias = "Chart | Paragraph | Facts | Table | Code | Fold"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A titled part of a page; ``wide`` gives each chart a row of its own."""
+
+    title: str
+    blocks: Sequence[Block]
+    lead: str = ""
+    wide: bool = False

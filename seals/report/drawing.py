@@ -1,0 +1,138 @@
+"""A chart as plotly's JSON, made without importing plotly."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.report.figures import Chart, Mark, Series, even, thinned
+from seals.report.style import MUTED
+
+
+def drawn(chart: Chart) -> dict[str, Any]:
+    """Return ``data`` and ``layout`` of a chart for plotly.js; theme colours are the page's business."""
+    ready = chart.coloured()
+    traces: list[dict[str, Any]] = []
+    for line in ready.series:
+        traces += _stack(even(line)) if chart.stacked else _line(thinned(line))
+    if chart.stacked and len(chart.series) > 1:
+        traces.append(_total(ready))
+    return {"data": traces, "layout": _layout(chart)}
+
+
+def _line(line: Series) -> list[dict[str, Any]]:
+    """One line, and its band below it."""
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "markers" if line.points else "lines",
+        "name": line.name,
+        "x": _numbers(line.x),
+        "y": _numbers(line.y),
+        "line": {"color": line.colour, "width": 1.6, "dash": "dash" if line.dashed else "solid"},
+        "marker": {"color": line.colour, "size": 4},
+        "legendgroup": line.name,
+    }
+    if line.band is None:
+        return [trace]
+    outline = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": _numbers(np.concatenate([line.x, line.x[::-1]])),
+        "y": _numbers(np.concatenate([line.y + line.band, (line.y - line.band)[::-1]])),
+        "fill": "toself",
+        "fillcolor": f"{line.colour}33",
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+        "legendgroup": line.name,
+    }
+    return [outline, trace]
+
+
+def _stack(line: Series) -> list[dict[str, Any]]:
+    """The positive and the negative part as areas of two stacks: signs must not cancel in the drawing."""
+    values = np.nan_to_num(line.y)
+    parts = (("up", np.maximum(values, 0.0)), ("down", np.minimum(values, 0.0)))
+    shown = [(sign, part) for sign, part in parts if np.any(part != 0.0)] or [parts[0]]
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": line.name,
+            "legendgroup": line.name,
+            "showlegend": k == 0,
+            "stackgroup": sign,
+            "x": _numbers(line.x),
+            "y": _numbers(part),
+            "line": {"width": 0.6, "color": line.colour},
+            "fillcolor": f"{line.colour}a6",
+            "hovertemplate": "%{y:.4g}",
+        }
+        for k, (sign, part) in enumerate(shown)
+    ]
+
+
+def _total(chart: Chart) -> dict[str, Any]:
+    """The sum of a stack as a line."""
+    parts = [even(line) for line in chart.series]
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": "sum",
+        "x": _numbers(parts[0].x),
+        "y": _numbers(np.sum([np.nan_to_num(part.y) for part in parts], axis=0)),
+        "line": {"width": 1.6, "color": "ink"},
+        "hovertemplate": "%{y:.4g}",
+    }
+
+
+def _layout(chart: Chart) -> dict[str, Any]:
+    """Axes, marks and margins."""
+    y_axis: dict[str, Any] = {"title": {"text": chart.y_label, "standoff": 6}}
+    if chart.equal:
+        y_axis |= {"scaleanchor": "x", "scaleratio": 1}
+    return {
+        "xaxis": {"title": {"text": chart.x_label, "standoff": 4}},
+        "yaxis": y_axis,
+        "shapes": [_shape(mark) for mark in chart.marks],
+        "annotations": [_label(mark) for mark in chart.marks],
+        "meta": {"time": chart.x_label.startswith("time")},
+    }
+
+
+def _shape(mark: Mark) -> dict[str, Any]:
+    along, across = ("y", "x") if mark.level else ("x", "y")
+    return {
+        "type": "line",
+        f"{along}ref": along,
+        f"{across}ref": "paper",
+        f"{along}0": mark.at,
+        f"{along}1": mark.at,
+        f"{across}0": 0,
+        f"{across}1": 1,
+        "line": {"color": MUTED, "width": 1, "dash": "dot"},
+    }
+
+
+def _label(mark: Mark) -> dict[str, Any]:
+    place = (
+        {"xref": "paper", "x": 1, "yref": "y", "y": mark.at, "xanchor": "right"}
+        if mark.level
+        else {"xref": "x", "x": mark.at, "yref": "paper", "y": 1, "xanchor": "left"}
+    )
+    return {
+        **place,
+        "yanchor": "bottom" if mark.level else "top",
+        "text": mark.label,
+        "showarrow": False,
+        "font": {"size": 11, "color": MUTED},
+    }
+
+
+def _numbers(values: Floats) -> dict[str, str]:
+    """Numbers in plotly's binary form: a fifth of the text, and NaN stays a gap."""
+    raw = np.ascontiguousarray(values, dtype="<f8").tobytes()
+    return {"dtype": "f8", "bdata": base64.b64encode(raw).decode("ascii")}

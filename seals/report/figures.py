@@ -1,0 +1,167 @@
+"""What a chart shows, apart from how it is drawn: the page and the pictures draw the same one."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seals.arrays import Floats
+from seals.errors import SealsError
+from seals.report.style import colour_of
+
+MOST_POINTS = 2400
+"""Points of a series in a page: more than a screen has pixels across."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Series:
+    """One line of a chart.
+
+    Args:
+        name: as in the legend.
+        x: shape (points,).
+        y: shape (points,); NaN leaves a gap.
+        colour: hexadecimal, chosen by the name when left out.
+        dashed: whether the line is dashed, as a reference or a model beside a measurement.
+        points: whether points are drawn instead of a line.
+        band: half width of a shaded band around the line, shape (points,).
+    """
+
+    name: str
+    x: Floats
+    y: Floats
+    colour: str | None = None
+    dashed: bool = False
+    points: bool = False
+    band: Floats | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """An instant (``at`` on x) or a level (``at`` on y) worth a thin line with a label."""
+
+    at: float
+    label: str
+    level: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chart:
+    """One chart.
+
+    Args:
+        title: what is shown, a few words.
+        y_label: quantity and unit of the ordinate.
+        x_label: of the abscissa; charts over time zoom together.
+        series: the lines.
+        stacked: whether the series add up to areas, positive and negative ones apart.
+        marks: instants and levels.
+        equal: whether both axes have one scale, as in a view from above.
+        note: one line below the chart.
+
+    Raises:
+        SealsError: a series has coordinates of different shapes.
+
+    Example:
+        >>> import numpy as np
+        >>> t = np.linspace(0.0, 1.0, 5)
+        >>> Chart(title="Height", y_label="z [m]", series=(Series(name="z", x=t, y=-t),)).series[0].name
+        'z'
+    """
+
+    title: str
+    y_label: str
+    x_label: str = "time [s]"
+    series: tuple[Series, ...] = ()
+    stacked: bool = False
+    marks: tuple[Mark, ...] = field(default=())
+    equal: bool = False
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        for line in self.series:
+            if np.shape(line.x) != np.shape(line.y) or np.ndim(line.x) != 1:
+                raise SealsError(
+                    f"chart '{self.title}': series '{line.name}' has x of shape {np.shape(line.x)} "
+                    f"and y of shape {np.shape(line.y)}.\nAllowed: one shape (points,) for both."
+                )
+
+    def coloured(self) -> Chart:
+        """Return the chart with a colour for every series."""
+        lines = (
+            line if line.colour else dataclasses.replace(line, colour=colour_of(line.name, k))
+            for k, line in enumerate(self.series)
+        )
+        return dataclasses.replace(self, series=tuple(lines))
+
+
+def lines(
+    title: str,
+    y_label: str,
+    x: ArrayLike,
+    values: Mapping[str, ArrayLike],
+    *,
+    marks: tuple[Mark, ...] = (),
+    note: str = "",
+) -> Chart:
+    """Return a chart with one line for each named column over a common abscissa.
+
+    Args:
+        title: of the chart.
+        y_label: quantity and unit.
+        x: abscissa, shape (points,).
+        values: columns by name, each of shape (points,).
+        marks: instants and levels.
+        note: one line below the chart.
+    """
+    across = np.asarray(x, dtype=float)
+    made = tuple(
+        Series(name=name, x=across, y=np.asarray(y, dtype=float)) for name, y in values.items()
+    )
+    return Chart(title=title, y_label=y_label, series=made, marks=marks, note=note)
+
+
+def thinned(line: Series, most: int = MOST_POINTS) -> Series:
+    """Return a series of at most about ``most`` points that keeps every peak.
+
+    Of each bin the lowest and the highest sample survive, so a spike of one sample stays visible.
+
+    Example:
+        >>> spike = np.zeros(100_000)
+        >>> spike[77_777] = 1.0
+        >>> small = thinned(Series(name="a", x=np.arange(100_000.0), y=spike))
+        >>> small.y.size <= MOST_POINTS, float(small.y.max())
+        (True, 1.0)
+    """
+    count = line.x.size
+    if count <= most:
+        return line
+    kept = _extremes(line.y, max(most // 2 - 1, 1))
+    return dataclasses.replace(
+        line, x=line.x[kept], y=line.y[kept], band=None if line.band is None else line.band[kept]
+    )
+
+
+def _extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+    """Indices of the lowest and the highest sample of each bin, and both ends."""
+    edges = np.linspace(0, y.size, bins + 1).astype(np.intp)
+    width = int(np.diff(edges).max())
+    index = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)
+    table = y[index]
+    rows = np.arange(bins)
+    # a bin of nothing but gaps keeps its first gap
+    low = np.argmin(np.where(np.isnan(table), np.inf, table), axis=1)
+    high = np.argmax(np.where(np.isnan(table), -np.inf, table), axis=1)
+    return np.unique(np.concatenate([[0], index[rows, low], index[rows, high], [y.size - 1]]))
+
+
+def even(line: Series, most: int = MOST_POINTS) -> Series:
+    """Return a series on evenly picked samples: stacked areas need a common abscissa."""
+    if line.x.size <= most:
+        return line
+    kept = np.unique(np.linspace(0, line.x.size - 1, most).astype(np.intp))
+    return dataclasses.replace(line, x=line.x[kept], y=line.y[kept], band=None)

@@ -1,0 +1,92 @@
+"""One HTML file from sections: plotly embedded once, no network needed, light and dark."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from seals.logs.atomic import write_text
+from seals.report.blocks import Block, Fold, Section
+from seals.report.drawing import drawn
+from seals.report.figures import Chart
+
+
+def page(title: str, sections: Sequence[Section], *, subtitle: str = "", badge: str = "") -> str:
+    """Return a self-contained HTML page.
+
+    Args:
+        title: heading and title of the browser's tab.
+        sections: parts in order.
+        subtitle: one line below the heading.
+        badge: a word beside the heading, such as ``done`` or ``failed``.
+
+    Example:
+        >>> from seals.report.blocks import Paragraph
+        >>> text = page("Drop", [Section(title="Words", blocks=[Paragraph(text="1 < 2")])])
+        >>> "1 &lt; 2" in text, "http" in text.split("<main")[1].split("</main")[0]
+        (True, False)
+    """
+    charts = [chart for section in sections for chart in _charts(section.blocks)]
+    # counted as they are laid out: a chart may stand on a page twice
+    numbers = itertools.count()
+    return str(
+        _template().render(
+            title=title,
+            subtitle=subtitle,
+            badge=badge,
+            sections=sections,
+            kind=lambda block: getattr(block, "kind", "chart"),
+            number=lambda: next(numbers),
+            figures=_script_safe([drawn(chart) for chart in charts]),
+            plotly=_plotly() if charts else "",
+        )
+    )
+
+
+def write_page(
+    path: str | Path,
+    title: str,
+    sections: Sequence[Section],
+    *,
+    subtitle: str = "",
+    badge: str = "",
+) -> Path:
+    """Write a page to a file that appears whole or not at all; arguments as for :func:`page`."""
+    write_text(path, page(title, sections, subtitle=subtitle, badge=badge))
+    return Path(path)
+
+
+def _charts(blocks: Sequence[Block]) -> Iterator[Chart]:
+    for block in blocks:
+        if isinstance(block, Chart):
+            yield block
+        elif isinstance(block, Fold):
+            yield from _charts(block.blocks)
+
+
+def _script_safe(value: Any) -> str:
+    """JSON for a script element: a text such as ``</script>`` in a name must not end it."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+@lru_cache(maxsize=1)
+def _template() -> Any:
+    from jinja2 import Environment, StrictUndefined
+
+    text = (files("seals.report") / "page.html.jinja").read_text(encoding="utf-8")
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return environment.from_string(text)
+
+
+@lru_cache(maxsize=1)
+def _plotly() -> str:
+    """The text of plotly.js as the installed plotly package holds it."""
+    from plotly.offline import get_plotlyjs
+
+    return str(get_plotlyjs())

@@ -1,0 +1,100 @@
+"""Charts as PNG pictures, for slides and for places where no browser is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.errors import MissingExtra
+from seals.logs.atomic import atomic_path
+from seals.report.figures import Chart, Series, even, thinned
+from seals.report.style import MUTED
+
+SIZE = (8.0, 3.6)
+"""Width and height [inch] at 140 dots per inch."""
+
+
+def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
+    """Write one chart, or several below each other, as a PNG file that appears whole or not at all.
+
+    Args:
+        path: the file.
+        charts: what to draw.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
+    figure_class = _figure_class()
+    rows = [charts] if isinstance(charts, Chart) else charts
+    # the object interface: pyplot would keep global state and look for a display
+    figure = figure_class(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
+    for number, chart in enumerate(rows, start=1):
+        _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
+    with atomic_path(path) as beside:
+        figure.savefig(beside, metadata={"Software": "SEALS"})
+    return Path(path)
+
+
+def _figure_class() -> Any:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as cause:
+        raise MissingExtra(
+            "pictures need matplotlib, which cannot be imported.\nInstall it: pip install matplotlib"
+        ) from cause
+    return Figure
+
+
+def _draw(axes: Any, chart: Chart) -> None:
+    """Draw one chart on one pair of axes."""
+    if chart.stacked:
+        _stack(axes, [even(line) for line in chart.series])
+    else:
+        for line in chart.series:
+            _line(axes, thinned(line))
+    for mark in chart.marks:
+        (axes.axhline if mark.level else axes.axvline)(mark.at, color=MUTED, lw=0.8, ls=":")
+        where = (1.0, mark.at) if mark.level else (mark.at, 1.0)
+        transform = axes.get_yaxis_transform() if mark.level else axes.get_xaxis_transform()
+        side = {"ha": "right", "va": "bottom"} if mark.level else {"ha": "left", "va": "top"}
+        axes.text(*where, f" {mark.label} ", transform=transform, fontsize=8, color=MUTED, **side)
+    axes.set_title(chart.title, loc="left", fontsize=10, fontweight="bold")
+    axes.set_xlabel(chart.x_label, fontsize=9)
+    axes.set_ylabel(chart.y_label, fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.grid(True, color="#e3e6e8", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    if chart.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False, ncols=4, loc="best")
+
+
+def _line(axes: Any, line: Series) -> None:
+    style = "--" if line.dashed else "-"
+    if line.points:
+        axes.plot(line.x, line.y, ".", ms=3, color=line.colour, label=line.name)
+    else:
+        axes.plot(line.x, line.y, style, lw=1.4, color=line.colour, label=line.name)
+    if line.band is not None:
+        low, high = line.y - line.band, line.y + line.band
+        axes.fill_between(line.x, low, high, color=line.colour, alpha=0.2, lw=0)
+
+
+def _stack(axes: Any, lines: list[Series]) -> None:
+    """Areas upwards for positive and downwards for negative values, and their sum."""
+    if not lines:
+        return
+    x = lines[0].x
+    top, bottom = np.zeros_like(x), np.zeros_like(x)
+    for line in lines:
+        values = np.nan_to_num(line.y)
+        up, down = top + np.maximum(values, 0.0), bottom + np.minimum(values, 0.0)
+        axes.fill_between(x, top, up, color=line.colour, alpha=0.65, lw=0, label=line.name)
+        axes.fill_between(x, bottom, down, color=line.colour, alpha=0.65, lw=0)
+        top, bottom = up, down
+    if len(lines) > 1:
+        axes.plot(x, top + bottom, color="#1b2127", lw=1.4, label="sum")

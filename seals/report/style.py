@@ -1,0 +1,41 @@
+"""Colours of charts: legible on white and on dark, and apart for colour-blind eyes."""
+
+from __future__ import annotations
+
+# after Okabe and Ito 2008, moved to middle lightness so that one set serves both backgrounds
+AXES = {"x": "#d8602a", "y": "#12966f", "z": "#2f80d0"}
+"""Colours of the three axes, the same in every chart."""
+CYCLE = ("#2f80d0", "#d8602a", "#12966f", "#a765c2", "#c08a00", "#2fa3c4", "#cf5f8f", "#7a8791")
+"""Colours of named things, in order."""
+MUTED = "#7f8a94"
+"""Colour of reference lines and totals."""
+
+
+def colour_of(name: str, position: int) -> str:
+    """Return the colour of a series: that of its axis when it is one, else the next of the cycle.
+
+    Example:
+        >>> colour_of("z", 0) == AXES["z"], colour_of("drag", 1) == CYCLE[1]
+        (True, True)
+    """
+    return AXES.get(name, CYCLE[position % len(CYCLE)])
+
+
+def colours_of(names: list[str]) -> dict[str, str]:
+    """Return one colour for each name, to be kept through all charts of a page.
+
+    Example:
+        >>> colours_of(["gravity", "drag"])["drag"] == CYCLE[1]
+        True
+    """
+    return {name: colour_of(name, position) for position, name in enumerate(names)}
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as it is set in print.
+
+    Example:
+        >>> unit_text("N s^2/m^2"), unit_text("1")
+        ('N s²/m²', '')
+    """
+    return "" if unit == "1" else unit.replace("^2", "²").replace("^3", "³")

@@ -1,0 +1,109 @@
+"""How a robot floats: its hulls at joint zero as one body on calm water."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.tree import forward
+from seals.hulls import Hull
+from seals.robot.model import RobotModel
+
+_TILT = math.radians(0.5)
+_HALVINGS = 80
+
+
+class Placed(NamedTuple):
+    """A hull with the place and the axes of its link in base axes."""
+
+    hull: Hull
+    origin: Floats
+    turn: Floats
+
+
+class FloatingBody:
+    """All hulls of a robot, joints at zero, in base axes.
+
+    Args:
+        robot: the robot.
+
+    Attributes:
+        volume: displaced when wholly submerged [m^3].
+        mass: of the robot [kg].
+        gravity_centre: [m], shape (3,).
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        zero = np.zeros((1, robot.tree.joints))
+        origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+        self.parts = [
+            Placed(hull, origins[0, k], turns[0, k])
+            for k, hull in enumerate(robot.hulls)
+            if hull is not None
+        ]
+        self.volume = float(sum(part.hull.volume for part in self.parts))
+        self.mass = float(robot.mass.sum())
+        places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
+        self.gravity_centre: Floats = robot.mass @ places / self.mass if self.mass > 0 else np.zeros(3)
+        self.reach = max(
+            (part.hull.reach + float(np.linalg.norm(part.origin)) for part in self.parts), default=0.0
+        )
+
+    def wetted(self, up: Floats, level: float) -> tuple[float, Floats]:
+        """Return volume [m^3] and centroid [m] of what lies below the surface.
+
+        Args:
+            up: unit normal of the surface in base axes, shape (3,).
+            level: height of the surface above the base origin along ``up`` [m].
+        """
+        volume, moment = 0.0, np.zeros(3)
+        for part in self.parts:
+            wet = part.hull.wetted(part.turn.T @ up, level - float(up @ part.origin))
+            volume += wet.volume
+            moment += wet.volume * (part.origin + part.turn @ wet.centroid)
+        return volume, moment / volume if volume > 0.0 else np.zeros(3)
+
+    def level_of(self, up: Floats, volume: float) -> float:
+        """Return the surface height at which ``volume`` is wet, by bisection [m]."""
+        low, high = -self.reach, self.reach
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if self.wetted(up, middle)[0] > volume:
+                high = middle
+            else:
+                low = middle
+        return 0.5 * (low + high)
+
+    def draught(self, volume: float) -> float:
+        """Return how deep the lowest point lies when ``volume`` is wet and the robot upright [m]."""
+        up = np.array([0.0, 0.0, 1.0])
+        # the height at which the first millionth of the volume is wet stands for the lowest point
+        return self.level_of(up, volume) - self.level_of(up, 1e-9 * self.volume)
+
+    def metacentric_height(self, axis: Sequence[float], volume: float) -> float:
+        """Return the restoring moment per weight and angle for a small tilt about a level axis [m].
+
+        Equation:
+            GM = -d/da [axis . ((B - G) x up)] at a = 0; for a submerged body the height of the
+            centre of buoyancy above the centre of gravity. Positive is stable.
+
+        Args:
+            axis: unit vector in base axes.
+            volume: that is wet [m^3]; kept while tilting.
+        """
+        arms = [self.righting_arm(axis, volume, tilt) for tilt in (-_TILT, _TILT)]
+        return -(arms[1] - arms[0]) / (2.0 * _TILT)
+
+    def righting_arm(self, axis: Sequence[float], volume: float, tilt: float = 0.0) -> float:
+        """Return the moment of the buoyancy about the centre of gravity per weight, after a tilt [rad] [m]."""
+        along = np.asarray(axis, dtype=float)
+        z = np.array([0.0, 0.0, 1.0])
+        # a body turned by +tilt sees the vertical turned by -tilt
+        up = z * math.cos(tilt) - np.cross(along, z) * math.sin(tilt)
+        level = self.reach if volume >= self.volume else self.level_of(up, volume)
+        _, centre = self.wetted(up, level)
+        return float(along @ np.cross(centre - self.gravity_centre, up))

@@ -1,0 +1,128 @@
+"""``seals run``: from a composed configuration to a run folder."""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+from typing import Any
+
+from seals.config.run import RunSettings, build_run
+from seals.errors import ConfigError, MissingExtra
+from seals.run.folder import write_config, write_end, write_log, write_start
+from seals.run.provenance import provenance
+from seals.run.recall import recalled
+from seals.run.report import write_plots, write_report
+from seals.run.same import differences, version_changes
+from seals.run.simulation import Ending, Record, simulate
+from seals.run.views import views_of
+
+
+def execute(config: Any) -> int | None:
+    """Simulate what a composed configuration describes and fill Hydra's run folder.
+
+    Args:
+        config: composed by Hydra from the root ``run``.
+
+    Returns:
+        An exit code, None for success.
+
+    Raises:
+        SealsError: the run cannot start, or failed on the way; what there is has been written.
+        KeyboardInterrupt: the run was interrupted; what there is has been written.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    hydra = HydraConfig.get()
+    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    original = None if config.get("repeat") is None else Path(str(config.repeat))
+    if original is not None:
+        _refuse_company(overrides)
+        config = recalled(original)
+    settings = build_run(config)
+    if original is not None:
+        write_config(folder, config)
+    record = run_into(folder, settings, overrides=overrides, original=original)
+    if record.error is not None:
+        raise record.error
+    return None
+
+
+def run_into(
+    folder: Path,
+    settings: RunSettings,
+    *,
+    overrides: list[str] | None = None,
+    original: Path | None = None,
+) -> Record:
+    """Simulate a run and write its folder.
+
+    Args:
+        folder: where to; made when it does not exist.
+        settings: of the run.
+        overrides: what the user wrote, for the report.
+        original: folder of the run that this one repeats, to be compared with.
+
+    Raises:
+        SealsError: the run cannot start, or its files cannot be written.
+    """
+    facts = {
+        "name": settings.name,
+        "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+        "overrides": overrides or [],
+        "repeat_of": None if original is None else str(original),
+        **provenance(settings),
+    }
+    record = simulate(
+        settings, label=settings.name, started=lambda: write_start(folder, facts)
+    )
+    write_log(folder, record, settings)
+    remarks = [] if original is None else _verdict(folder, original)
+    views = views_of(record, settings)
+    report = write_report(folder, record, settings, views, facts)
+    try:
+        write_plots(folder, views)
+    except MissingExtra as missing:
+        remarks.append(f"No pictures: {' '.join(str(missing).split())}")
+    write_end(folder, facts, record, remarks)
+    _say(record, settings, remarks, report)
+    return record
+
+
+def _refuse_company(overrides: list[str]) -> None:
+    """Refuse overrides beside ``repeat``: the run would no longer be that run."""
+    others = [word for word in overrides if word.partition("=")[0].lstrip("+") != "repeat"]
+    if others:
+        raise ConfigError(
+            f"repeat= takes a run as it was; it cannot be changed by {others[0]}.\n"
+            "Leave the others out, or write the new run without repeat=."
+        )
+
+
+def _verdict(folder: Path, original: Path) -> list[str]:
+    """Say whether a repeated run came out as before."""
+    found = differences(folder, original)
+    if not found:
+        return [f"The log and the ledger are those of {original}, bit for bit."]
+    causes = version_changes(original)
+    because = f" Versions differ: {', '.join(causes)}." if causes else ""
+    return [f"Differs from {original} in {', '.join(found[:6])}.{because}"]
+
+
+def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path) -> None:
+    """Print how it went; the last line says where the report is."""
+    end = float(record.log.time[-1])
+    verb = {Ending.done: "simulated", Ending.interrupted: "interrupted at", Ending.failed: "failed at"}
+    times = end / max(record.seconds, 1e-9)
+    print(
+        f"{settings.name}: {verb[record.ending]} {end:.4g} s in {record.seconds:.2f} s "
+        f"({record.steps:,} steps, {times:.3g} times real time)"
+    )
+    for remark in remarks:
+        print(remark)
+    print(f"report: {_short(report)}")
+
+
+def _short(path: Path) -> Path:
+    """Return a path as seen from the working directory, where it lies below it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path

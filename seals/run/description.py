@@ -1,0 +1,178 @@
+"""What ``meta.yaml`` says of a simulated run: vehicle, environment, effects, sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.robot import HullSettings
+from seals.config.run import RunSettings
+from seals.dynamics.tree import forward
+from seals.frames import quaternion_of_rpy
+from seals.logs.channels import CHANNELS
+from seals.medium.surroundings import WaterColumn
+from seals.robot.model import RobotModel
+from seals.run.origin import plugin_name
+from seals.schema import parameters_of
+
+NOISE_FIELDS = {
+    "specific_force": "accelerometer_noise",
+    "angular_velocity": "gyroscope_noise",
+}
+"""Field of a sensor that holds the noise density of a channel."""
+
+
+def describe_run(
+    settings: RunSettings, robot: RobotModel, sources: Mapping[str, str], initial: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the metadata of a log.
+
+    Args:
+        settings: of the run.
+        robot: as simulated.
+        sources: sensor of each channel, ``""`` for the truth.
+        initial: truth of the first row by channel.
+    """
+    return {
+        "vehicle": describe_vehicle(settings, robot),
+        "environment": _environment(settings),
+        "baseline": [_effect(name, effect) for name, effect in settings.effects.items()],
+        "sensors": _sensors(settings, sources),
+        "known_exactly": [channel for channel, sensor in sources.items() if not sensor],
+        "initial_state": [{"segment": 0, **initial, "sigma": {}}],
+        "simulated": {"seed": settings.seed, "step": settings.time.step, "run": settings.name},
+    }
+
+
+def describe_vehicle(settings: RunSettings, robot: RobotModel) -> dict[str, Any]:
+    """Return the vehicle's mass properties at joint zero, its hulls and its arm."""
+    mass, centre, inertia = whole_body(robot)
+    vehicle: dict[str, Any] = {
+        "name": robot.name,
+        "mass": mass,
+        "inertia": inertia,
+        "centre_of_gravity": centre,
+        "rotors": [],
+        "thrusters": [],
+        "hull": _hull(settings, robot, 0),
+        "arm": None,
+        "battery": None,
+    }
+    if robot.tree.joints:
+        vehicle["base"] = _mass_of(robot, 0)
+        links = [_link(settings, robot, k) for k in range(1, len(robot.links))]
+        vehicle["arm"] = {"links": links, "stowed": [0.0] * robot.tree.joints, "controller": None}
+    return vehicle
+
+
+def whole_body(robot: RobotModel) -> tuple[float, Floats, Floats]:
+    """Return mass [kg], centre of gravity [m] and inertia about it [kg m^2] in base axes, joints at zero."""
+    zero = np.zeros((1, robot.tree.joints))
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
+    mass = float(robot.mass.sum())
+    centre = robot.mass @ places / mass if mass > 0.0 else np.zeros(3)
+    arms = places - centre
+    turned = np.einsum("lij,ljk,lmk->im", turns[0], robot.inertia, turns[0])
+    steiner = np.einsum("l,li,li->", robot.mass, arms, arms) * np.eye(3)
+    return mass, centre, turned + steiner - np.einsum("l,li,lj->ij", robot.mass, arms, arms)
+
+
+def _mass_of(robot: RobotModel, link: int) -> dict[str, Any]:
+    return {
+        "mass": robot.mass[link],
+        "centre_of_gravity": robot.centre[link],
+        "inertia": robot.inertia[link],
+    }
+
+
+def _link(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any]:
+    """One link of an arm with the joint above it."""
+    tree, j = robot.tree, robot.tree.joint[link]
+    joint: dict[str, Any] = {
+        "parent": robot.links[tree.parent[link]],
+        "origin": tree.origin[link],
+        "rotation": tree.rotation[link],
+    }
+    if j >= 0:
+        limits = {"lower": float(robot.lower[j]), "upper": float(robot.upper[j])}
+        joint |= {"name": robot.joints[j], "axis": tree.axis[j], "prismatic": tree.prismatic[j]}
+        # a log holds finite numbers only: no limit is left out
+        joint |= {key: value for key, value in limits.items() if math.isfinite(value)}
+    name = robot.links[link]
+    return {"name": name, **_mass_of(robot, link), "hull": _hull(settings, robot, link), "joint": joint}
+
+
+def _hull(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any] | None:
+    hull = robot.hulls[link]
+    if hull is None:
+        return None
+    stated: HullSettings = settings.robot.hulls[robot.links[link]]
+    primitives = []
+    for shape in stated.shapes:
+        entry = {
+            "type": shape.type.value,
+            "position": list(shape.position),
+            "rpy": list(shape.rpy),
+            "size": list(shape.size),
+        }
+        primitives.append({**entry, "file": shape.file} if shape.file else entry)
+    return {
+        "primitives": primitives,
+        "displaced_volume": float(hull.volume),
+        "centre_of_buoyancy": np.asarray(hull.centroid),
+        "plan_area": float(hull.plan_area),
+    }
+
+
+def _environment(settings: RunSettings) -> dict[str, Any]:
+    e = settings.environment
+    column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
+    return {
+        "gravity": [0.0, 0.0, -e.gravity],
+        "water_level": e.water_level,
+        "tank_bottom": e.tank_bottom,
+        "ground_level": e.ground_level,
+        "air_density": e.air_density,
+        "water_density": float(column.density[0]),
+        "wave": None if settings.wave is None else _plugin("wave", settings.wave),
+    }
+
+
+def _effect(name: str, effect: Any) -> dict[str, Any]:
+    medium = getattr(getattr(effect, "medium", None), "value", "any")
+    found = _plugin("effect", effect)
+    return {"name": found["name"], "medium": medium, "instance": name, "links": list(effect.links), **found}
+
+
+def _plugin(kind: str, plugin: Any) -> dict[str, Any]:
+    values = {key: getattr(plugin, key) for key in parameters_of(plugin)}
+    name = plugin_name(kind, type(plugin))
+    return {"name": name, "parameters": values} if values else {"name": name}
+
+
+def _sensors(settings: RunSettings, sources: Mapping[str, str]) -> dict[str, Any]:
+    """Mounting of the inertial sensor, noise and rate of every channel that a sensor read."""
+    channels: dict[str, Any] = {}
+    out: dict[str, Any] = {}
+    for name, source in sources.items():
+        if not source:
+            continue
+        sensor = settings.sensors[source]
+        channel = name.removeprefix(f"{source}_")
+        entry = {"rate": sensor.rate, "sensor": source}
+        if channel in CHANNELS:
+            entry["unit"] = CHANNELS[channel].unit
+        density = getattr(sensor, NOISE_FIELDS.get(channel, ""), None)
+        if density:
+            entry["sigma"] = float(density) * math.sqrt(sensor.rate)
+        channels[name] = entry
+        if channel == "specific_force" and "imu" not in out:
+            turn = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))
+            place = list(getattr(sensor, "position", (0.0, 0.0, 0.0)))
+            out["imu"] = {"position": place, "orientation": np.roll(turn[0], 1)}
+    return {**out, "channels": channels}

@@ -1,0 +1,58 @@
+"""Writes the folder of a run: log, ledger, facts, pictures; every file whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+from seals.config.run import RunSettings
+from seals.logs.atomic import write_json, write_table, write_yaml
+from seals.logs.native import write_native
+from seals.run.simulation import Ending, Record
+
+LOG_FILES = ("vehicle.urdf", "meta.yaml", "log.parquet")
+"""Files of the log, the table last: where it is, the others are."""
+
+
+def write_start(folder: Path, facts: dict[str, Any]) -> None:
+    """Note in ``run.json`` that a run is going on."""
+    write_json(folder / "run.json", {"state": "running", **facts})
+
+
+def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
+    """Write log and ledger into the run's folder."""
+    beside = folder / ".log"
+    urdf = settings.robot.urdf_path.read_text(encoding="utf-8")
+    try:
+        write_native(record.log, beside, urdf=urdf, replace=True)
+        for name in LOG_FILES:
+            os.replace(beside / name, folder / name)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    write_table(folder / "ledger.parquet", record.ledger.columns())
+
+
+def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list[str]) -> None:
+    """Note in ``run.json`` how the run ended and how long it took."""
+    error = record.error
+    message = "" if error is None else f"{type(error).__name__}: {error}".strip(": ")
+    log = record.log
+    end = {
+        "state": record.ending.value,
+        "message": message if record.ending is Ending.failed else "",
+        "remarks": remarks,
+        "steps": record.steps,
+        "simulated_seconds": float(log.time[-1]),
+        "seconds": round(record.seconds, 6),
+        "steps_per_second": round(record.rate, 1),
+    }
+    write_json(folder / "run.json", {**end, **facts})
+
+
+def write_config(folder: Path, config: Any) -> None:
+    """Put the configuration that really ran in place of the one that only named a folder to repeat."""
+    from omegaconf import OmegaConf
+
+    write_yaml(folder / ".hydra" / "config.yaml", OmegaConf.to_container(config, enum_to_str=True))

@@ -1,0 +1,105 @@
+"""Takes a run up again from its folder alone: the configuration as it was, typed anew."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from seals.config.derive import schema_of
+from seals.config.refusal import refusals
+from seals.errors import ConfigError, RobotError
+from seals.run.origin import plugin_at
+from seals.run.provenance import digest
+
+_SINGLE = ("backend", "wave", "controller")
+_SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+
+
+def recalled(folder: Path) -> Any:
+    """Return the composed configuration of an earlier run.
+
+    Args:
+        folder: the run's folder.
+
+    Raises:
+        ConfigError: the folder is no run, or names something that is not installed.
+        RobotError: the robot's files have changed since.
+    """
+    from omegaconf import OmegaConf
+
+    from seals.config.run import RunSettings
+
+    raw = _read(folder)
+    with refusals(()):
+        for key in _SINGLE:
+            if raw.get(key) is not None:
+                raw[key] = _typed(key, raw[key], where=key)
+        for section, kind in _SEVERAL.items():
+            parts = raw.get(section) or {}
+            raw[section] = {
+                name: _typed(kind, node, where=f"{section}.{name}") for name, node in parts.items()
+            }
+        config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
+        config.repeat = None
+    _same_robot(folder, config)
+    return config
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    import yaml
+
+    path = folder / ".hydra" / "config.yaml"
+    if not path.is_file():
+        raise ConfigError(
+            f"repeat={folder}: there is no run in this folder.\n"
+            "Give the folder of a run; it holds .hydra/config.yaml and run.json."
+        )
+    try:
+        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+        text = " ".join(str(cause).split())
+        raise ConfigError(f"{path} cannot be read: {text}.\nRestore it, or start anew.") from cause
+    if not isinstance(raw, dict):
+        raise ConfigError(f"{path} is no mapping.\nGive the folder of a run.")
+    return raw
+
+
+def _typed(kind: str, node: Any, *, where: str) -> Any:
+    """Put the schema of the plug-in named in ``_target_`` behind a plain node."""
+    from omegaconf import OmegaConf
+
+    target = node.get("_target_") if isinstance(node, dict) else None
+    if not isinstance(target, str):
+        raise ConfigError(f"{where} names no plug-in.\nGive the folder of a run of this program.")
+    schema = schema_of(plugin_at(kind, target, where=where))
+    return OmegaConf.merge(OmegaConf.structured(schema), OmegaConf.create(node))
+
+
+def _same_robot(folder: Path, config: Any) -> None:
+    """Refuse a robot that is no longer the one that ran; a URDF without meshes is kept in the run."""
+    noted = _noted_files(folder)
+    robot = Path(str(config.robot.folder))
+    changed = [name for name, code in noted.items() if digest(robot / name) != code]
+    if not changed:
+        return
+    kept = folder / "vehicle.urdf"
+    if list(noted) == [str(config.robot.urdf)] and digest(kept) == noted[str(config.robot.urdf)]:
+        config.robot.folder, config.robot.urdf = str(folder.resolve()), kept.name
+        return
+    raise RobotError(
+        f"repeat={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since that run.\n"
+        "Restore the robot's files as they were, or run anew."
+    )
+
+
+def _noted_files(folder: Path) -> dict[str, str]:
+    """Return the checksums of the robot's files that a run noted; none when it was cut off."""
+    path = folder / "run.json"
+    try:
+        noted = json.loads(path.read_text(encoding="utf-8"))["robot"]["files"]
+        return {str(name): str(code) for name, code in noted.items()}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as cause:
+        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause

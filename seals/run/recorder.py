@@ -1,0 +1,130 @@
+"""Records a robot step by step, in the channels of the log format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.frames import matrix_of, unrotate
+from seals.world.actor import Actor
+
+AXES = ("x", "y", "z")
+
+
+class Recorder:
+    """Rows of one robot: what its sensors read, and the truth for what no sensor reads.
+
+    Args:
+        actor: the robot in its world.
+        steps: expected steps; there is one row more, that of the start.
+        gravity: [m/s^2].
+        water_level: height of the calm surface [m], None without water.
+
+    Attributes:
+        rows: rows recorded so far.
+    """
+
+    def __init__(
+        self, actor: Actor, *, steps: int, gravity: float, water_level: float | None
+    ) -> None:
+        self.actor, self.gravity, self.water_level = actor, gravity, water_level
+        joints = actor.robot.tree.joints
+        self.rows = 0
+        self._time = np.zeros(steps + 1)
+        self._state = np.zeros((steps + 1, 13 + 2 * joints))
+        self._read = {
+            (sensor, channel): np.full((steps + 1, width), np.nan)
+            for sensor, plugin in actor.sensors.items()
+            for channel, width in plugin.channels().items()
+        }
+        self._names = _names_of(actor)
+
+    def take(self, time: float) -> None:
+        """Record the present state and the readings that were due at ``time`` [s]."""
+        row = self.rows
+        self._time[row] = time
+        # one flat write: position, quaternion, velocity, spin, joints, rates
+        self._state[row] = np.concatenate(self.actor.body.read())
+        for sensor, reading in self.actor.readings.items():
+            if reading is not None:
+                for channel, values in reading.items():
+                    self._read[sensor, channel][row] = values
+        self.rows = row + 1
+
+    @property
+    def time(self) -> Floats:
+        """Time of the rows [s], shape (rows,)."""
+        return self._time[: self.rows]
+
+    @property
+    def truth(self) -> Mapping[str, Floats]:
+        """Exact values by channel, shape (rows, k); orientation as w, x, y, z."""
+        s = self._state[: self.rows]
+        turn = matrix_of(s[:, 3:7])
+        out = {
+            "position": s[:, 0:3],
+            "orientation": s[:, [6, 3, 4, 5]],
+            "velocity": unrotate(turn, s[:, 7:10]),
+            "angular_velocity": unrotate(turn, s[:, 10:13]),
+            "specific_force": self._specific_force(turn),
+        }
+        if self.water_level is not None:
+            out["depth"] = self.water_level - s[:, 2:3]
+        joints = (s.shape[1] - 13) // 2
+        if joints:
+            out["joint_position"] = s[:, 13 : 13 + joints]
+            out["joint_velocity"] = s[:, 13 + joints :]
+        return out
+
+    def _specific_force(self, turn: Any) -> Floats:
+        """Mean acceleration over the last step minus gravity, body axes; the first row knows none."""
+        change = np.diff(self._state[: self.rows, 7:10], axis=0)
+        acceleration = np.full((self.rows, 3), np.nan)
+        acceleration[1:] = change / np.diff(self.time)[:, None]
+        acceleration[:, 2] += self.gravity
+        found: Floats = unrotate(turn, acceleration)
+        return found
+
+    def sources(self) -> dict[str, str]:
+        """Return for each channel of the log the sensor that read it, or ``""`` for the truth."""
+        return dict.fromkeys(self.truth, "") | {
+            name: sensor for (sensor, _), name in self._names.items()
+        }
+
+    def columns(self) -> dict[str, Floats]:
+        """Return the columns of the log, ``t`` first; readings take the place of the truth."""
+        channels = dict(self.truth)
+        channels |= {self._names[key]: values[: self.rows] for key, values in self._read.items()}
+        out = {"t": self.time}
+        for name, values in channels.items():
+            out |= dict(zip(_named(name, values.shape[1]), values.T, strict=True))
+        return {name: np.ascontiguousarray(values) for name, values in out.items()}
+
+
+def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
+    """Name in the log of every sensor's channels.
+
+    The log's own names are those of the body: the first sensor on the base takes them, the readings
+    of all others stand under ``SENSOR_CHANNEL``.
+    """
+    names: dict[tuple[str, str], str] = {}
+    for sensor, plugin in actor.sensors.items():
+        on_base = plugin.link in ("root", actor.robot.links[0])
+        for channel in plugin.channels():
+            free = on_base and channel not in names.values()
+            names[sensor, channel] = channel if free else f"{sensor}_{channel}"
+    return names
+
+
+def _named(channel: str, width: int) -> list[str]:
+    """Column names of one channel, as the log format spells them."""
+    if channel.startswith("joint_"):
+        return [f"{channel}_{k + 1}" for k in range(width)]
+    if width == 1:
+        return [channel]
+    if width in (3, 4):
+        return [f"{channel}_{axis}" for axis in (AXES if width == 3 else ("w", *AXES))]
+    return [f"{channel}_{k + 1}" for k in range(width)]

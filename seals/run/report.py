@@ -1,0 +1,187 @@
+"""The report of one run: what ran, how it moved, what pushed it, and how to repeat it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.config.run import RunSettings
+from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, write_page
+from seals.report.pictures import write_picture
+from seals.report.style import unit_text
+from seals.run.origin import plugin_name
+from seals.run.simulation import Ending, Record
+from seals.run.views import Views, first_touch
+from seals.schema import parameters_of, vector_groups
+
+_FILES = (
+    ("log.parquet, meta.yaml", "motion and readings, in the format of a measured log"),
+    ("ledger.parquet", "force and torque of every effect on every link at every step"),
+    ("vehicle.urdf", "the robot as it ran"),
+    ("run.json", "versions, seed, revision, time"),
+    (".hydra/", "the configuration, resolved"),
+    ("plots/", "the charts as pictures"),
+)
+
+
+def write_report(
+    folder: Path, record: Record, settings: RunSettings, views: Views, facts: dict[str, Any]
+) -> Path:
+    """Write ``report.html`` into the folder of a run."""
+    sections = [
+        Section(title="In short", blocks=_overview(record, settings)),
+        Section(title="How it moved", blocks=[*views.motion, *views.joints]),
+        _load_section(record, views, settings),
+        Section(title="What the inertial sensor felt", blocks=list(views.imu)),
+        Section(title="What ran", blocks=_settings(record, settings), wide=True),
+        Section(title="To run it again", blocks=_again(folder, facts), wide=True),
+    ]
+    subtitle = f"{settings.robot.name}: {settings.robot.summary}" if settings.robot.summary else settings.robot.name
+    return write_page(
+        folder / "report.html",
+        settings.name,
+        sections,
+        subtitle=f"{subtitle}. {facts['started'][:16].replace('T', ' ')}",
+        badge=record.ending.value,
+    )
+
+
+def write_plots(folder: Path, views: Views) -> list[Path]:
+    """Write the charts as pictures below ``plots``.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
+    loads = [chart for chart in views.loads if chart.title.startswith("Force")]
+    subjects = {"motion": views.motion, "loads": loads, "imu": views.imu, "joints": views.joints}
+    return [
+        write_picture(folder / "plots" / f"{name}.png", charts)
+        for name, charts in subjects.items()
+        if charts
+    ]
+
+
+def _overview(record: Record, settings: RunSettings) -> list[Block]:
+    blocks: list[Block] = []
+    if record.ending is Ending.failed:
+        blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
+    elif record.ending is Ending.interrupted:
+        blocks.append(Paragraph(text="The run was interrupted; this is what there was.", tone="warn"))
+    return [*blocks, Facts(values=key_figures(record, settings)), *_clipped(record, settings)]
+
+
+def _clipped(record: Record, settings: RunSettings) -> list[Block]:
+    """Say which sensors came to the end of their range: their peaks are not the true ones."""
+    fields = {"specific_force": "accelerometer_range", "angular_velocity": "gyroscope_range"}
+    found: list[Block] = []
+    for stem, field in fields.items():
+        source = record.log.meta["sensors"]["channels"].get(stem, {}).get("sensor")
+        end = getattr(settings.sensors.get(source), field, None)
+        if end and np.nanmax(np.abs(record.log.channel(stem)), initial=0.0) >= 0.999 * end:
+            text = f"Sensor '{source}' came to the end of its range in {stem} ({end:g}): its peaks are cut off."
+            found.append(Paragraph(text=text, tone="warn"))
+    return found
+
+
+def key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
+    """Return the few numbers that tell a run in short."""
+    log = record.log
+    end, touch = float(log.time[-1]), first_touch(record, settings)
+    height = log.channel("position")[:, 2]
+    speed = np.linalg.norm(log.channel("velocity"), axis=1)
+    felt = np.linalg.norm(log.channel("specific_force"), axis=1)
+    figures = {"simulated": f"{end:.4g} s"}
+    if touch is not None:
+        figures["touches water at"] = f"{touch:.3f} s"
+    if settings.environment.water_level is not None:
+        deepest = settings.environment.water_level - float(np.nanmin(height))
+        figures["greatest depth of the origin"] = f"{deepest:.3f} m" if deepest > 0.0 else "stays above"
+    figures["greatest speed"] = f"{np.nanmax(speed):.3g} m/s"
+    if np.isfinite(felt).any():
+        figures["greatest specific force"] = f"{np.nanmax(felt):.3g} m/s²"
+    figures["height at the end"] = f"{height[-1]:.3f} m"
+    figures["wall time"] = f"{record.seconds:.3g} s"
+    figures["pace"] = f"{end / max(record.seconds, 1e-9):.3g} × real time"
+    return figures
+
+
+def _load_section(record: Record, views: Views, settings: RunSettings) -> Section:
+    blocks: list[Block] = list(views.loads)
+    for name, charts in views.further_loads.items():
+        blocks.append(Fold(title=f"Loads on {name}", blocks=charts))
+    if not blocks:
+        blocks = [Paragraph(text="No effect acted on the robot.")]
+    silent = [name for name in settings.effects if name not in record.ledger.effects]
+    more = f" Not forces, and therefore not here: {', '.join(silent)}." if silent else ""
+    return Section(
+        title="What pushed it",
+        lead="Each effect's share, stacked, about the link's origin in the link's own axes; the line is their sum. "
+        f"Contact forces belong to the rigid-body engine and are not among them.{more}",
+        blocks=blocks,
+        wide=len(views.loads) == 1,
+    )
+
+
+def _settings(record: Record, settings: RunSettings) -> list[Block]:
+    rows = [
+        (name, plugin_name("effect", type(effect)), _values(effect), ", ".join(effect.links))
+        for name, effect in settings.effects.items()
+    ]
+    e = settings.environment
+    environment = {
+        key: (f"{getattr(e, key):.6g}", unit_text(meta.unit))
+        for key, meta in parameters_of(e).items()
+        if getattr(e, key) is not None
+    }
+    robot = record.robot
+    links = [
+        (name, f"{robot.mass[k]:.6g}", "-" if hull is None else f"{hull.volume * 1e3:.5g}")
+        for k, (name, hull) in enumerate(zip(robot.links, robot.hulls, strict=True))
+    ]
+    return [
+        Table(head=("name", "effect", "parameters other than zero", "links"), rows=rows),
+        Fold(
+            title="Robot, environment and time",
+            blocks=[
+                Table(head=("link", "mass [kg]", "hull [litre]"), rows=links, right=(1, 2)),
+                Table(
+                    head=("environment", "value", "unit"),
+                    rows=[(key, *values) for key, values in environment.items()],
+                    right=(1,),
+                ),
+                Paragraph(
+                    text=f"{record.steps:,} steps of {settings.time.step:g} s, seed {settings.seed}, "
+                    f"{record.rate:,.0f} steps a second."
+                ),
+            ],
+        ),
+    ]
+
+
+def _values(plugin: Any) -> str:
+    """Parameters of a plug-in in one line, vectors joined, zeros left out."""
+    known = parameters_of(plugin)
+    groups = {members[0]: (stem, members) for stem, members in vector_groups(known).items()}
+    inside = {name for _, members in groups.values() for name in members[1:]}
+    words = []
+    for name, meta in known.items():
+        stem, members = groups.get(name, (name, (name,)))
+        numbers = [float(getattr(plugin, member)) for member in members]
+        if name in inside or not any(numbers):
+            continue
+        shown = ", ".join(f"{number:.6g}" for number in numbers)
+        value = f"({shown})" if len(numbers) > 1 else shown
+        words.append(f"{stem} {value} {unit_text(meta.unit)}".strip())
+    return "; ".join(words) or "-"
+
+
+def _again(folder: Path, facts: dict[str, Any]) -> list[Block]:
+    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
+    given = " ".join(facts["overrides"])
+    return [
+        Code(text=f"seals run repeat={folder}\n# was: seals run {given}"),
+        Table(head=("file", "what it holds"), rows=list(_FILES)),
+        Paragraph(text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."),
+    ]

@@ -1,0 +1,147 @@
+"""Twin = simulator: the same effect must give the same motion in both engines."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from seals.arrays import Floats
+from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.effect import Effect, JointLoads
+from seals.robot.model import RobotModel
+from seals.testing.bodies import free_body, moving_arm
+from seals.testing.contract import require
+from seals.testing.engines import SAMPLE, errors, follow, simulate
+from seals.testing.scenes import LIMITS, Case, companions, start_of
+
+FLOOR = 2e-5
+"""Error below which halving the step need not help: interpolated hulls and the reference itself."""
+
+QUANTITIES = ("position", "attitude", "joints")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneReport:
+    """How well simulator and twin agree in one scene.
+
+    Args:
+        scene: its name.
+        arm: whether the robot has moving links.
+        steps: of the simulator [s], falling.
+        errors: largest error of position, attitude, joints against their path, by step [1].
+        moved: largest change that the effect makes, on the same scale [1].
+    """
+
+    scene: str
+    arm: bool
+    steps: tuple[float, ...]
+    errors: tuple[tuple[float, float, float], ...]
+    moved: float
+
+    @property
+    def orders(self) -> tuple[float, ...]:
+        """Measured order of the largest error, from each step to the next."""
+        worst = [max(max(e), 1e-16) for e in self.errors]
+        return tuple(math.log(a / b, h / g) for (a, b), (h, g) in zip(
+            itertools.pairwise(worst), itertools.pairwise(self.steps), strict=True
+        ))  # fmt: skip
+
+
+class Agreement:
+    """Compares the engines for one effect.
+
+    Args:
+        name: of the effect.
+        duration: compared time [s].
+        steps: of the simulator [s], falling, each dividing 4 ms.
+        backend: name of the rigid-body backend.
+    """
+
+    def __init__(self, name: str, *, duration: float, steps: Sequence[float], backend: str) -> None:
+        """Keep the options."""
+        self.name, self.duration, self.steps, self.backend = name, duration, tuple(steps), backend
+
+    def measure(self, effect: Effect, case: Case, *, in_twin: Effect | None = None) -> tuple[SceneReport, ...]:
+        """Run one case in both engines.
+
+        Args:
+            effect: under test, bound to the links of its own list.
+            case: robot and scenes.
+            in_twin: another effect for the twin, to see that a difference is found.
+        """
+        others = companions(effect)
+        with tempfile.TemporaryDirectory() as folder:
+            robot = (moving_arm if case.arm else free_body)(Path(folder))
+            starts = [start_of(robot, scene, k) for k, scene in enumerate(case.scenes)]
+            run: dict[str, Any] = {"duration": self.duration}
+            reference = follow(
+                robot, _bind(robot, others, in_twin or effect), starts, step=_reference_step(effect), **run
+            )
+            without = simulate(robot, _bind(robot, others), starts, step=SAMPLE, backend=self.backend, **run)
+            effects = _bind(robot, others, effect)
+            found = [
+                errors(simulate(robot, effects, starts, step=step, backend=self.backend, **run), reference)
+                for step in self.steps
+            ]
+        moved = errors(without, reference).max(axis=1)
+        return tuple(
+            SceneReport(
+                scene=scene,
+                arm=case.arm,
+                steps=self.steps,
+                errors=tuple(_triple(table[k]) for table in found),
+                moved=float(moved[k]),
+            )
+            for k, scene in enumerate(case.scenes)
+        )
+
+    def judge(self, report: SceneReport) -> None:
+        """Refuse errors above the limits and steps that do not converge.
+
+        Raises:
+            ContractError: simulator and twin disagree.
+        """
+        where = f"in the scene '{report.scene}' {'with a moving arm' if report.arm else 'of one body'}"
+        for step, limit in LIMITS[report.arm].items():
+            for quantity, error in zip(QUANTITIES, self._at(report, step), strict=True):
+                require(
+                    error < limit,
+                    self.name,
+                    f"simulator and twin differ {where} by {error:.1e} of the {quantity} at a step of {step * 1e3:g} ms",
+                    f"Allowed: below {limit:g}. The same hooks must run in both; look for state outside memory.",
+                )
+        for (coarse, fine), order in zip(itertools.pairwise(report.errors), report.orders, strict=True):
+            require(
+                order > 1.0 or max(coarse) < FLOOR,
+                self.name,
+                f"a smaller step takes the error {where} only from {max(coarse):.1e} to {max(fine):.1e}",
+                "Allowed: less than half at half the step. Look for a jump in the law, or for differences of steps.",
+            )
+
+    def _at(self, report: SceneReport, step: float) -> tuple[float, ...]:
+        return report.errors[report.steps.index(step)] if step in report.steps else ()
+
+
+def _reference_step(effect: Effect) -> float:
+    """Step of the twin [s] at which its own error stays below 1e-5 of the path.
+
+    Fourth-order steps of 4 ms err by less than 1e-6 on smooth laws, and joint friction is stiff; memory is advanced once
+    a step, to first order.
+    """
+    if effect.memory_size:
+        return SAMPLE / 8.0
+    return SAMPLE / 2.0 if isinstance(effect, JointLoads) else SAMPLE
+
+
+def _bind(robot: RobotModel, others: dict[str, Effect], effect: Effect | None = None) -> EffectSet:
+    chosen = others if effect is None else {**others, "it": effect}
+    return bind_effects(chosen, robot.links)
+
+
+def _triple(row: Floats) -> tuple[float, float, float]:
+    return float(row[0]), float(row[1]), float(row[2])

@@ -1,0 +1,46 @@
+"""The refusal of a plug-in that breaks its contract."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from seals import registry
+from seals.errors import SealsError
+
+
+class ContractError(SealsError, AssertionError):
+    """A plug-in does not keep what its kind promises; the message says what and what to do."""
+
+
+def require(kept: bool, subject: str, broken: str, remedy: str) -> None:
+    """Refuse a broken promise.
+
+    Args:
+        kept: whether the promise holds.
+        subject: name of the plug-in.
+        broken: what is wrong, with figures.
+        remedy: what to do about it.
+
+    Raises:
+        ContractError: the promise does not hold.
+
+    Example:
+        >>> require(True, "gravity", "pulls upward", "Turn the sign round.")
+    """
+    if not kept:
+        raise ContractError(f"{subject}: {broken}.\n{remedy}")
+
+
+def class_of(kind: str, subject: str | type) -> tuple[str, Any]:
+    """Return the name and the class of a plug-in given by name or as a class.
+
+    Raises:
+        UnknownPlugin: nothing of that name is installed.
+
+    Example:
+        >>> class_of("wave", "still")[1].__name__
+        'WaveStill'
+    """
+    if isinstance(subject, str):
+        return subject, registry.get(kind, subject).load()
+    return subject.__name__, subject

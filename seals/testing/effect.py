@@ -1,0 +1,106 @@
+"""The executable contract of effect plug-ins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from seals.effects.effect import Effect
+from seals.testing.agreement import Agreement, SceneReport
+from seals.testing.contract import class_of, require
+from seals.testing.declaration import check_effect_declaration
+from seals.testing.hooks import HookCheck
+from seals.testing.material import material_effect
+from seals.testing.scenes import LIMITS, Case, cases_of
+
+ARM_SIZE = 0.2
+"""Mass of a link of the arm against the free body [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffectReport:
+    """What `check_effect` found.
+
+    Args:
+        name: of the effect.
+        hooks: it defines.
+        libraries: array libraries under which its laws agree.
+        scenes: agreement of simulator and twin.
+    """
+
+    name: str
+    hooks: tuple[str, ...]
+    libraries: tuple[str, ...]
+    scenes: tuple[SceneReport, ...]
+
+    def table(self) -> str:
+        """Return the figures as text, one line a scene and step."""
+        lines = [
+            f"{self.name}: hooks {', '.join(self.hooks)}; equal under {', '.join(self.libraries)}",
+            f"{'scene':<12}{'body':<6}{'step':>6}{'position':>11}{'attitude':>11}{'joints':>11}{'order':>7}{'moved':>9}",
+        ]
+        for scene in self.scenes:
+            orders = ("", *(f"{order:.2f}" for order in scene.orders))
+            for step, error, order in zip(scene.steps, scene.errors, orders, strict=True):
+                figures = "".join(f"{e:>11.1e}" for e in error)
+                body = "arm" if scene.arm else "one"
+                lines.append(
+                    f"{scene.scene:<12}{body:<6}{step * 1e3:>4g}ms{figures}{order:>7}{scene.moved:>9.2g}"
+                )
+        return "\n".join(lines)
+
+
+def check_effect(
+    effect: str | type[Effect],
+    *,
+    values: Mapping[str, Any] | None = None,
+    steps: Sequence[float] = (0.004, 0.002, 0.001),
+    duration: float = 2.0,
+    backend: str = "pybullet",
+    cases: Sequence[Case] | None = None,
+    in_twin: type[Effect] | None = None,
+) -> EffectReport:
+    """Check that an effect keeps the contract of its kind.
+
+    It must declare its parameters with their physics and its law in words; every hook must be pure, give each row what
+    it gives the batch, hand back memory of the declared shape, agree to 1e-12 under NumPy, array-api-strict and, where
+    installed, PyTorch; a drag must never drive a body; simulator and twin must agree over contact-free motion; and the
+    effect must move the simulation.
+
+    Args:
+        effect: name of an installed effect, or its class.
+        values: parameter values that matter to a body of 1 kg and 0.1 m; chosen from units and bounds otherwise.
+        steps: of the simulator [s], falling, each dividing 4 ms; limits exist for 4 and 1 ms.
+        duration: compared time [s].
+        backend: name of the rigid-body backend.
+        cases: robots and scenes; chosen from the effect's medium and hooks otherwise.
+        in_twin: another class for the twin, to see that a difference is found.
+
+    Returns:
+        The figures; ``print(report.table())`` shows them.
+
+    Raises:
+        ContractError: a promise does not hold; also an AssertionError.
+    """
+    name, cls = class_of("effect", effect)
+    hooks = check_effect_declaration(name, cls)
+    one = material_effect(cls, values)
+    libraries = HookCheck(name, one, hooks).run()
+    agreement = Agreement(name, duration=duration, steps=steps, backend=backend)
+    scenes: list[SceneReport] = []
+    for case in cases_of(one, hooks) if cases is None else cases:
+        size = {"size": ARM_SIZE, "links": ["*"]} if case.arm else {"links": ["*"]}
+        twin = None if in_twin is None else material_effect(in_twin, values, **size)
+        for report in agreement.measure(material_effect(cls, values, **size), case, in_twin=twin):
+            agreement.judge(report)
+            scenes.append(report)
+    most = max(scene.moved for scene in scenes)
+    least = 2.0 * max(LIMITS[False].values())
+    require(
+        most > least,
+        name,
+        f"changes the motion by {most:.1e} of its path at most, so that agreement proves nothing",
+        "Give values= at which it matters to a body of 1 kg and 0.1 m.",
+    )
+    return EffectReport(name=name, hooks=hooks, libraries=libraries, scenes=tuple(scenes))

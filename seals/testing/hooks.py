@@ -1,0 +1,203 @@
+"""Checks of an effect's hooks one instant at a time: array libraries, purity, batches, memory, power."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array
+from seals.effects.binding import bind_effects
+from seals.effects.effect import Effect, Parameters
+from seals.schema import parameters_of
+from seals.testing.contract import ContractError, require
+from seals.testing.instants import Instant, converted, copied, leaves, picked, random_instant, repeated
+
+ROWS = 7
+EQUAL = 1e-12
+"""Largest difference between two evaluations of one law, against the larger of 1 and the largest value."""
+
+PASSIVE = ("drag", "damping", "friction")
+"""Words in a phenomenon that promise never to drive a body."""
+
+
+class HookCheck:
+    """One effect with its parameters spread over a batch.
+
+    Args:
+        name: of the effect, named in refusals.
+        effect: with material parameter values.
+        hooks: it defines.
+        seed: of the random instants.
+    """
+
+    def __init__(self, name: str, effect: Effect, hooks: tuple[str, ...], *, seed: int = 0) -> None:
+        """Draw parameters around the material ones."""
+        self.name, self.effect, self.hooks = name, effect, hooks
+        self.rng = np.random.default_rng(seed)
+        self.values: dict[str, Any] = {}
+        for parameter, meta in parameters_of(effect).items():
+            value = getattr(effect, parameter)
+            if isinstance(value, float):
+                spread = value * self.rng.uniform(0.7, 1.3, ROWS)
+                self.values[f"it.{parameter}"] = np.clip(spread, *meta.bounds)
+
+    def run(self) -> tuple[str, ...]:
+        """Check everything and return the array libraries that were used."""
+        used = {"numpy"}
+        for hook in self.hooks:
+            for still in (False, True):
+                instant = random_instant(self.rng, ROWS, still=still)
+                memory = self._memory(hook)
+                expected = self._call(hook, instant, memory, self._params(np.zeros(1)))
+                self._check_shape(hook, expected)
+                self._check_pure(hook, instant, memory, expected)
+                self._check_rows(hook, instant, memory, expected)
+                used |= self._check_libraries(hook, instant, memory, expected)
+            self._check_power(hook)
+        return tuple(sorted(used))
+
+    def _params(self, like: Array, row: int | None = None) -> Parameters:
+        """Parameter arrays of the batch, or of one row."""
+        bound = bind_effects({"it": self.effect}, [_link(self.effect)])
+        if row is None:
+            return bound.with_values(self.values, like, ROWS).bound[0].params
+        return bound.with_values({k: v[row : row + 1] for k, v in self.values.items()}, like, 1).bound[0].params
+
+    def _call(self, hook: str, instant: Instant, memory: Array | None, params: Parameters) -> tuple[Any, Any]:
+        """Output and new memory of one hook."""
+        law = getattr(self.effect, hook)
+        lead = (instant.joints,) if hook == "joint_loads" else (instant.motion, instant.medium)
+        output, kept = law(*lead, instant.inputs, memory, params)
+        return output, kept
+
+    def _memory(self, hook: str) -> Array | None:
+        """Memory after three calls from zero, or None."""
+        size = self.effect.memory_size
+        if not size:
+            return None
+        memory: Array = np.zeros((ROWS, size))
+        for _ in range(3):
+            _, memory = self._call(hook, random_instant(self.rng, ROWS), memory, self._params(np.zeros(1)))
+        return memory
+
+    def _check_shape(self, hook: str, expected: tuple[Any, Any]) -> None:
+        """Check the shapes of output and memory, and that all is finite."""
+        output, kept = expected
+        widths = {"loads": ((3,), (3,)), "inertia": ((6, 6), (1,)), "flow": ((3,),)}.get(hook)
+        for k, leaf in enumerate(leaves(output)):
+            if leaf is None:
+                continue
+            width = (leaf.shape[1],) if widths is None else widths[k]
+            fits = leaf.shape[1:] == width and leaf.shape[0] in (1, ROWS) and bool(np.isfinite(leaf).all())
+            self._require(fits, f"{hook} returns an array of shape {leaf.shape}, or not finite", f"Allowed: (N, {width}).")
+        size = self.effect.memory_size
+        good = kept is None if size == 0 else kept is not None and tuple(kept.shape) == (ROWS, size)
+        self._require(
+            good,
+            f"{hook} returns memory of shape {getattr(kept, 'shape', None)}",
+            f"Allowed: ({ROWS}, {size}) for {ROWS} rows; without memory hand back what was given.",
+        )
+
+    def _check_pure(self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]) -> None:
+        """Check that a second call gives the same and that nothing given is changed."""
+        params = dict(self._params(np.zeros(1)))
+        given = (instant, memory, tuple(params.values()))
+        before = copied(tuple(given))
+        again = self._call(hook, instant, memory, params)
+        self._require(_apart(given, before) == 0.0, f"{hook} changes its inputs", "Make new arrays; never write in place.")
+        self._require(
+            _apart(again, expected) == 0.0, f"{hook} gives another result when called again", "Keep no state: use memory."
+        )
+
+    def _check_rows(self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]) -> None:
+        """Check that each row alone gives the same, and that a medium of one row stands for all."""
+        for row in range(ROWS):
+            alone = self._call(
+                hook, picked(instant, row), picked(memory, row), self._params(np.zeros(1), row)
+            )
+            apart = _apart(alone, picked(expected, row))
+            self._require(
+                apart <= EQUAL,
+                f"{hook} of row {row} alone differs from the batch by {apart:.1e}",
+                "Rows must not mix: sum over axis 1 only.",
+            )
+        full = instant._replace(medium=repeated(instant.medium, ROWS))
+        apart = _apart(self._call(hook, full, memory, self._params(np.zeros(1))), expected)
+        self._require(apart <= EQUAL, f"{hook} reads a medium of one row as {apart:.1e} off", "Broadcast along axis 0.")
+
+    def _check_libraries(
+        self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
+    ) -> set[str]:
+        """Check the same law under other array libraries and return their names."""
+        likes = other_libraries()
+        for library, like in likes.items():
+            given, kept = converted(instant, like), converted(memory, like)
+            try:
+                found = self._call(hook, given, kept, self._params(like))
+            except Exception as cause:  # whatever a library raises, the law asked for it
+                raise ContractError(
+                    f"{self.name}: {hook} fails under {library}: {type(cause).__name__}: {cause}.\n"
+                    "Use functions of the array API from seals.arrays.namespace(x), with Python scalars only."
+                ) from cause
+            apart = _apart(copied(found), expected)
+            self._require(
+                apart <= EQUAL, f"{hook} under {library} is {apart:.1e} away from NumPy", "Use one formula for all."
+            )
+        return set(likes)
+
+    def _check_power(self, hook: str) -> None:
+        """Check that a drag never drives the body through the medium."""
+        owned = " ".join(self.effect.accounts_for)
+        if hook not in ("loads", "joint_loads") or not any(word in owned for word in PASSIVE):
+            return
+        instant = random_instant(self.rng, ROWS)
+        output, _ = self._call(hook, instant, self._memory(hook), self._params(np.zeros(1)))
+        if hook == "joint_loads":
+            power = np.sum(output * instant.joints.velocity, axis=1)
+        else:
+            motion = instant.motion
+            relative = motion.velocity - instant.medium.velocity
+            force, torque = (0.0 if part is None else part for part in output)
+            power = np.sum(force * relative + torque * motion.angular_velocity, axis=1)
+        most = float(power.max())
+        self._require(most <= 1e-12, f"{hook} accounts for {owned} and gives {most:.2g} W to the body", "Turn the sign.")
+
+    def _require(self, kept: bool, broken: str, remedy: str) -> None:
+        require(kept, self.name, broken, remedy)
+
+
+def other_libraries() -> Mapping[str, Array]:
+    """Return an array of every further library that is installed: array-api-strict and PyTorch, float64."""
+    found: dict[str, Array] = {}
+    if importlib.util.find_spec("array_api_strict"):
+        import array_api_strict
+
+        found["array-api-strict"] = array_api_strict.zeros(1, dtype=array_api_strict.float64)
+    if importlib.util.find_spec("torch"):
+        import torch
+
+        found["torch"] = torch.zeros(1, dtype=torch.float64)
+    return found
+
+
+def _link(effect: Effect) -> str:
+    """A link name that the effect's own list allows."""
+    return next((link for link in effect.links if link not in ("*", "root")), "base")
+
+
+def _apart(found: Any, expected: Any) -> float:
+    """Largest difference against the larger of 1 and the largest value; infinite when the structure differs."""
+    most = 0.0
+    pairs = list(zip(leaves(found), leaves(expected), strict=True))
+    for a, b in pairs:
+        if a is None or b is None:
+            most = most if a is b else np.inf
+            continue
+        wide = np.broadcast_shapes(np.shape(a), np.shape(b))
+        scale = max(1.0, float(np.abs(b).max(initial=0.0)))
+        difference = np.abs(np.broadcast_to(a, wide) - np.broadcast_to(b, wide))
+        most = max(most, float(difference.max(initial=0.0)) / scale)
+    return most
