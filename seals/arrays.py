@@ -40,7 +40,7 @@ def columns(*parts: Array) -> Array:
 
 def as_like(value: Any, like: Array) -> Array:
     """Return ``value`` as an array of the library, type and device of ``like``."""
-    xp = namespace(like)
-    if xp is np:
+    if type(like) is np.ndarray:
         return np.asarray(value, dtype=like.dtype)
+    xp = namespace(like)
     return xp.asarray(value, dtype=like.dtype, device=like.device)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
-from seals.dynamics.tree import Kinematics
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.evaluation import Evaluation
 from seals.motion import Motion
 from seals.robot.model import RobotModel
@@ -44,9 +44,8 @@ class Dynamics(NamedTuple):
     """Everything a backend needs to advance one robot.
 
     Args:
-        kinematics: Jacobians of the links.
-        speed: generalised velocity, shape (1, n).
-        twists: of the links, link axes, shape (1, L, 6).
+        kinematics: of the links.
+        moving: velocities of the links.
         motion: of the links.
         found: outputs of the effects.
         wrench: sum of the effects' wrenches about the link origins, link axes, shape (1, L, 6).
@@ -54,8 +53,7 @@ class Dynamics(NamedTuple):
     """
 
     kinematics: Kinematics
-    speed: Array
-    twists: Array
+    moving: Moving
     motion: Motion
     found: Evaluation
     wrench: Array
@@ -77,6 +75,10 @@ class RigidBody(Protocol):
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
+        ...
+
+    def joint_positions(self) -> Floats:
+        """Return the joint coordinates [rad or m], shape (J,)."""
         ...
 
     def apply(self, dynamics: Dynamics, step: float) -> None:

@@ -5,8 +5,6 @@ Quaternions are ordered x, y, z, w (``q_WB_xyzw``); ``R_WB`` turns body vectors 
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
@@ -25,13 +23,15 @@ _QUADRATIC = {
 }
 
 
-@lru_cache(maxsize=1)
 def _forms() -> Floats:
     forms = np.zeros((9, 16))
     for row, terms in _QUADRATIC.items():
         for (i, j), factor in terms.items():
             forms[row, 4 * i + j] = factor
     return forms
+
+
+_FORMS = _forms()
 
 
 def matrix_of(quaternion: Array) -> Array:
@@ -47,7 +47,7 @@ def matrix_of(quaternion: Array) -> Array:
     q = quaternion.T
     rows = q.shape[1]
     outer = xp.reshape(q[:, None, :] * q[None, :, :], (16, rows))
-    entries = xp.reshape(xp.matmul(as_like(_forms(), quaternion), outer), (3, 3, rows))
+    entries = xp.reshape(xp.matmul(as_like(_FORMS, quaternion), outer), (3, 3, rows))
     return xp.permute_dims(entries, (2, 0, 1))
 
 
@@ -69,20 +69,39 @@ def unrotate(rotation: Array, vector: Array) -> Array:
     )
 
 
+_LEVI_CIVITA = np.zeros((3, 9))
+for _i, _j, _k, _sign in ((0, 1, 2, 1), (1, 2, 0, 1), (2, 0, 1, 1), (0, 2, 1, -1), (2, 1, 0, -1), (1, 0, 2, -1)):
+    _LEVI_CIVITA[_k, 3 * _i + _j] = _sign
+
+
 def cross(a: Array, b: Array) -> Array:
-    """Cross product of vectors along the last axis, shapes (N, 3)."""
-    a0, a1, a2 = a[:, 0], a[:, 1], a[:, 2]
-    b0, b1, b2 = b[:, 0], b[:, 1], b[:, 2]
-    return columns(a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0)
+    """Cross product of rows, shapes (N, 3); a single row stands for all.
+
+    All nine products at once, then one small matrix product: a third of the calls of the textbook form.
+    """
+    xp = namespace(a)
+    outer = a.T[:, None, :] * b.T[None, :, :]
+    return xp.matmul(as_like(_LEVI_CIVITA, a), xp.reshape(outer, (9, outer.shape[2]))).T
 
 
-def skew(vector: Array) -> Array:
-    """Cross-product matrices of vectors: skew(a) b = a x b, shape (N, 3, 3)."""
+def cross_last(a: Array, b: Array) -> Array:
+    """Cross product over the last axis of arrays of any shape (..., 3), with broadcasting."""
+    xp = namespace(a)
+    outer = a[..., :, None] * b[..., None, :]
+    return xp.matmul(xp.reshape(outer, (*outer.shape[:-2], 9)), as_like(_LEVI_CIVITA.T, a))
+
+
+def skew_last(vector: Array) -> Array:
+    """Cross-product matrices over the last axis: skew(a) b = a x b, shape (..., 3) to (..., 3, 3)."""
     xp = namespace(vector)
-    x, y, z = vector[:, 0], vector[:, 1], vector[:, 2]
-    zero = x * 0.0
-    flat = xp.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=0)
-    return xp.permute_dims(xp.reshape(flat, (3, 3, x.shape[0])), (2, 0, 1))
+    flat = xp.matmul(vector, as_like(_SKEW, vector))
+    return xp.reshape(flat, (*vector.shape, 3))
+
+
+_SKEW = np.zeros((3, 9))
+for _i in range(3):
+    # skew(a)[k, j] = sum_i eps_kij a_i
+    _SKEW[_i] = _LEVI_CIVITA[:, 3 * _i : 3 * _i + 3].ravel()
 
 
 def multiply(p: Array, q: Array) -> Array:

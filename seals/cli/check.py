@@ -55,4 +55,6 @@ def show(robot: str, findings: list[RobotFinding]) -> None:
         table.add_row(Text(word, style=_COLOURS[word]), Text(finding.subject), words)
     console.print(table)
     count = Counter(finding.verdict.value for finding in findings)
-    console.print(f"\n{robot}: {count['pass']} passed, {count['warn']} to look at, {count['fail']} failed.")
+    console.print(
+        f"\n{robot}: {count['pass']} passed, {count['warn']} to look at, {count['fail']} failed."
+    )

@@ -6,7 +6,7 @@ from seals.arrays import Array, namespace
 from seals.dynamics.added import added_terms
 from seals.dynamics.rows import by_batch
 from seals.dynamics.spatial import kirchhoff
-from seals.dynamics.tree import Kinematics
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.evaluation import Evaluation, take_motion
 from seals.motion import Motion
 
@@ -30,8 +30,7 @@ class Assembly:
     def accelerations(
         self,
         kinematics: Kinematics,
-        speed: Array,
-        twists: Array,
+        moving: Moving,
         motion: Motion,
         found: Evaluation,
         joint_force: Array,
@@ -39,17 +38,16 @@ class Assembly:
         """Return the generalised acceleration, shape (B, n).
 
         Args:
-            kinematics: Jacobians (B, L, 6, n).
-            speed: generalised velocity, shape (B, n).
-            twists: of the links, shape (B, L, 6).
+            kinematics: of the links.
+            moving: velocities of the links.
             motion: of the links, rows link by link.
             found: outputs of the effects.
             joint_force: generalised force on the joints [N m or N], shape (B, J).
         """
-        xp = namespace(speed)
+        xp = namespace(moving.speed)
         force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
-        total = self.total_inertia(found, speed.shape[0])
-        force = force - xp.matmul(total, kinematics.bias(speed, twists)[:, :, :, None])[:, :, :, 0]
+        total = self.total_inertia(found, moving.speed.shape[0])
+        force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
         return self.solve(kinematics, total, force, joint_force)
 
     def solve(self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array) -> Array:

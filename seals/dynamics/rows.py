@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from seals.arrays import Array, namespace
-from seals.dynamics.tree import Kinematics
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.motion import Body, Motion
 
 
-def link_motion(kinematics: Kinematics, twists: Array, time: Array, bodies: Body) -> Motion:
+def link_motion(kinematics: Kinematics, moving: Moving, time: Array, bodies: Body) -> Motion:
     """Motion of all links, rows link by link.
 
     Args:
         kinematics: poses (B, L, ...).
-        twists: of the links, link axes, shape (B, L, 6).
+        moving: velocities of the links.
         time: [s], shape (1, 1).
         bodies: constant properties, rows link by link.
     """
     rotation = by_link(kinematics.rotations)
-    rows = by_link(twists)
+    rows = by_link(moving.twists)
     return Motion(
         time=time,
         position=by_link(kinematics.origins),

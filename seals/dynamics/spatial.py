@@ -21,7 +21,10 @@ def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
     """
     x, y, z = (float(c) for c in centre)
     s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.block([[mass * np.eye(3), -mass * s], [mass * s, inertia - mass * s @ s]])
+    out = np.empty((6, 6))
+    out[:3, :3], out[:3, 3:] = mass * np.eye(3), -mass * s
+    out[3:, :3], out[3:, 3:] = mass * s, inertia - mass * s @ s
+    return out
 
 
 def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]:
@@ -60,7 +63,15 @@ def kirchhoff(
         spin: [rad/s], shape (N, 3).
         weight: factor of the matrix, shape (N, 1).
     """
+    xp = namespace(velocity)
     linear, angular = momentum(matrix, velocity, spin)
     if weight is not None:
         linear, angular = weight * linear, weight * angular
-    return cross(spin, linear), cross(spin, angular) + cross(velocity, linear)
+    # three cross products in one call; rows of one body stand for the batch
+    if linear.shape[0] != velocity.shape[0] or spin.shape[0] != velocity.shape[0]:
+        return cross(spin, linear), cross(spin, angular) + cross(velocity, linear)
+    n = velocity.shape[0]
+    left = xp.concat((spin.T, spin.T, velocity.T), axis=1).T
+    right = xp.concat((linear.T, angular.T, linear.T), axis=1).T
+    turned = cross(left, right)
+    return turned[:n], turned[n : 2 * n] + turned[2 * n :]

@@ -51,6 +51,8 @@ class Evaluator:
         """Find the rows of each effect once."""
         self.effects, self.surroundings = effects, surroundings
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
+        kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
+        self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
 
     def evaluate(self, motion: Motion, joints: Joints, inputs: Inputs, memory: Memory) -> Evaluation:
         """Evaluate flows, then inertias and loads in the resulting medium."""
@@ -99,11 +101,12 @@ class Evaluator:
         self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, tuple[Motion, Medium]]
     ) -> tuple[Any, Motion, Medium]:
         """Rows, motion and medium of one effect; shared among effects of equal rows and medium."""
-        key = (b.links, b.kind)
+        key = self._keys[b.name]
         rows = self.rows[b.name]
-        if key not in seen:
-            seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
-        return rows, *seen[key]
+        pair = seen.get(key)
+        if pair is None:
+            pair = seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
+        return rows, *pair
 
 
 def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:

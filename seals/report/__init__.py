@@ -1,4 +1,4 @@
-"""Reports: one HTML file that works offline, made of charts, tables and words, and the same charts as pictures."""
+"""Reports: one HTML file that works offline, from charts, tables and words; charts as pictures."""
 
 from seals.report.blocks import Block, Code, Facts, Fold, Paragraph, Section, Table
 from seals.report.figures import Chart, Mark, Series

@@ -13,7 +13,7 @@ from seals.report.style import MUTED
 
 
 def drawn(chart: Chart) -> dict[str, Any]:
-    """Return ``data`` and ``layout`` of a chart for plotly.js; theme colours are the page's business."""
+    """Return ``data`` and ``layout`` of a chart for plotly.js; the page adds the theme."""
     ready = chart.coloured()
     traces: list[dict[str, Any]] = []
     for line in ready.series:
@@ -53,7 +53,7 @@ def _line(line: Series) -> list[dict[str, Any]]:
 
 
 def _stack(line: Series) -> list[dict[str, Any]]:
-    """The positive and the negative part as areas of two stacks: signs must not cancel in the drawing."""
+    """Positive and negative parts as areas of two stacks, so that signs do not cancel."""
     values = np.nan_to_num(line.y)
     parts = (("up", np.maximum(values, 0.0)), ("down", np.minimum(values, 0.0)))
     shown = [(sign, part) for sign, part in parts if np.any(part != 0.0)] or [parts[0]]

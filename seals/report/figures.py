@@ -69,7 +69,9 @@ class Chart:
     Example:
         >>> import numpy as np
         >>> t = np.linspace(0.0, 1.0, 5)
-        >>> Chart(title="Height", y_label="z [m]", series=(Series(name="z", x=t, y=-t),)).series[0].name
+        >>> Chart(title="Height", y_label="z [m]", series=(Series(name="z", x=t, y=-t),)).series[
+        ...     0
+        ... ].name
         'z'
     """
 

@@ -42,7 +42,8 @@ def _figure_class() -> Any:
         from matplotlib.figure import Figure
     except ImportError as cause:
         raise MissingExtra(
-            "pictures need matplotlib, which cannot be imported.\nInstall it: pip install matplotlib"
+            "pictures need matplotlib, which cannot be imported.\n"
+            "Install it: pip install matplotlib"
         ) from cause
     return Figure
 

@@ -9,7 +9,15 @@ import numpy as np
 from seals.config.robot import HullSettings, RobotSettings, ShapeSettings
 from seals.dynamics.tree import Tree
 from seals.errors import RobotError, suggestion
-from seals.hulls import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere, hull_from_mesh
+from seals.hulls import (
+    Hull,
+    HullBox,
+    HullCapsule,
+    HullCompound,
+    HullCylinder,
+    HullSphere,
+    hull_from_mesh,
+)
 from seals.robot.model import RobotModel
 from seals.robot.urdf import Urdf, read_urdf
 

@@ -14,8 +14,8 @@ from seals.config.robot import RobotSettings
 from seals.medium.seawater import density_of
 from seals.robot.build import build_robot
 from seals.robot.floating import FloatingBody
+from seals.robot.meshes import mesh_names
 from seals.robot.model import RobotModel
-from seals.robot.urdf import mesh_names
 
 FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
 """Density of fresh water at 20 degC [kg/m^3]."""
@@ -88,7 +88,11 @@ def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
         yield _fail("mass", words, "Give at least one moving link an <inertial> element.")
         return
     believable = 1e-4 <= total <= 1e5
-    yield _ok("mass", words) if believable else _warn("mass", words, "Masses are in kg; check the unit.")
+    yield (
+        _ok("mass", words)
+        if believable
+        else _warn("mass", words, "Masses are in kg; check the unit.")
+    )
     body = FloatingBody(robot)
     yield _ok("centre of gravity", f"{_triple(body.gravity_centre)} m from the base origin")
     weightless = [
@@ -114,10 +118,16 @@ def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
         words = f"{link}: principal moments {_triple(moments)} kg m^2"
         if moments[-1] <= 0.0:
             odd += 1
-            yield _fail("inertia", f"{link}: zero, with {mass:.3g} kg", "Give it the inertia of its shape.")
+            yield _fail(
+                "inertia", f"{link}: zero, with {mass:.3g} kg", "Give it the inertia of its shape."
+            )
         elif moments[0] <= 1e-6 * moments[-1]:
             odd += 1
-            yield _warn("inertia", words, "One is next to nothing: such a link spins up at the slightest torque.")
+            yield _warn(
+                "inertia",
+                words,
+                "One is next to nothing: such a link spins up at the slightest torque.",
+            )
         elif hull is not None and gyration > 1.5 * hull.reach:
             odd += 1
             size = f"{words}, radius of gyration {gyration:.3g} m, hull reaches {hull.reach:.3g} m"
@@ -131,7 +141,9 @@ def _links(robot: RobotModel) -> Iterator[RobotFinding]:
     bare = [name for name, mass in zip(robot.links, robot.mass, strict=True) if mass <= 0.0]
     if bare:
         yield _ok("links without mass", f"{_list(bare)} (frames)")
-    ghosts = [name for name, there in zip(robot.links, robot.has_collision, strict=True) if not there]
+    ghosts = [
+        name for name, there in zip(robot.links, robot.has_collision, strict=True) if not there
+    ]
     solid = [name for name in ghosts if name not in bare]
     if solid:
         advice = "They pass through ground and other robots; add <collision> where that matters."
@@ -150,7 +162,9 @@ def _floating(robot: RobotModel) -> Iterator[RobotFinding]:
     """Volume, net buoyancy, draught and stability in fresh water."""
     body = FloatingBody(robot)
     if not body.parts:
-        advice = "In water it weighs what it weighs in air; add hulls: in robot.yaml if it meets water."
+        advice = (
+            "In water it weighs what it weighs in air; add hulls: in robot.yaml if it meets water."
+        )
         yield _warn("hull", "no link has one", advice)
         return
     yield _ok("hull", f"{body.volume * 1e3:.4g} litre in {len(body.parts)} link(s)")
@@ -177,7 +191,7 @@ def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
     for name, axis in (("roll", (1.0, 0.0, 0.0)), ("pitch", (0.0, 1.0, 0.0))):
         height = body.metacentric_height(axis, volume)
         arm = body.righting_arm(axis, volume)
-        words = f"metacentric height {height * 1e3:.3g} mm"
+        words = f"metacentric height {round(height * 1e3, 2) + 0.0:.4g} mm"
         if abs(height) < 1e-4 * body.reach:
             yield _ok(f"stability in {name}", f"{words}: indifferent")
         elif height < 0.0:
@@ -186,7 +200,9 @@ def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
         elif abs(arm) > math.tan(math.radians(1.0)) * height:
             angle = math.degrees(math.atan2(abs(arm), height))
             advice = "Put the centre of gravity below the centre of buoyancy, or expect the list."
-            yield _warn(f"stability in {name}", f"{words}, but lies at about {angle:.0f} deg", advice)
+            yield _warn(
+                f"stability in {name}", f"{words}, but lies at about {angle:.0f} deg", advice
+            )
         else:
             yield _ok(f"stability in {name}", words)
 
@@ -229,10 +245,14 @@ def _meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
         for shape in hull.shapes:
             if shape.type.value != "mesh" or not shape.file:
                 continue
-            notes = hull_from_mesh(folder / shape.file, position=shape.position, rpy=shape.rpy).notes
+            notes = hull_from_mesh(
+                folder / shape.file, position=shape.position, rpy=shape.rpy
+            ).notes
             fine += not notes
             for note in notes:
-                yield _warn(f"hull of {link}", note.text, "Export the mesh closed and wound outwards.")
+                yield _warn(
+                    f"hull of {link}", note.text, "Export the mesh closed and wound outwards."
+                )
     if fine:
         yield _ok("meshes", f"{fine} without remark")
 

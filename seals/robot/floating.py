@@ -48,9 +48,12 @@ class FloatingBody:
         self.volume = float(sum(part.hull.volume for part in self.parts))
         self.mass = float(robot.mass.sum())
         places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
-        self.gravity_centre: Floats = robot.mass @ places / self.mass if self.mass > 0 else np.zeros(3)
+        self.gravity_centre: Floats = (
+            robot.mass @ places / self.mass if self.mass > 0 else np.zeros(3)
+        )
         self.reach = max(
-            (part.hull.reach + float(np.linalg.norm(part.origin)) for part in self.parts), default=0.0
+            (part.hull.reach + float(np.linalg.norm(part.origin)) for part in self.parts),
+            default=0.0,
         )
 
     def wetted(self, up: Floats, level: float) -> tuple[float, Floats]:
@@ -79,7 +82,7 @@ class FloatingBody:
         return 0.5 * (low + high)
 
     def draught(self, volume: float) -> float:
-        """Return how deep the lowest point lies when ``volume`` is wet and the robot upright [m]."""
+        """Return how deep the lowest point of the upright robot lies [m]."""
         up = np.array([0.0, 0.0, 1.0])
         # the height at which the first millionth of the volume is wet stands for the lowest point
         return self.level_of(up, volume) - self.level_of(up, 1e-9 * self.volume)
@@ -99,7 +102,13 @@ class FloatingBody:
         return -(arms[1] - arms[0]) / (2.0 * _TILT)
 
     def righting_arm(self, axis: Sequence[float], volume: float, tilt: float = 0.0) -> float:
-        """Return the moment of the buoyancy about the centre of gravity per weight, after a tilt [rad] [m]."""
+        """Return the moment of the buoyancy about the centre of gravity, per weight [m].
+
+        Args:
+            axis: unit vector in base axes.
+            volume: that is wet [m^3].
+            tilt: angle of the body about the axis [rad].
+        """
         along = np.asarray(axis, dtype=float)
         z = np.array([0.0, 0.0, 1.0])
         # a body turned by +tilt sees the vertical turned by -tilt

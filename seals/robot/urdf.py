@@ -11,9 +11,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
+from seals.robot.meshes import refuse_bad_meshes
+from seals.robot.structure import check_structure
 
 MOST_BYTES = 5_000_000
-MOST_MESH_BYTES = 50_000_000
 MOST_LINKS = 500
 _MOVING = {"revolute": False, "continuous": False, "prismatic": True}
 
@@ -61,7 +62,7 @@ def read_urdf(path: Path) -> Urdf:
         path: the file; meshes it names must lie in its folder or below.
 
     Raises:
-        RobotError: the file is no readable URDF, its tree is broken, or its numbers are not physical.
+        RobotError: the file is no readable URDF, its tree is broken, or no body has its numbers.
     """
     robot = _parse(path, _text_of(path))
     links = {link.name: _link(path, link) for link in robot.links}
@@ -81,20 +82,30 @@ def _text_of(path: Path) -> bytes:
     if path.is_dir() or not path.is_file():
         what = "a folder" if path.is_dir() else "missing"
         beside = [p.name for p in path.parent.glob("*.urdf")] if path.parent.is_dir() else []
-        raise RobotError(f"URDF {path} is {what}.\n{suggestion(path.name, beside, label='URDF files there')}")
+        raise RobotError(
+            f"URDF {path} is {what}.\n{suggestion(path.name, beside, label='URDF files there')}"
+        )
     if path.stat().st_size > MOST_BYTES:
-        raise RobotError(f"URDF {path} has {path.stat().st_size} bytes.\nAllowed: up to {MOST_BYTES} bytes.")
+        raise RobotError(
+            f"URDF {path} has {path.stat().st_size} bytes.\nAllowed: up to {MOST_BYTES} bytes."
+        )
     raw = path.read_bytes()
     if not raw.strip():
-        raise RobotError(f"URDF {path} is empty.\nIt must hold one <robot> element with at least one <link>.")
+        raise RobotError(
+            f"URDF {path} is empty.\nIt must hold one <robot> element with at least one <link>."
+        )
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError as cause:
-        raise RobotError(f"URDF {path} is not UTF-8 text (byte {cause.start}).\nSave it as UTF-8.") from cause
+        raise RobotError(
+            f"URDF {path} is not UTF-8 text (byte {cause.start}).\nSave it as UTF-8."
+        ) from cause
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise RobotError(f"URDF {path} declares a DOCTYPE or an ENTITY.\nRemove it: such files can expand without end.")
-    if "<xacro:" in text or "xmlns:xacro" in text:
-        raise RobotError(f"URDF {path} holds xacro macros.\nExpand it first: xacro model.urdf.xacro > model.urdf")
+        raise RobotError(
+            f"URDF {path} declares a DOCTYPE or an ENTITY.\n"
+            "Remove it: such files can expand without end."
+        )
+    check_structure(path, text.removeprefix("\ufeff"))
     return raw
 
 
@@ -106,13 +117,22 @@ def _parse(path: Path, raw: bytes) -> Any:
     from yourdfpy import URDF
 
     try:
-        loaded = URDF.load(io.BytesIO(raw), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False)
+        loaded = URDF.load(
+            io.BytesIO(raw),
+            build_scene_graph=False,
+            load_meshes=False,
+            build_collision_scene_graph=False,
+        )
     except (LxmlError, ValueError, TypeError, KeyError, AttributeError, IndexError) as cause:
         text = " ".join(str(cause).split())[:200]
-        raise RobotError(f"URDF {path} cannot be read: {text}.\nCheck it against the URDF specification.") from cause
+        raise RobotError(
+            f"URDF {path} cannot be read: {text}.\nCheck it against the URDF specification."
+        ) from cause
     robot = loaded.robot
     if not robot.links:
-        raise RobotError(f"URDF {path} has no links.\nIt must hold one <robot> element with at least one <link>.")
+        raise RobotError(
+            f"URDF {path} has no links.\nIt must hold one <robot> element with at least one <link>."
+        )
     if len(robot.links) > MOST_LINKS:
         raise RobotError(f"URDF {path} has {len(robot.links)} links.\nAllowed: up to {MOST_LINKS}.")
     return robot
@@ -124,13 +144,15 @@ def _link(path: Path, link: Any) -> UrdfLink:
     if link.inertial is None:
         return out
     where = f"URDF {path}: link '{out.name}'"
-    pose = np.eye(4) if link.inertial.origin is None else np.asarray(link.inertial.origin, dtype=float)
-    out.mass = _number(f"{where}: mass", link.inertial.mass)
-    inertia = np.zeros((3, 3)) if link.inertial.inertia is None else np.asarray(link.inertial.inertia, dtype=float)
-    if not (np.all(np.isfinite(pose)) and np.all(np.isfinite(inertia))):
-        raise RobotError(f"{where}: the inertia or its origin is not finite.\nAllowed: finite numbers in kg m^2 and m.")
+    pose = (
+        np.eye(4) if link.inertial.origin is None else np.asarray(link.inertial.origin, dtype=float)
+    )
+    out.mass = float(link.inertial.mass)
+    inertia = np.asarray(link.inertial.inertia, dtype=float)
     if out.mass < 0.0:
-        raise RobotError(f"{where}: mass {out.mass:g} kg is negative.\nAllowed: zero (a frame) or more.")
+        raise RobotError(
+            f"{where}: mass {out.mass:g} kg is negative.\nAllowed: zero (a frame) or more."
+        )
     out.centre = pose[:3, 3]
     out.inertia = pose[:3, :3] @ inertia @ pose[:3, :3].T
     _check_inertia(where, out)
@@ -138,16 +160,18 @@ def _link(path: Path, link: Any) -> UrdfLink:
 
 
 def _check_inertia(where: str, link: UrdfLink) -> None:
-    """Refuse inertias that no body has."""
-    if not np.allclose(link.inertia, link.inertia.T, atol=1e-12):
-        raise RobotError(f"{where}: the inertia matrix is not symmetric.\nGive ixx ixy ixz iyy iyz izz once each.")
+    """Refuse inertias that no body has; the structure check has seen to finite numbers."""
     moments = np.linalg.eigvalsh(link.inertia)
     if moments[0] < -1e-12 * max(1.0, moments[-1]):
-        raise RobotError(f"{where}: the principal moment {moments[0]:.3g} kg m^2 is negative.\nAllowed: zero or more.")
+        raise RobotError(
+            f"{where}: the principal moment {moments[0]:.3g} kg m^2 is negative.\n"
+            "Allowed: zero or more."
+        )
     if link.mass > 0.0 and moments[-1] > (moments[0] + moments[1]) * (1.0 + 1e-3) + 1e-15:
         raise RobotError(
-            f"{where}: the principal moments {moments[0]:.3g}, {moments[1]:.3g}, {moments[2]:.3g} kg m^2 break the "
-            "triangle inequality.\nNo body has such an inertia: the largest is at most the sum of the other two."
+            f"{where}: the principal moments {moments[0]:.3g}, {moments[1]:.3g}, {moments[2]:.3g} "
+            "kg m^2 break the triangle inequality.\n"
+            "No body has such an inertia: the largest is at most the sum of the other two."
         )
 
 
@@ -160,17 +184,30 @@ def _joint(path: Path, joint: Any) -> UrdfJoint:
     pose = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
     axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     length = float(np.linalg.norm(axis))
-    if not np.all(np.isfinite(pose)) or (kind in _MOVING and not (np.isfinite(length) and length > 1e-9)):
-        raise RobotError(f"{where}: origin or axis is not finite, or the axis is zero.\nGive a unit axis.")
+    if not np.all(np.isfinite(pose)) or (
+        kind in _MOVING and not (np.isfinite(length) and length > 1e-9)
+    ):
+        raise RobotError(
+            f"{where}: origin or axis is not finite, or the axis is zero.\nGive a unit axis."
+        )
     limit = joint.limit
     free = kind == "continuous" or limit is None or limit.lower is None or limit.upper is None
     lower, upper = (-np.inf, np.inf) if free else (float(limit.lower), float(limit.upper))
     if lower > upper:
-        raise RobotError(f"{where}: the lower limit {lower:g} is above the upper limit {upper:g}.\nSwap them.")
+        raise RobotError(
+            f"{where}: the lower limit {lower:g} is above the upper limit {upper:g}.\nSwap them."
+        )
     return UrdfJoint(
-        name=str(joint.name), parent=str(joint.parent), child=str(joint.child),
-        moves=kind in _MOVING, prismatic=_MOVING.get(kind, False),
-        origin=pose[:3, 3], rotation=pose[:3, :3], axis=axis / length if length else axis, lower=lower, upper=upper,
+        name=str(joint.name),
+        parent=str(joint.parent),
+        child=str(joint.child),
+        moves=kind in _MOVING,
+        prismatic=_MOVING.get(kind, False),
+        origin=pose[:3, 3],
+        rotation=pose[:3, :3],
+        axis=axis / length if length else axis,
+        lower=lower,
+        upper=upper,
     )
 
 
@@ -181,14 +218,24 @@ def _tree_order(path: Path, names: list[str], joints: list[UrdfJoint]) -> list[s
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in children:
-                raise RobotError(f"URDF {path}: joint '{joint.name}' names the link '{link}'.\n{suggestion(link, names)}")
+                raise RobotError(
+                    f"URDF {path}: joint '{joint.name}' names the link '{link}'.\n"
+                    f"{suggestion(link, names)}"
+                )
         if joint.child in parent_of:
-            raise RobotError(f"URDF {path}: link '{joint.child}' has two parent joints.\nA link hangs on one joint only.")
+            raise RobotError(
+                f"URDF {path}: link '{joint.child}' has two parent joints.\n"
+                "A link hangs on one joint only."
+            )
         parent_of[joint.child] = joint.parent
         children[joint.parent].append(joint.child)
     roots = [name for name in names if name not in parent_of]
     if len(roots) != 1:
-        what = "its links form a cycle" if not roots else f"it has {len(roots)} base links: {', '.join(roots[:5])}"
+        what = (
+            "its links form a cycle"
+            if not roots
+            else f"it has {len(roots)} base links: {', '.join(roots[:5])}"
+        )
         raise RobotError(f"URDF {path}: {what}.\nA robot is one tree with exactly one base link.")
     order, stack = [], [roots[0]]
     while stack:
@@ -197,58 +244,7 @@ def _tree_order(path: Path, names: list[str], joints: list[UrdfJoint]) -> list[s
         stack.extend(reversed(children[name]))
     if len(order) != len(names):
         lost = sorted(set(names) - set(order))
-        raise RobotError(f"URDF {path}: the links {', '.join(lost[:5])} form a cycle.\nA robot is one tree.")
-    return order
-
-
-def refuse_bad_meshes(path: Path, robot: Any) -> None:
-    """Refuse meshes that are missing, outside the robot's folder, or too large."""
-    folder = path.parent.resolve()
-    for link in robot.links:
-        for part in (*link.visuals, *link.collisions):
-            mesh = None if part.geometry is None else part.geometry.mesh
-            if mesh is None:
-                continue
-            name = str(mesh.filename)
-            where = f"URDF {path}: link '{link.name}': mesh '{name}'"
-            target = (folder / _relative(name)).resolve()
-            if not target.is_relative_to(folder):
-                raise RobotError(f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below.")
-            if not target.is_file():
-                found = [str(p.relative_to(folder)) for p in folder.rglob("*") if p.suffix in (".stl", ".obj", ".dae")]
-                raise RobotError(f"{where} does not exist.\n{suggestion(name, found, label='Meshes there')}")
-            refuse_huge_mesh(where, target)
-
-
-def mesh_names(path: Path) -> list[str]:
-    """Return the mesh files that a URDF names, relative to its folder, each once."""
-    text = path.read_text(encoding="utf-8")
-    named = re.findall(r"""<mesh[^>]*filename\s*=\s*["']([^"']+)["']""", text)
-    return list(dict.fromkeys(_relative(name) for name in named))
-
-
-def _relative(name: str) -> str:
-    """Path of a mesh without the scheme that ROS puts in front."""
-    return name.removeprefix("file://").removeprefix("package://")
-
-
-def refuse_huge_mesh(where: str, target: Path) -> None:
-    """Refuse a mesh whose size, or whose declared size, is above the bound."""
-    size = target.stat().st_size
-    if target.suffix.lower() == ".stl" and size >= 84:
-        with target.open("rb") as stream:
-            head = stream.read(84)
-        if not head.startswith(b"solid"):
-            size = max(size, 84 + 50 * int.from_bytes(head[80:84], "little"))
-    if size > MOST_MESH_BYTES:
         raise RobotError(
-            f"{where} has, or declares, {size / 1e6:.0f} MB.\n"
-            f"Allowed: up to {MOST_MESH_BYTES / 1e6:.0f} MB; simplify the mesh (a hull of some 1,000 triangles will do)."
+            f"URDF {path}: the links {', '.join(lost[:5])} form a cycle.\nA robot is one tree."
         )
-
-
-def _number(where: str, value: Any) -> float:
-    """A finite float."""
-    if value is None or not np.isfinite(value):
-        raise RobotError(f"{where} is {value}.\nAllowed: a finite number.")
-    return float(value)
+    return order

@@ -65,16 +65,13 @@ def run_into(
     Raises:
         SealsError: the run cannot start, or its files cannot be written.
     """
-    facts = {
-        "name": settings.name,
-        "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
-        "overrides": overrides or [],
-        "repeat_of": None if original is None else str(original),
-        **provenance(settings),
-    }
-    record = simulate(
-        settings, label=settings.name, started=lambda: write_start(folder, facts)
-    )
+    facts: dict[str, Any] = {}
+
+    def begin() -> None:
+        facts.update(_facts(settings, overrides or [], original))
+        write_start(folder, facts)
+
+    record = simulate(settings, label=settings.name, started=begin)
     write_log(folder, record, settings)
     remarks = [] if original is None else _verdict(folder, original)
     views = views_of(record, settings)
@@ -86,6 +83,16 @@ def run_into(
     write_end(folder, facts, record, remarks)
     _say(record, settings, remarks, report)
     return record
+
+
+def _facts(settings: RunSettings, overrides: list[str], original: Path | None) -> dict[str, Any]:
+    return {
+        "name": settings.name,
+        "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+        "overrides": overrides,
+        "repeat_of": None if original is None else str(original),
+        **provenance(settings),
+    }
 
 
 def _refuse_company(overrides: list[str]) -> None:
@@ -111,7 +118,11 @@ def _verdict(folder: Path, original: Path) -> list[str]:
 def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path) -> None:
     """Print how it went; the last line says where the report is."""
     end = float(record.log.time[-1])
-    verb = {Ending.done: "simulated", Ending.interrupted: "interrupted at", Ending.failed: "failed at"}
+    verb = {
+        Ending.done: "simulated",
+        Ending.interrupted: "interrupted at",
+        Ending.failed: "failed at",
+    }
     times = end / max(record.seconds, 1e-9)
     print(
         f"{settings.name}: {verb[record.ending]} {end:.4g} s in {record.seconds:.2f} s "

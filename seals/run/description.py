@@ -70,7 +70,10 @@ def describe_vehicle(settings: RunSettings, robot: RobotModel) -> dict[str, Any]
 
 
 def whole_body(robot: RobotModel) -> tuple[float, Floats, Floats]:
-    """Return mass [kg], centre of gravity [m] and inertia about it [kg m^2] in base axes, joints at zero."""
+    """Return mass [kg], centre of gravity [m] and inertia about it [kg m^2], base axes.
+
+    Joints stand at zero.
+    """
     zero = np.zeros((1, robot.tree.joints))
     origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
     places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
@@ -104,7 +107,12 @@ def _link(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any]
         # a log holds finite numbers only: no limit is left out
         joint |= {key: value for key, value in limits.items() if math.isfinite(value)}
     name = robot.links[link]
-    return {"name": name, **_mass_of(robot, link), "hull": _hull(settings, robot, link), "joint": joint}
+    return {
+        "name": name,
+        **_mass_of(robot, link),
+        "hull": _hull(settings, robot, link),
+        "joint": joint,
+    }
 
 
 def _hull(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any] | None:
@@ -146,7 +154,13 @@ def _environment(settings: RunSettings) -> dict[str, Any]:
 def _effect(name: str, effect: Any) -> dict[str, Any]:
     medium = getattr(getattr(effect, "medium", None), "value", "any")
     found = _plugin("effect", effect)
-    return {"name": found["name"], "medium": medium, "instance": name, "links": list(effect.links), **found}
+    return {
+        "name": found["name"],
+        "medium": medium,
+        "instance": name,
+        "links": list(effect.links),
+        **found,
+    }
 
 
 def _plugin(kind: str, plugin: Any) -> dict[str, Any]:

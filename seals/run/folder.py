@@ -52,7 +52,7 @@ def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list
 
 
 def write_config(folder: Path, config: Any) -> None:
-    """Put the configuration that really ran in place of the one that only named a folder to repeat."""
+    """Replace a configuration that only named a folder to repeat by the one that ran."""
     from omegaconf import OmegaConf
 
     write_yaml(folder / ".hydra" / "config.yaml", OmegaConf.to_container(config, enum_to_str=True))

@@ -60,7 +60,12 @@ class _Bar:
         left = TimeRemainingColumn()
         # it goes when the run is done: the last lines are the result
         self._bar = Progress(
-            "{task.description}", BarColumn(), TaskProgressColumn(), left, console=console, transient=True
+            "{task.description}",
+            BarColumn(),
+            TaskProgressColumn(),
+            left,
+            console=console,
+            transient=True,
         )
         self._task = self._bar.add_task(self.label, total=self.total)
         self._bar.start()

@@ -11,7 +11,7 @@ from typing import Any
 
 import seals
 from seals.config.run import RunSettings
-from seals.robot.urdf import mesh_names
+from seals.robot.meshes import mesh_names
 
 PACKAGES = ("numpy", "scipy", "pybullet", "taichi", "torch", "hydra-core", "pyarrow")
 """Packages whose version can change a result."""
@@ -29,7 +29,7 @@ def versions() -> dict[str, str]:
 
 
 def revision(folder: Path) -> str | None:
-    """Return the git revision of the checkout that holds ``folder``, ``-dirty`` when changed, or None."""
+    """Return the git revision of a checkout, ``-dirty`` when changed, or None without one."""
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
     try:
         done = subprocess.run(
@@ -56,7 +56,7 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
 
 
 def robot_files(settings: RunSettings) -> dict[str, str | None]:
-    """Return the checksums of the URDF and of the meshes it and the hulls name, by relative path."""
+    """Return the checksums of the URDF and of all meshes, by relative path."""
     folder = Path(settings.robot.folder)
     urdf = Path(settings.robot.urdf)
     # meshes lie beside the URDF, which may itself lie below the robot's folder

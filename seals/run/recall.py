@@ -37,6 +37,8 @@ def recalled(folder: Path) -> Any:
                 raw[key] = _typed(key, raw[key], where=key)
         for section, kind in _SEVERAL.items():
             parts = raw.get(section) or {}
+            if not isinstance(parts, dict):
+                raise ConfigError(f"{section}={parts} is no mapping.\nGive the folder of a run.")
             raw[section] = {
                 name: _typed(kind, node, where=f"{section}.{name}") for name, node in parts.items()
             }
@@ -77,7 +79,7 @@ def _typed(kind: str, node: Any, *, where: str) -> Any:
 
 
 def _same_robot(folder: Path, config: Any) -> None:
-    """Refuse a robot that is no longer the one that ran; a URDF without meshes is kept in the run."""
+    """Refuse a robot that is no longer the one that ran, unless the run itself holds it all."""
     noted = _noted_files(folder)
     robot = Path(str(config.robot.folder))
     changed = [name for name, code in noted.items() if digest(robot / name) != code]
@@ -88,7 +90,7 @@ def _same_robot(folder: Path, config: Any) -> None:
         config.robot.folder, config.robot.urdf = str(folder.resolve()), kept.name
         return
     raise RobotError(
-        f"repeat={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since that run.\n"
+        f"repeat={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"
         "Restore the robot's files as they were, or run anew."
     )
 

@@ -80,7 +80,7 @@ class Recorder:
         return out
 
     def _specific_force(self, turn: Any) -> Floats:
-        """Mean acceleration over the last step minus gravity, body axes; the first row knows none."""
+        """Mean acceleration over the last step minus gravity; the first row knows none."""
         change = np.diff(self._state[: self.rows, 7:10], axis=0)
         acceleration = np.full((self.rows, 3), np.nan)
         acceleration[1:] = change / np.diff(self.time)[:, None]

@@ -38,7 +38,11 @@ def write_report(
         Section(title="What ran", blocks=_settings(record, settings), wide=True),
         Section(title="To run it again", blocks=_again(folder, facts), wide=True),
     ]
-    subtitle = f"{settings.robot.name}: {settings.robot.summary}" if settings.robot.summary else settings.robot.name
+    subtitle = (
+        f"{settings.robot.name}: {settings.robot.summary}"
+        if settings.robot.summary
+        else settings.robot.name
+    )
     return write_page(
         folder / "report.html",
         settings.name,
@@ -68,7 +72,9 @@ def _overview(record: Record, settings: RunSettings) -> list[Block]:
     if record.ending is Ending.failed:
         blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
     elif record.ending is Ending.interrupted:
-        blocks.append(Paragraph(text="The run was interrupted; this is what there was.", tone="warn"))
+        blocks.append(
+            Paragraph(text="The run was interrupted; this is what there was.", tone="warn")
+        )
     return [*blocks, Facts(values=key_figures(record, settings)), *_clipped(record, settings)]
 
 
@@ -80,7 +86,8 @@ def _clipped(record: Record, settings: RunSettings) -> list[Block]:
         source = record.log.meta["sensors"]["channels"].get(stem, {}).get("sensor")
         end = getattr(settings.sensors.get(source), field, None)
         if end and np.nanmax(np.abs(record.log.channel(stem)), initial=0.0) >= 0.999 * end:
-            text = f"Sensor '{source}' came to the end of its range in {stem} ({end:g}): its peaks are cut off."
+            words = f"came to the end of its range in {stem} ({end:g})"
+            text = f"Sensor '{source}' {words}: its peaks are cut off."
             found.append(Paragraph(text=text, tone="warn"))
     return found
 
@@ -97,7 +104,9 @@ def key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
         figures["touches water at"] = f"{touch:.3f} s"
     if settings.environment.water_level is not None:
         deepest = settings.environment.water_level - float(np.nanmin(height))
-        figures["greatest depth of the origin"] = f"{deepest:.3f} m" if deepest > 0.0 else "stays above"
+        figures["greatest depth of the origin"] = (
+            f"{deepest:.3f} m" if deepest > 0.0 else "stays above"
+        )
     figures["greatest speed"] = f"{np.nanmax(speed):.3g} m/s"
     if np.isfinite(felt).any():
         figures["greatest specific force"] = f"{np.nanmax(felt):.3g} m/s²"
@@ -117,8 +126,9 @@ def _load_section(record: Record, views: Views, settings: RunSettings) -> Sectio
     more = f" Not forces, and therefore not here: {', '.join(silent)}." if silent else ""
     return Section(
         title="What pushed it",
-        lead="Each effect's share, stacked, about the link's origin in the link's own axes; the line is their sum. "
-        f"Contact forces belong to the rigid-body engine and are not among them.{more}",
+        lead="Each effect's share, stacked, about the link's origin in the link's own axes; the "
+        "line is their sum. Contact forces belong to the rigid-body engine and are not among them."
+        f"{more}",
         blocks=blocks,
         wide=len(views.loads) == 1,
     )
@@ -152,8 +162,8 @@ def _settings(record: Record, settings: RunSettings) -> list[Block]:
                     right=(1,),
                 ),
                 Paragraph(
-                    text=f"{record.steps:,} steps of {settings.time.step:g} s, seed {settings.seed}, "
-                    f"{record.rate:,.0f} steps a second."
+                    text=f"{record.steps:,} steps of {settings.time.step:g} s, "
+                    f"seed {settings.seed}, {record.rate:,.0f} steps a second."
                 ),
             ],
         ),

@@ -113,7 +113,9 @@ def _stepped(settings: RunSettings, world: World, steps: int, label: str) -> Rec
     except KeyboardInterrupt as stop:
         ending, error = Ending.interrupted, stop
         actor.ledger.rewind(recorder.rows - 1)
-    except Exception as fault:  # whatever it is, the rows before it are worth keeping; it is raised later
+    except (
+        Exception
+    ) as fault:  # whatever it is, the rows before it are worth keeping; it is raised later
         ending, error = Ending.failed, fault
     seconds = time.perf_counter() - start
     log = _log(settings, actor.robot, recorder)
@@ -135,13 +137,16 @@ def _log(settings: RunSettings, robot: RobotModel, recorder: Recorder) -> Log:
     wanted = ("position", "orientation", "velocity", "angular_velocity", "joint_position")
     initial = {name: first[name] for name in wanted if name in first}
     meta: dict[str, Any] = describe_run(settings, robot, recorder.sources(), initial)
-    return Log(name=settings.name, columns=recorder.columns(), meta=meta, source="simulated by SEALS")
+    return Log(
+        name=settings.name, columns=recorder.columns(), meta=meta, source="simulated by SEALS"
+    )
 
 
 def _refuse_endless(settings: RunSettings, steps: int) -> None:
     if steps > MOST_STEPS:
         raise ConfigError(
-            f"time.duration={settings.time.duration:g} at time.step={settings.time.step:g} makes {steps:,} steps.\n"
+            f"time.duration={settings.time.duration:g} at time.step={settings.time.step:g} makes "
+            f"{steps:,} steps.\n"
             f"Allowed: up to {MOST_STEPS:,} steps in one run; take a longer step or several runs."
         )
 

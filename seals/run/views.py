@@ -139,7 +139,11 @@ def _loads(
             if np.any(table[:, e, c] != 0.0)
         )
         unit = "N" if kind == "force" else "N m"
-        title = f"{kind.capitalize()} along {axis} of {name}" if kind == "force" else f"Torque about {axis} of {name}"
+        title = (
+            f"{kind.capitalize()} along {axis} of {name}"
+            if kind == "force"
+            else f"Torque about {axis} of {name}"
+        )
         charts.append(
             Chart(title=title, y_label=f"{kind} [{unit}]", series=acting, stacked=True, marks=marks)
         )
@@ -147,27 +151,23 @@ def _loads(
 
 
 def _imu(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
-    exact = log.meta.get("known_exactly", [])
-    note = {
-        stem: "Exact: no sensor reads it." if stem in exact else "As the sensor read it."
-        for stem in ("specific_force", "angular_velocity")
-    }
-    return [
-        _sampled(log, "specific_force", "Specific force, body axes", "m/s²", marks, note),
-        _sampled(log, "angular_velocity", "Angular velocity, body axes", "rad/s", marks, note),
-    ]
-
-
-def _sampled(
-    log: Log, stem: str, title: str, unit: str, marks: tuple[Mark, ...], note: dict[str, str]
-) -> Chart:
-    """Chart of a channel whose rows may lack samples: only rows with one are joined by lines."""
-    values = log.channel(stem)
-    there = np.isfinite(values).any(axis=1)
-    label = f"{stem.replace('_', ' ')} [{unit}]"
-    return lines(
-        title, label, log.time[there], _columns(values[there]), marks=marks, note=note[stem]
-    )
+    charts = []
+    for stem, unit in (("specific_force", "m/s²"), ("angular_velocity", "rad/s")):
+        values, words = log.channel(stem), stem.replace("_", " ")
+        # rows without a sample are left out: a slow sensor's readings are joined by lines
+        there = np.isfinite(values).any(axis=1)
+        exact = stem in log.meta.get("known_exactly", [])
+        charts.append(
+            lines(
+                f"{words.capitalize()}, body axes",
+                f"{words} [{unit}]",
+                log.time[there],
+                _columns(values[there]),
+                marks=marks,
+                note="Exact: no sensor reads it." if exact else "As the sensor read it.",
+            )
+        )
+    return charts
 
 
 def _joints(record: Record, marks: tuple[Mark, ...]) -> list[Chart]:

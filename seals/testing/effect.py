@@ -12,10 +12,7 @@ from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_effect_declaration
 from seals.testing.hooks import HookCheck
 from seals.testing.material import material_effect
-from seals.testing.scenes import LIMITS, Case, cases_of
-
-ARM_SIZE = 0.2
-"""Mass of a link of the arm against the free body [1]."""
+from seals.testing.scenes import ARM_SIZE, LIMITS, Case, cases_of
 
 
 @dataclass(frozen=True, kw_only=True)

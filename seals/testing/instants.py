@@ -83,8 +83,8 @@ def repeated(bundle: Any, rows: int) -> Any:
 
 
 def copied(bundle: Any) -> Any:
-    """Return a copy in NumPy."""
-    return _mapped(bundle, lambda x: np.array(x))
+    """Return a copy in NumPy, from any array library."""
+    return _mapped(bundle, lambda x: np.array(x if isinstance(x, np.ndarray) else np.from_dlpack(x)))
 
 
 def leaves(bundle: Any) -> list[Any]:

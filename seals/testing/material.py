@@ -18,8 +18,8 @@ _UNITS: dict[str, tuple[int, int, int]] = {
 }  # fmt: skip
 MASS, LENGTH, TIME = 1.0, 0.1, 1.0
 """Size of the bodies in the checks [kg, m, s]."""
-SPEED = 1.0
-"""Speed of a flow that matters to them [m/s]."""
+_STATED = {"m/s": 1.0, "m^3": 1e-4}
+"""Speed of a flow, and change of a volume of a litre, that matter without ruling the motion."""
 
 _SPREAD = (1.0, 1.3, 0.8)
 
@@ -62,8 +62,6 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
         >>> round(natural_scale(meta), 12)
         10.0
     """
-    if meta.unit == "m/s":
-        return SPEED
     powers = [0.0, 0.0, 0.0]
     sign = 1
     for token in re.findall(r"/|[A-Za-z0-9]+(?:\^-?\d+)?", meta.unit):
@@ -76,7 +74,8 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
             return min(3.0 * meta.tolerance or 0.1 * (high - low), 0.5 * (high - low))
         powers = [p + sign * int(power or 1) * u for p, u in zip(powers, _UNITS[symbol], strict=True)]
     share = size if powers[0] or powers[1] >= 2 else 1.0
-    return share * math.prod(scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True))
+    natural = math.prod(scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True))
+    return share * _STATED.get(meta.unit, natural)
 
 
 def _inside(value: float, meta: Parameter) -> float:

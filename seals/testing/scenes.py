@@ -20,6 +20,9 @@ HEIGHTS = {"submerged": -30.0, "surface": 0.2, "air": 60.0}
 
 ENVIRONMENT = EnvironmentSettings(water_level=0.0)
 
+ARM_SIZE = 0.2
+"""Mass of a link of the arm against the free body [1]."""
+
 LIMITS = {False: {0.001: 1e-3, 0.004: 5e-3}, True: {0.001: 5e-3, 0.004: 2e-2}}
 """Largest relative error by step [s], without and with moving links."""
 
@@ -42,21 +45,27 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
     if hooks == ("joint_loads",):
         return (Case(("air",), True),)
     return {
-        MediumKind.water: (Case(("surface",), False), Case(("submerged",), True)),
+        MediumKind.water: (Case(("surface",), False), Case(("surface",), True)),
         MediumKind.air: (Case(("air",), False), Case(("air",), True)),
         MediumKind.any: (Case(("surface", "air"), False), Case(("submerged",), True)),
     }[kind]
 
 
-def companions(effect: Effect) -> dict[str, Effect]:
-    """Return weight, lift and a light drag, less those that would own the same phenomenon."""
-    kind = getattr(effect, "medium", MediumKind.any)
+def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
+    """Return weight, lift and light drags on all links, less those that would own the same phenomenon.
+
+    Args:
+        effect: under test.
+        size: mass of a link against a kilogramme [1].
+    """
+    options = {"medium": getattr(effect, "medium", MediumKind.any), "links": ["*"]}
+    drag = {f"coefficient_{axis}": share * size for axis, share in zip("xyz", (0.5, 0.6, 0.7), strict=True)}
+    spin = {name: 1e-2 * value for name, value in drag.items()}
     made: Mapping[str, Effect] = {
         "gravity": registry.get("effect", "gravity").load()(),
         "buoyancy": registry.get("effect", "buoyancy").load()(),
-        "linear_drag": registry.get("effect", "linear_drag").load()(
-            coefficient_x=0.5, coefficient_y=0.6, coefficient_z=0.7, medium=kind
-        ),
+        "linear_drag": registry.get("effect", "linear_drag").load()(**drag, **options),
+        "angular_drag": registry.get("effect", "angular_drag").load()(**spin, **options),
     }
     owned = set(effect.accounts_for)
     return {name: other for name, other in made.items() if not owned & set(other.accounts_for)}

@@ -9,8 +9,9 @@ from typing import Any
 from seals.arrays import Array, as_like, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.equations import Assembly
+from seals.dynamics.kinematics import Kinematics
 from seals.dynamics.rows import link_motion
-from seals.dynamics.tree import Kinematics, forward
+from seals.dynamics.tree import forward
 from seals.effects.evaluation import Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
@@ -47,14 +48,14 @@ class TreeBody:
         spin = rotate(base, state.spin)
         lead = [] if self.tree.fixed_base else [world, spin]
         speed = xp.concat([*lead, state.rates], axis=1)
-        twists = kinematics.twists(speed)
-        motion = link_motion(kinematics, twists, as_like([[time]], self.bodies.mass), self.bodies)
+        moving = kinematics.move(speed)
+        motion = link_motion(kinematics, moving, as_like([[time]], self.bodies.mass), self.bodies)
         joints = Joints(state.joints, state.rates)
         found = self.evaluator.evaluate(motion, joints, inputs, memory)
         joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
         for _, more in found.joint_loads:
             joint_force = joint_force + more
-        change = self._assembly.accelerations(kinematics, speed, twists, motion, found, joint_force)
+        change = self._assembly.accelerations(kinematics, moving, motion, found, joint_force)
         return self._state_rates(state, base, change), found.memory
 
     def _state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:

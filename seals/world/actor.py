@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.backend import Backend, Configuration, Dynamics
 from seals.config.environment import EnvironmentSettings
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import link_motion
-from seals.dynamics.tree import Kinematics
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.errors import ConfigError, suggestion
@@ -69,7 +69,10 @@ class Actor:
         self.readings: dict[str, dict[str, Floats] | None] = {}
         self._sense_memory: dict[str, Any] = {}
         self._next: dict[str, float] = {}
-        self._before: _Velocities | None = None
+        self._before: Moving | None = None
+        self._now: tuple[Kinematics, Moving] | None = None
+        self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
+        self._still = np.zeros(3)
         self._carriers = {name: _carrier(name, sensor, robot) for name, sensor in self.sensors.items()}
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
@@ -81,18 +84,16 @@ class Actor:
         self._sense_memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
         self._next = dict.fromkeys(self.sensors, 0.0)
         self.readings = dict.fromkeys(self.sensors)
-        self._before = None
+        self._before, self._now = None, None
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger and hand the sum to the backend."""
-        poses = self.body.poses()
-        kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
-        twists = kinematics.twists(poses.speed)
-        motion = link_motion(kinematics, twists, np.array([[time]]), self._bodies)
-        lead = 0 if self.robot.tree.fixed_base else 6
-        tree = self.body.read() if self.robot.tree.joints else None
-        q = np.zeros((1, 0)) if tree is None else tree.joints[None]
-        joints = Joints(q, poses.speed[:, lead:])
+        kinematics, moving = self._now or self._look()
+        motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
+        joints = self._no_joints
+        if self.robot.tree.joints:
+            lead = 0 if self.robot.tree.fixed_base else 6
+            joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
         inputs = Inputs(step, self.joint_torque)
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory)
         row = self.ledger.open_row(time)
@@ -102,36 +103,41 @@ class Actor:
         for _, more in found.joint_loads:
             joint_force = joint_force + more
         total = row.sum(axis=0)[None]
-        self.body.apply(Dynamics(kinematics, poses.speed, twists, motion, found, total, joint_force), step)
+        self.body.apply(Dynamics(kinematics, moving, motion, found, total, joint_force), step)
         self.memory = found.memory
-        self._before = _velocities(motion)
+        self._before, self._now = moving, None
+
+    def _look(self) -> tuple[Kinematics, Moving]:
+        """Poses and velocities at the current time; kept until the next step."""
+        poses = self.body.poses()
+        kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
+        self._now = (kinematics, kinematics.move(poses.speed))
+        return self._now
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
         """Take the readings that are due at the new time."""
         self.readings = dict.fromkeys(self.sensors)
         if not self.sensors:
             return
-        poses = self.body.poses()
-        kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
-        twists = kinematics.twists(poses.speed)[0]
-        turn = poses.rotations[0]
+        kinematics, moving = self._look()
+        turn = kinematics.rotations[0]
         for name, sensor in self.sensors.items():
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
-            felt = self._felt(time, step, poses.origins[0, k], turn[k], twists[k], k)
+            felt = self._felt(time, step, kinematics.origins[0, k], turn[k], moving, k)
             reading, self._sense_memory[name] = sensor.sense(felt, self._sense_memory[name], rng, due=due)
             self.readings[name] = reading
             if due:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
 
-    def _felt(self, time: float, step: float, position: Floats, turn: Floats, twist: Floats, link: int) -> Felt:
+    def _felt(self, time: float, step: float, position: Floats, turn: Floats, moving: Moving, link: int) -> Felt:
         """Motion of one link with its mean accelerations over the last step."""
-        velocity, spin = twist[:3], twist[3:]
-        force, rate = self.gravity * turn[2], np.zeros(3)
+        twist = moving.twists[0, link]
+        force, rate = self.gravity * turn[2], self._still
         if self._before is not None and step > 0.0:
-            force = turn.T @ ((turn @ velocity - self._before.linear[link]) / step) + force
-            rate = turn.T @ ((turn @ spin - self._before.angular[link]) / step)
-        return Felt(time, step, position, turn, velocity, spin, force, rate)
+            force = ((moving.linear - self._before.linear)[0, link] / step) @ turn + force
+            rate = ((moving.angular - self._before.angular)[0, link] / step) @ turn
+        return Felt(time, step, position, turn, twist[:3], twist[3:], force, rate)
 
     def snapshot(self) -> Any:
         """Return memory of effects and sensors and the length of the ledger."""
@@ -143,20 +149,8 @@ class Actor:
         self.memory, sense, following, readings, rows, self._before, torque = kept
         self._sense_memory, self._next, self.readings = dict(sense), dict(following), dict(readings)
         self.joint_torque = torque.copy()
+        self._now = None
         self.ledger.rewind(rows)
-
-
-class _Velocities(NamedTuple):
-    """Velocities of the link origins, world axes, shape (L, 3)."""
-
-    linear: Floats
-    angular: Floats
-
-
-def _velocities(motion: Any) -> _Velocities:
-    turn = motion.rotation
-    linear = np.matmul(turn, motion.velocity[:, :, None])[:, :, 0]
-    return _Velocities(linear, np.matmul(turn, motion.angular_velocity[:, :, None])[:, :, 0])
 
 
 def _carrier(name: str, sensor: Sensor, robot: RobotModel) -> int:

@@ -21,6 +21,7 @@ from seals.run import build_twin, build_world
 from seals.world import World
 
 Floats = NDArray[np.float64]
+Vector = Sequence[float] | Floats
 
 
 class Trajectory(NamedTuple):
@@ -61,12 +62,25 @@ class Bench:
         self._count = 0
 
     def link(
-        self, name: str, mass: float, inertia: ArrayLike, *, centre: Sequence[float] = (0, 0, 0), collision: str = ""
+        self,
+        name: str,
+        mass: float,
+        inertia: ArrayLike,
+        *,
+        centre: Vector = (0, 0, 0),
+        collision: str = "",
     ) -> str:
-        """Return one link as URDF; ``inertia`` holds three moments or a 3x3 matrix about the centre of mass."""
+        """Return a link as URDF; ``inertia``: three moments or 3x3, about the centre of mass."""
         table = np.asarray(inertia, dtype=float)
         table = np.diag(table) if table.ndim == 1 else table
-        names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        names = {
+            "ixx": (0, 0),
+            "ixy": (0, 1),
+            "ixz": (0, 2),
+            "iyy": (1, 1),
+            "iyz": (1, 2),
+            "izz": (2, 2),
+        }
         moments = " ".join(f'{key}="{float(table[at])!r}"' for key, at in names.items())
         origin = " ".join(repr(float(c)) for c in centre)
         shape = f"<collision><geometry>{collision}</geometry></collision>" if collision else ""
@@ -76,16 +90,23 @@ class Bench:
         )
 
     def robot(
-        self, *parts: str, hulls: Mapping[str, Sequence[tuple[str, Sequence[float], Sequence[float]]]] | None = None,
+        self,
+        *parts: str,
+        hulls: Mapping[str, Sequence[tuple[str, Vector, Vector]]] | None = None,
         fixed_base: bool = False,
     ) -> RobotSettings:
         """Write a URDF of links and joints; hulls are lists of (type, size, position) by link."""
         self._count += 1
         path = self.folder / f"body_{self._count}.urdf"
-        path.write_text(f'<?xml version="1.0"?><robot name="body">{"".join(parts)}</robot>', encoding="utf-8")
+        path.write_text(
+            f'<?xml version="1.0"?><robot name="body">{"".join(parts)}</robot>', encoding="utf-8"
+        )
         found = {
             link: HullSettings(
-                shapes=[ShapeSettings(type=ShapeType(t), size=list(s), position=list(p)) for t, s, p in shapes]
+                shapes=[
+                    ShapeSettings(type=ShapeType(t), size=list(s), position=list(p))
+                    for t, s, p in shapes
+                ]
             )
             for link, shapes in (hulls or {}).items()
         }
@@ -94,20 +115,39 @@ class Bench:
         )
 
     def body(
-        self, mass: float, inertia: ArrayLike, *, centre: Sequence[float] = (0, 0, 0), hull: str = "sphere",
-        size: Sequence[float] = (), at: Sequence[float] = (0, 0, 0), collision: str = "",
+        self,
+        mass: float,
+        inertia: ArrayLike,
+        *,
+        centre: Vector = (0, 0, 0),
+        hull: str = "sphere",
+        size: Vector = (),
+        at: Vector = (0, 0, 0),
+        collision: str = "",
     ) -> RobotSettings:
         """Return a robot of one link with at most one hull of the kind ``hull`` at ``at``."""
         hulls = {"base": [(hull, size, at)]} if len(size) else None
-        return self.robot(self.link("base", mass, inertia, centre=centre, collision=collision), hulls=hulls)
+        return self.robot(
+            self.link("base", mass, inertia, centre=centre, collision=collision), hulls=hulls
+        )
 
     def settings(
-        self, robot: RobotSettings, effects: Mapping[str, Any] | None = None, *, step: float = 0.004,
-        duration: float = 1.0, environment: Mapping[str, Any] | None = None, sensors: Mapping[str, Any] | None = None,
-        weight: bool = True, seed: int = 0, **initial: Any,
+        self,
+        robot: RobotSettings,
+        effects: Mapping[str, Any] | None = None,
+        *,
+        step: float = 0.004,
+        duration: float = 1.0,
+        environment: Mapping[str, Any] | None = None,
+        sensors: Mapping[str, Any] | None = None,
+        weight: bool = True,
+        seed: int = 0,
+        **initial: Any,
     ) -> RunSettings:
         """Return the settings of a run; gravity acts unless ``weight`` is False."""
-        start = InitialSettings(**{key: [float(x) for x in value] for key, value in initial.items()})
+        start = InitialSettings(
+            **{key: [float(x) for x in value] for key, value in initial.items()}
+        )
         return RunSettings(
             seed=seed,
             robot=robot,
@@ -139,7 +179,7 @@ class Bench:
             rows.append(body.read())
         table = [np.array(column) for column in zip(*rows, strict=True)]
         position, quaternion, velocity, spin, joints, rates = table
-        time = settings.time.step * np.arange(len(rows))
+        time = settings.time.step * np.arange(len(rows), dtype=np.float64)
         return Trajectory(time, position, matrix_of(quaternion), velocity, spin, joints, rates)
 
 
@@ -158,7 +198,9 @@ def _run_twin(settings: RunSettings) -> Trajectory:
     position, quaternion, velocity, spin, joints, rates = table
     rotation = matrix_of(quaternion)
     linear, angular = (np.einsum("nij,nj->ni", rotation, x) for x in (velocity, spin))
-    return Trajectory(step * np.arange(len(rows)), position, rotation, linear, angular, joints, rates)
+    return Trajectory(
+        step * np.arange(len(rows), dtype=np.float64), position, rotation, linear, angular, joints, rates
+    )
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ OVERRIDES = [
 
 
 def record(seed: int, *, again: bool = False) -> dict[str, Any]:
-    """Run a noisy drop through the surface to the bottom; ``again`` keeps the second of two runs of one world."""
+    """Run a noisy drop through the surface to the bottom; ``again`` keeps the second run."""
     settings = build_run(compose([*OVERRIDES, f"seed={seed}"]))
     found: dict[str, Any] = {}
     for _ in range(2 if again else 1):
@@ -33,7 +33,11 @@ def record(seed: int, *, again: bool = False) -> dict[str, Any]:
             world.step()
             readings.append({k: v.copy() for k, v in (actor.readings["imu"] or {}).items()})
             states.append(np.concatenate(actor.body.read()))
-        found = {"ledger": actor.ledger.wrenches.copy(), "states": np.array(states), "readings": readings}
+        found = {
+            "ledger": actor.ledger.wrenches.copy(),
+            "states": np.array(states),
+            "readings": readings,
+        }
         world.close()
     return found
 
@@ -53,8 +57,12 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> dict[str, bool]:
 
 @pytest.mark.parametrize("again", [False, True])
 def test_one_seed_gives_one_result(again: bool) -> None:
-    """The same seed twice gives the same ledger, states and readings, in a fresh or a used backend."""
-    assert same(record(7), record(7, again=again)) == {"ledger": True, "states": True, "readings": True}
+    """The same seed twice gives the same ledger, states and readings, bit for bit."""
+    assert same(record(7), record(7, again=again)) == {
+        "ledger": True,
+        "states": True,
+        "readings": True,
+    }
 
 
 def test_another_seed_changes_only_the_noise() -> None:

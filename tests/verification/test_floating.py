@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from seals.effects import MediumKind
@@ -17,6 +18,7 @@ from seals.plugins.effects.linear_drag import DragLinear
 if TYPE_CHECKING:
     from tests.verification.conftest import Bench, Trajectory
 
+Floats = NDArray[np.float64]
 G, RHO = 9.81, 1000.0
 STEPS = {"world": 0.004, "twin": 0.016}
 ORDER = {"world": 2, "twin": 4}
@@ -26,7 +28,7 @@ HULLS = {
     "box": ([0.3, 0.2, 0.1], 0.3 * 0.2 * 0.1, 0.3 * 0.2, 0.05),
     "cylinder": ([0.15, 0.1], np.pi * 0.15**2 * 0.1, np.pi * 0.15**2, 0.05),
 }
-"""Size [m], volume [m^3], waterplane at the middle [m^2], half height [m]; the last two float flat and upright."""
+"""Size [m], volume [m^3], waterplane at the middle [m^2], half height [m]; stable when upright."""
 
 
 def draught_of(shape: str, ratio: float) -> float:
@@ -36,7 +38,9 @@ def draught_of(shape: str, ratio: float) -> float:
         return 2.0 * half * ratio
     r = size[0]
     # spherical cap: pi d^2 (3 r - d) / 3 = ratio V
-    return float(brentq(lambda d: np.pi * d * d * (3 * r - d) / 3 - ratio * volume, 0, 2 * r, xtol=1e-15))
+    return float(
+        brentq(lambda d: np.pi * d * d * (3 * r - d) / 3 - ratio * volume, 0, 2 * r, xtol=1e-15)
+    )
 
 
 def settle(bench: Bench, engine: str, shape: str, ratio: float) -> Trajectory:
@@ -51,8 +55,13 @@ def settle(bench: Bench, engine: str, shape: str, ratio: float) -> Trajectory:
     turn = DragAngular(coefficient_x=spin, coefficient_y=spin, coefficient_z=spin)
     moments = mass * half * half * np.array([1.0, 1.2, 1.4])
     settings = bench.settings(
-        bench.body(mass, moments, hull=shape, size=size), {"buoyancy": Buoyancy(), "drag": drag, "turn": turn},
-        step=0.004, duration=6.0, environment=WATER, position=[0, 0, half * 0.9], rpy=[0.05, -0.03, 0.4],
+        bench.body(mass, moments, hull=shape, size=size),
+        {"buoyancy": Buoyancy(), "drag": drag, "turn": turn},
+        step=0.004,
+        duration=6.0,
+        environment=WATER,
+        position=[0, 0, half * 0.9],
+        rpy=[0.05, -0.03, 0.4],
     )
     return bench.run(engine, settings)
 
@@ -62,12 +71,15 @@ def settle(bench: Bench, engine: str, shape: str, ratio: float) -> Trajectory:
 def test_archimedes_at_rest(bench: Bench, shape: str, ratio: float) -> None:
     """A body settles at the draught whose displaced mass is its own."""
     run = settle(bench, "world", shape, ratio)
-    _, _, plane, half = HULLS[shape]
-    # at rest only the decaying remainder of the motion is left: strongly damped, it is at most speed x (c / k)
+    half = HULLS[shape][3]
+    # at rest only the decaying remainder of the motion is left: strongly damped, it is at most
+    # speed x (c / k)
     left = abs(run.velocity[-1, 2]) * 1.4 * np.sqrt(ratio * 2 * half / G)
     expected = draught_of(shape, ratio)
     draught = half - run.position[-1, 2]
-    print(f"{shape} {ratio}: draught {draught:.6f} m, closed form {expected:.6f} m, left {left:.1e} m")
+    print(
+        f"{shape} {ratio}: draught {draught:.6f} m, closed form {expected:.6f} m, left {left:.1e} m"
+    )
     assert left < 1e-5 * expected
     assert draught == pytest.approx(expected, rel=5e-5)
     if shape != "sphere":
@@ -76,14 +88,16 @@ def test_archimedes_at_rest(bench: Bench, shape: str, ratio: float) -> None:
 
 @pytest.mark.parametrize("shape", list(HULLS))
 def test_archimedes_at_rest_in_the_twin(bench: Bench, shape: str) -> None:
-    """The twin's hull tables, good to 0.1 % of the volume, give the draught within 0.1 % of the height."""
+    """The twin's hulls, good to 0.1 % of the volume, give the draught to 0.1 % of the height."""
     run = settle(bench, "twin", shape, 0.5)
     half = HULLS[shape][3]
     # dz = dV / S with dV < 0.001 V, and V / S is at most the height at half draught
-    assert half - run.position[-1, 2] == pytest.approx(draught_of(shape, 0.5), abs=0.001 * 2.0 * half)
+    assert half - run.position[-1, 2] == pytest.approx(
+        draught_of(shape, 0.5), abs=0.001 * 2.0 * half
+    )
 
 
-def period_of(time: np.ndarray, signal: np.ndarray) -> float:
+def period_of(time: Floats, signal: Floats) -> float:
     """Return the mean period from the upward zero crossings, found by straight lines [s].
 
     A sine has no curvature at its zeros, so the lines are in error by the third order of the step.
@@ -103,16 +117,23 @@ def test_heave_period(bench: Bench, engine: str, added: float) -> None:
     effects = {"buoyancy": Buoyancy(), "added": AddedMass(mass_x=added, mass_y=added, mass_z=added)}
     rest = height * (0.5 - ratio)
     settings = bench.settings(
-        bench.body(mass, (0.05, 0.05, 0.02), hull="cylinder", size=[radius, height]), effects,
-        step=step, duration=5.0, environment=WATER, position=[0, 0, rest + amplitude],
+        bench.body(mass, (0.05, 0.05, 0.02), hull="cylinder", size=[radius, height]),
+        effects,
+        step=step,
+        duration=5.0,
+        environment=WATER,
+        position=[0, 0, rest + amplitude],
     )
     run = bench.run(engine, settings)
     omega = np.sqrt(RHO * G * plane / (mass + ratio * added))
     period = period_of(run.time, run.position[:, 2] - rest)
-    # a scheme of order p shifts the period by less than (omega h)^p, by (omega h)^2 / 24 in the world; added mass grows with the wetted part, which
-    # changes by amplitude / height and acts at second order; together far below the 1 % asked for
+    # a scheme of order p shifts the period by less than (omega h)^p, by (omega h)^2 / 24 in the
+    # world; added mass grows with the wetted part, which changes by amplitude / height and acts at
+    # second order; together far below the 1 % asked for
     bound = (omega * step) ** ORDER[engine] + (amplitude / height if added else 0.0)
-    print(f"heave {engine}, A = {added} kg: T = {period:.6f} s, closed form {2 * np.pi / omega:.6f} s")
+    print(
+        f"heave {engine}, A = {added} kg: T = {period:.6f} s, closed form {2 * np.pi / omega:.6f} s"
+    )
     assert period == pytest.approx(2.0 * np.pi / omega, rel=bound)
 
 
@@ -123,10 +144,18 @@ def test_roll_period(bench: Bench, engine: str, added: float) -> None:
     length, breadth, height, ratio, angle, step = 0.3, 0.2, 0.1, 0.5, 0.01, STEPS[engine]
     mass = ratio * RHO * length * breadth * height
     moment = 0.012
-    effects = {"buoyancy": Buoyancy(), "added": AddedMass(inertia_x=added, inertia_y=added, inertia_z=added)}
+    effects = {
+        "buoyancy": Buoyancy(),
+        "added": AddedMass(inertia_x=added, inertia_y=added, inertia_z=added),
+    }
     settings = bench.settings(
-        bench.body(mass, (moment, 0.03, 0.035), hull="box", size=[length, breadth, height]), effects,
-        step=step, duration=5.0, environment=WATER, position=[0, 0, height * (0.5 - ratio)], rpy=[angle, 0, 0],
+        bench.body(mass, (moment, 0.03, 0.035), hull="box", size=[length, breadth, height]),
+        effects,
+        step=step,
+        duration=5.0,
+        environment=WATER,
+        position=[0, 0, height * (0.5 - ratio)],
+        rpy=[angle, 0, 0],
     )
     run = bench.run(engine, settings)
     roll = np.arctan2(run.rotation[:, 2, 1], run.rotation[:, 2, 2])
@@ -135,8 +164,10 @@ def test_roll_period(bench: Bench, engine: str, added: float) -> None:
     metacentric = draught / 2 + breadth**2 / (12 * draught) - height / 2
     omega = np.sqrt(mass * G * metacentric / (moment + ratio * added))
     period = period_of(run.time, roll)
-    # wall-sided formula: GZ = sin(phi) (GM + BM tan^2(phi) / 2), a shift of the order of angle^2; the twin's table
-    # is good to 0.1 % of the volume's moments
+    # wall-sided formula: GZ = sin(phi) (GM + BM tan^2(phi) / 2), a shift of the order of angle^2;
+    # the twin's table is good to 0.1 % of the volume's moments
     bound = (omega * step) ** ORDER[engine] + angle**2 + (1e-3 if engine == "twin" else 0.0)
-    print(f"roll {engine}, A = {added} kg m2: T = {period:.6f} s, closed form {2 * np.pi / omega:.6f} s")
+    print(
+        f"roll {engine}, A = {added} kg m2: T = {period:.6f} s, closed form {2 * np.pi / omega:.6f}"
+    )
     assert period == pytest.approx(2.0 * np.pi / omega, rel=bound)

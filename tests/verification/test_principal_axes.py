@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
 CENTRE = np.array([0.05, -0.08, 0.03])
 INERTIA = np.array([[0.02, 0.006, -0.003], [0.006, 0.035, 0.004], [-0.003, 0.004, 0.03]])
-START = {
-    "position": [1.0, 2.0, 3.0], "rpy": [0.4, -0.3, 1.2], "velocity": [1.0, -0.5, 2.0],
+START: dict[str, Any] = {
+    "position": [1.0, 2.0, 3.0],
+    "rpy": [0.4, -0.3, 1.2],
+    "velocity": [1.0, -0.5, 2.0],
     "angular_velocity": [3.0, -2.0, 4.0],
 }
 SPIN = float(np.linalg.norm(START["angular_velocity"]))
@@ -26,23 +28,27 @@ SPIN = float(np.linalg.norm(START["angular_velocity"]))
 def settings_of(bench: Bench, step: float, *, drag: bool) -> RunSettings:
     """Return the settings of the thrown, turning body."""
     effects = {
-        "drag": DragLinear(coefficient_x=0.2, coefficient_y=0.4, coefficient_z=0.6, medium=MediumKind.air),
-        "turn": DragAngular(coefficient_x=0.002, coefficient_y=0.004, coefficient_z=0.003, medium=MediumKind.air),
+        "drag": DragLinear(
+            coefficient_x=0.2, coefficient_y=0.4, coefficient_z=0.6, medium=MediumKind.air
+        ),
+        "turn": DragAngular(
+            coefficient_x=0.002, coefficient_y=0.004, coefficient_z=0.003, medium=MediumKind.air
+        ),
     }
     robot = bench.body(0.8, INERTIA, centre=CENTRE)
     return bench.settings(robot, effects if drag else {}, step=step, duration=2.0, **START)
 
 
 def test_the_centre_of_mass_flies_a_parabola(bench: Bench) -> None:
-    """In both engines the centre of mass, not the link origin, falls freely; angular momentum is kept."""
+    """The centre of mass, not the link origin, falls freely; angular momentum is kept."""
     for engine, step, order in (("world", 0.004, 2), ("twin", 0.004, 4)):
         run = bench.run(engine, settings_of(bench, step, drag=False))
         centre = run.position + run.rotation @ CENTRE
         speed = run.velocity[0] + np.cross(run.spin[0], run.rotation[0] @ CENTRE)
         t = run.time[:, None]
         expected = centre[0] + speed * t - 0.5 * 9.81 * t * t * np.array([0.0, 0.0, 1.0])
-        # the engine integrates the centre of mass itself: rounding; the twin integrates the link origin, whose way
-        # about the centre it follows to (spin x step)^4 of the arm each radian
+        # the engine integrates the centre of mass itself: rounding; the twin integrates the link
+        # origin, whose way about the centre it follows to (spin x step)^4 of the arm each radian
         arm = float(np.linalg.norm(CENTRE))
         bound = 1e-10 if engine == "world" else (SPIN * step) ** 4 * arm * SPIN * 2.0
         assert np.abs(centre - expected).max() < bound
@@ -53,7 +59,7 @@ def test_the_centre_of_mass_flies_a_parabola(bench: Bench) -> None:
 
 
 def test_both_engines_write_the_same_log(bench: Bench) -> None:
-    """Pose and twist of the link frame agree between PyBullet and the twin, at second order in the step."""
+    """Pose and twist of the link frame agree between PyBullet and the twin to second order."""
     truth = bench.run("twin", settings_of(bench, 0.002, drag=True))
     gaps = []
     for step in (0.004, 0.002):
@@ -62,7 +68,8 @@ def test_both_engines_write_the_same_log(bench: Bench) -> None:
         pairs = zip(run[1:5], truth[1:5], strict=True)
         gaps.append([float(np.abs(a - b[::every]).max()) for a, b in pairs])
     print("position, rotation, velocity, spin off by", gaps[0], "at 4 ms and", gaps[1], "at 2 ms")
-    # an error of attitude of (spin x step)^2 each radian, over 2 s; positions by the arm, velocities by spin times arm
+    # an error of attitude of (spin x step)^2 each radian, over 2 s; positions by the arm,
+    # velocities by spin times arm
     turned = (SPIN * 0.004) ** 2 * SPIN * 2.0
     arm = float(np.linalg.norm(CENTRE))
     bounds = np.array([turned * arm + turned, turned, turned * (1.0 + SPIN * arm), turned * SPIN])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 from dataclasses import dataclass
@@ -129,6 +130,8 @@ def _engine() -> Any:
             "It has wheels for Linux x86-64 and Python 3.10 and 3.11: pip install pybullet==3.2.7"
         ) from cause
     finally:
+        # the line waits in the C library's buffer: let it out while the output is silent
+        ctypes.CDLL(None).fflush(None)
         os.dup2(kept, 1)
         os.close(kept)
         os.close(silent)

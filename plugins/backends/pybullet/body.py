@@ -25,11 +25,13 @@ class _Step(NamedTuple):
         now: at the current time, shape (n,).
         held: what the engine holds, half a step earlier when ``staggered``, shape (n,).
         staggered: whether the two differ.
+        joints: positions of the joints, shape (J,).
     """
 
     now: Floats
     held: Floats
     staggered: bool
+    joints: Floats
 
 
 class PybulletBody:
@@ -56,7 +58,9 @@ class PybulletBody:
         self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
         self._touching = False
         self._contact = np.zeros((len(robot.links), 6))
-        self._step = _Step(np.zeros(robot.degrees), np.zeros(robot.degrees), False)
+        still = np.zeros(robot.degrees)
+        self._step = _Step(still, still, False, np.zeros(robot.tree.joints))
+        self._turned = bool(np.any(self._com_turn[0, :3]))
 
     # -- state ---------------------------------------------------------------------------------------
 
@@ -69,27 +73,25 @@ class PybulletBody:
             native = np.asarray(c.rates, dtype=float)
         self._set_pose(np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints)
         self._set_velocity(native, c.joints)
-        self._step = _Step(native, native, False)
+        self._step = _Step(native, native, False, np.asarray(c.joints, dtype=float))
         self._contact = np.zeros_like(self._contact)
         self._touching = False
 
     def read(self) -> Configuration:
         """Return where the robot is and how it moves."""
-        position, quaternion = self._base_pose()
-        joints = self._joint_positions()
-        now = self._step.now
+        position, quaternion = self._com_pose()
+        turn = matrix_of(quaternion[None])[0]
+        position = position - turn @ self._com
+        now, joints = self._step.now, self._step.joints
         if self._base == 0:
             return Configuration(position, quaternion, np.zeros(3), np.zeros(3), joints, now)
-        turn = matrix_of(quaternion[None])[0]
-        velocity = now[:3] - np.cross(now[3:6], turn @ self._com)
-        return Configuration(position, quaternion, velocity, now[3:6], joints, now[6:])
+        return Configuration(position, quaternion, self._speed(now, turn)[:3], now[3:6], joints, now[6:])
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
-        position, quaternion = self._base_pose()
         count = len(self.robot.links)
         origins, turns = np.empty((count, 3)), np.empty((count, 4))
-        origins[0], turns[0] = position, quaternion
+        origins[0], turns[0] = self._com_pose()
         if count > 1:
             states = self._p.getLinkStates(
                 self.body, self._children, computeForwardKinematics=1, physicsClientId=self._client
@@ -97,6 +99,7 @@ class PybulletBody:
             origins[1:] = [s[4] for s in states]
             turns[1:] = [s[5] for s in states]
         rotations = matrix_of(turns)
+        origins[0] -= rotations[0] @ self._com
         return LinkPoses(origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None])
 
     def _speed(self, native: Floats, turn: Floats) -> Floats:
@@ -109,6 +112,10 @@ class PybulletBody:
         speed[1] -= w[2] * c[0] - w[0] * c[2]
         speed[2] -= w[0] * c[1] - w[1] * c[0]
         return speed
+
+    def joint_positions(self) -> Floats:
+        """Return the joint coordinates [rad or m], shape (J,)."""
+        return self._step.joints
 
     def snapshot(self) -> Any:
         """Return what the engine does not keep."""
@@ -146,57 +153,58 @@ class PybulletBody:
 
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time, and shift what the engine holds by half a step."""
-        raw = self._raw_velocity()
-        if np.abs(raw).max(initial=0.0) > FASTEST:
+        raw, joints = self._raw()
+        fastest = max(raw.max(initial=0.0), -raw.min(initial=0.0))
+        # written so that a motion that is not a number is refused as well
+        if not fastest <= FASTEST:
             raise PhysicsError(
-                f"robot '{self.robot.name}' moves at {np.abs(raw).max():.0f} m/s or rad/s.\n"
+                f"robot '{self.robot.name}' moves at {fastest:.0f} m/s or rad/s.\n"
                 f"Allowed: up to {FASTEST:g}; take a smaller time.step or check forces and masses."
             )
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
         self._touching = len(points) > 0
         if self._touching:
             self._contact = self._sum_contacts(points)
-        if not self._second_order or self._touching or self._at_stop():
-            self._step = _Step(raw, raw, False)
+        if not self._second_order or self._touching or self._at_stop(joints):
+            self._step = _Step(raw, raw, False, joints)
             return
         change = raw - self._step.held
         if self._step.staggered:
-            self._step = _Step(raw + 0.5 * change, raw, True)
+            self._step = _Step(raw + 0.5 * change, raw, True, joints)
             return
-        held = raw - 0.5 * change
-        self._shift(0.5 * step * change, held)
-        self._step = _Step(raw, held, True)
+        held, distance = raw - 0.5 * change, 0.5 * step * change
+        joints = joints - distance[self._base :]
+        self._shift(distance, held, joints)
+        self._step = _Step(raw, held, True, joints)
 
-    def _shift(self, distance: Floats, held: Floats) -> None:
+    def _shift(self, distance: Floats, held: Floats, joints: Floats) -> None:
         """Move the pose back by a generalised displacement and hold new velocities."""
-        joints = self._joint_positions() - distance[self._base :]
         if self._base:
-            position, turn = self._com_pose()
-            turn = multiply(exponential(-distance[None, 3:6]), turn[None])[0]
-            self._p.resetBasePositionAndOrientation(
-                self.body, (position - distance[:3]).tolist(), turn.tolist(), physicsClientId=self._client
-            )
+            p, client = self._p, self._client
+            position, turn = p.getBasePositionAndOrientation(self.body, physicsClientId=client)
+            turn = multiply(exponential(-distance[None, 3:6]), np.array(turn)[None])[0]
+            place = (np.array(position) - distance[:3]).tolist()
+            p.resetBasePositionAndOrientation(self.body, place, turn.tolist(), physicsClientId=client)
         self._set_velocity(held, joints)
 
-    def _at_stop(self) -> bool:
+    def _at_stop(self, q: Floats) -> bool:
         """Whether a joint stands at a limit."""
         if not self._limits:
             return False
-        q = self._joint_positions()
         return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
 
     # -- engine calls --------------------------------------------------------------------------------
 
     def _com_pose(self) -> tuple[Floats, Floats]:
-        position, turn = self._p.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
-        return np.array(position), np.array(turn)
+        """Centre of mass of the base, and attitude of the base link's own frame.
 
-    def _base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the base link's own frame; the engine reports the principal axes at the centre of mass."""
-        position, turn = self._com_pose()
-        quaternion = multiply(turn[None], self._com_turn)
-        rotation = matrix_of(quaternion)[0]
-        return position - rotation @ self._com, quaternion[0]
+        The engine reports the attitude of the principal axes.
+        """
+        position, turn = self._p.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
+        quaternion = np.array(turn)
+        if self._turned:
+            quaternion = multiply(quaternion[None], self._com_turn)[0]
+        return np.array(position), quaternion
 
     def _set_pose(self, position: Floats, quaternion: Floats, joints: Floats) -> None:
         rotation = matrix_of(quaternion[None])[0]
@@ -217,22 +225,16 @@ class PybulletBody:
                 self.body, joint, float(joints[k]), float(rates[k]), physicsClientId=self._client
             )
 
-    def _joint_positions(self) -> Floats:
-        if not self._joints:
-            return np.zeros(0)
-        states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
-        out = np.empty(len(states))
-        out[self._order] = [s[0] for s in states]
-        return out
-
-    def _raw_velocity(self) -> Floats:
-        out = np.empty(self.robot.degrees)
+    def _raw(self) -> tuple[Floats, Floats]:
+        """Native velocities that the engine holds, and joint positions."""
+        velocity, joints = np.empty(self.robot.degrees), np.zeros(self.robot.tree.joints)
         if self._base:
-            out[:3], out[3:6] = self._p.getBaseVelocity(self.body, physicsClientId=self._client)
+            velocity[:3], velocity[3:6] = self._p.getBaseVelocity(self.body, physicsClientId=self._client)
         if self._joints:
             states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
-            out[self._base + self._order] = [s[1] for s in states]
-        return out
+            joints[self._order] = [s[0] for s in states]
+            velocity[self._base + self._order] = [s[1] for s in states]
+        return velocity, joints
 
     def contact_wrenches(self) -> Floats:
         """Return contact forces of the last step about the link origins, link axes [N, N m], shape (L, 6)."""

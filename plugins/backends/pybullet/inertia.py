@@ -14,9 +14,8 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.spatial import kirchhoff, rigid_inertia
-from seals.dynamics.tree import Kinematics
-from seals.frames import cross
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.robot.model import RobotModel
 
@@ -40,6 +39,8 @@ class InertiaSplit:
         self._assembly = Assembly(robot.spatial_inertia)
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
+        self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)
+        self._units: dict[str, tuple[Floats, Floats]] = {}
 
     def snapshot(self) -> Any:
         """Return the isotropic parts held by the engine."""
@@ -47,9 +48,8 @@ class InertiaSplit:
 
     def restore(self, kept: Any) -> None:
         """Put the isotropic parts back."""
-        for link, (mass, moment) in enumerate(kept):
-            if (mass, moment) != tuple(self._iso[link]):
-                self._set(link, float(mass), float(moment))
+        for link in np.flatnonzero((kept != self._iso).any(axis=1)):
+            self._set(int(link), *kept[link])
 
     def wrenches(self, dynamics: Dynamics, held: Floats | None, contact: Floats | None) -> Floats:
         """Wrenches to apply so that the engine's step follows the full equations at the current velocity.
@@ -63,44 +63,45 @@ class InertiaSplit:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6).
         """
         if not dynamics.found.inertias:
-            return (dynamics.wrench + self._velocity_shift(dynamics, held))[0]
+            return dynamics.wrench[0] if held is None else (dynamics.wrench + self._shift(dynamics, held))[0]
         self._update(dynamics)
+        kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
-        kinematics, twists, speed = dynamics.kinematics, dynamics.twists, dynamics.speed
-        bias = kinematics.bias(speed, twists)
-        terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
-        load = dynamics.wrench - terms - _times(total, bias)
+        bias = kinematics.bias(moving)
+        load = dynamics.wrench - self._assembly.velocity_terms(dynamics.motion, dynamics.found) - _times(total, bias)
         seen = load if contact is None else load + contact[None]
         acceleration = self._assembly.solve(kinematics, total, seen, dynamics.joint_force)
-        change = kinematics.twists(acceleration)
-        load = load - _times(total, change)
+        twists = moving.twists
+        load = load - _times(total, kinematics.twists(acceleration))
         if held is not None:
-            turning = self._centripetal(kinematics, speed) - self._centripetal(kinematics, held)
-            change = change + kinematics.twists(turning)
-            twists = kinematics.twists(held)
-            bias = kinematics.bias(held, twists)
+            before = kinematics.move(held)
+            # the engine integrates the velocity of the centre of mass of the base, see _centripetal
+            acceleration = acceleration + self._centripetal(kinematics, moving) - self._centripetal(kinematics, before)
+            twists, bias = before.twists, kinematics.bias(before)
+        change = kinematics.twists(acceleration)
         return (load + _times(self._engine_inertia[None], change + bias) + self._gyroscopic(twists))[0]
 
-    def _velocity_shift(self, dynamics: Dynamics, held: Floats | None) -> Floats | float:
-        """Difference of the velocity terms between the engine's velocity and the current one."""
-        if held is None:
-            return 0.0
-        both = np.concatenate([held, dynamics.speed])
-        twists = np.concatenate([dynamics.kinematics.twists(held), dynamics.twists])
-        bias = dynamics.kinematics.bias(both, twists)
-        bias = bias - dynamics.kinematics.twists(self._centripetal(dynamics.kinematics, both))
-        terms = _times(self._engine_inertia[None], bias) + self._gyroscopic(twists)
-        return terms[:1] - terms[1:]
+    def _shift(self, dynamics: Dynamics, held: Floats) -> Floats:
+        """Difference of the velocity terms between the engine's velocity and the current one, (1, L, 6)."""
+        kinematics = dynamics.kinematics
+        both = kinematics.move(np.concatenate((held, dynamics.moving.speed)))
+        terms = kinematics.bias(both)
+        if not self._robot.tree.fixed_base:
+            terms = terms - kinematics.twists(self._centripetal(kinematics, both))
+        terms = _times(self._engine_inertia[None], terms) + self._gyroscopic(both.twists)
+        return np.asarray(terms[:1] - terms[1:])
 
-    def _centripetal(self, kinematics: Kinematics, speed: Floats) -> Floats:
+    def _centripetal(self, kinematics: Kinematics, moving: Moving) -> Floats:
         """Acceleration w x (w x c) of the base's centre of mass, as a generalised one, shape (B, n).
 
         The engine integrates the velocity of the centre of mass; everything here is about the link origin.
         """
-        out = np.zeros_like(speed)
+        out = np.zeros_like(moving.speed)
         if not self._robot.tree.fixed_base:
-            arm = np.broadcast_to(kinematics.rotations[0, 0] @ self._robot.centre[0], (len(speed), 3))
-            out[:, :3] = cross(speed[:, 3:6], cross(speed[:, 3:6], arm))
+            w = moving.speed[:, 3:6]
+            c = kinematics.rotations[0, 0] @ self._robot.centre[0]
+            # w x (w x c) = w (w . c) - c (w . w)
+            out[:, :3] = w * (w @ c)[:, None] - c * (w * w).sum(axis=1)[:, None]
         return out
 
     def _gyroscopic(self, twists: Floats) -> Floats:
@@ -113,25 +114,24 @@ class InertiaSplit:
 
     def _update(self, dynamics: Dynamics) -> None:
         """Set the engine's masses when the isotropic part of the added inertia has changed."""
-        added = (self._assembly.total_inertia(dynamics.found, 1) - self._robot.spatial_inertia[None])[0]
-        for link in range(len(self._robot.links)):
-            mass, moment = self._isotropic(link, added[link])
-            scale_mass, scale_moment = self._robot.mass[link], float(self._loaded.moments[link].min())
-            old_mass, old_moment = self._iso[link]
-            far = abs(mass - old_mass) > REFRESH * (scale_mass + old_mass)
-            far = far or abs(moment - old_moment) > REFRESH * (scale_moment + old_moment)
-            if far:
-                self._set(link, mass, moment)
+        wanted = np.zeros_like(self._iso)
+        for b, rows, added, _ in dynamics.found.inertias:
+            picked = slice(None) if rows is None else rows
+            wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
+        far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
+        for link in np.flatnonzero(far.any(axis=1)):
+            self._set(int(link), *wanted[link])
 
-    def _isotropic(self, link: int, added: Floats) -> tuple[float, float]:
-        """Largest isotropic mass and moment inside the added inertia about the centre of mass."""
-        if not added.any():
-            return 0.0, 0.0
-        centre = self._robot.centre[link]
-        mass = float(np.linalg.eigvalsh(added[:3, :3])[0])
-        about = added[3:, 3:] - rigid_inertia(mass, centre, np.zeros((3, 3)))[3:, 3:]
-        moment = float(np.linalg.eigvalsh(about)[0])
-        return max(mass, 0.0), max(moment, 0.0)
+    def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
+        """Isotropic mass and moment of an added inertia of weight one, shape (n, 2); kept until the matrix changes."""
+        kept = self._units.get(name)
+        if kept is not None and (kept[0] is matrix or np.array_equal(kept[0], matrix)):
+            return kept[1]
+        table = [
+            _isotropic(matrix[k if len(matrix) > 1 else 0], self._robot.centre[link]) for k, link in enumerate(links)
+        ]
+        self._units[name] = (matrix.copy(), np.array(table))
+        return self._units[name][1]
 
     def _set(self, link: int, mass: float, moment: float) -> None:
         """Put an isotropic part into the engine."""
@@ -140,17 +140,22 @@ class InertiaSplit:
         self._p.changeDynamics(
             self._loaded.body,
             self._loaded.index[link],
-            mass=float(robot.mass[link]) + mass,
+            mass=float(robot.mass[link] + mass),
             localInertiaDiagonal=(self._loaded.moments[link] + moment).tolist(),
             physicsClientId=self._client,
         )
         inertia = robot.inertia[link] + moment * np.eye(3)
-        self._engine_inertia[link] = rigid_inertia(float(robot.mass[link]) + mass, robot.centre[link], inertia)
+        self._engine_inertia[link] = rigid_inertia(float(robot.mass[link] + mass), robot.centre[link], inertia)
+
+
+def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:
+    """Largest isotropic mass and moment inside an added inertia, about the centre of mass."""
+    mass = max(float(np.linalg.eigvalsh(added[:3, :3])[0]), 0.0)
+    about = added[3:, 3:] - rigid_inertia(mass, centre, np.zeros((3, 3)))[3:, 3:]
+    return mass, max(float(np.linalg.eigvalsh(about)[0]), 0.0)
 
 
 def _times(matrix: Floats, vectors: Floats) -> Floats:
     """Matrices (1, L, 6, 6) times vectors (B, L, 6)."""
     product: Floats = np.matmul(matrix, vectors[:, :, :, None])[:, :, :, 0]
     return product
-
-

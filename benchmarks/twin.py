@@ -1,0 +1,95 @@
+"""Body-steps a second of the batched twin: ``python benchmarks/twin.py [--torch cpu|cuda]``.
+
+A rigid vehicle with eight effects crosses the surface; one step is four evaluations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import machine
+
+HULLS = {"sphere": (0.1,), "box": (0.3, 0.2, 0.1), "cylinder": (0.1, 0.2)}
+MASSES = {"sphere": 2.1, "box": 3.0, "cylinder": 3.1}
+BLOCK = 20
+
+
+def like_of(device: str | None) -> Any:
+    """Return an array of the library to use: NumPy, or PyTorch float64 on a device."""
+    if device is None:
+        import numpy as np
+
+        return np.zeros(1)
+    import torch
+
+    torch.set_num_threads(1)
+    return torch.zeros(1, dtype=torch.float64, device=device)
+
+
+def speed_of(
+    folder: Path, kind: str, *, batch: int, device: str | None, repeats: int
+) -> tuple[float, float, float]:
+    """Return median, lowest and highest body-steps a second."""
+    import numpy as np
+    import scene
+
+    from seals.run import build_twin
+
+    settings = scene.settings(
+        scene.vehicle(folder, kind, HULLS[kind], MASSES[kind]),
+        scene.effects(added_mass=True),
+        height=0.0,
+    )
+    twin, _ = build_twin(settings, batch=batch, like=like_of(device))
+    rng = np.random.default_rng(0)
+    start = twin.start(
+        position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
+        rpy=rng.normal(size=(batch, 3)) * 0.3,
+        velocity=rng.normal(size=(batch, 3)) * 0.3,
+        spin=rng.normal(size=(batch, 3)) * 0.3,
+    )
+
+    def block() -> float:
+        state = start
+        begin = time.perf_counter()
+        for k in range(BLOCK):
+            state, _ = twin.step(state, k * 0.004, 0.004)
+        # reading one number waits for a device that works on its own
+        float(state.position[0, 0])
+        return BLOCK * batch / (time.perf_counter() - begin)
+
+    block()
+    return machine.median(block, repeats)
+
+
+def main() -> None:
+    """Print body-steps a second for three hulls."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--torch", metavar="DEVICE", nargs="?", const="cpu", help="use PyTorch on cpu or cuda"
+    )
+    parser.add_argument("--batch", type=int, default=1000, help="bodies at once")
+    parser.add_argument("--repeats", type=int, default=9, help="blocks of 20 steps of each case")
+    chosen = parser.parse_args()
+    print(machine.describe())
+    library = "NumPy" if chosen.torch is None else f"PyTorch on {chosen.torch}"
+    title = f"twin, {library}, batch {chosen.batch}"
+    print(f"{title:34} {'body-steps/s':>13} {'lowest':>9} {'highest':>9}")
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in HULLS:
+            speed = speed_of(
+                Path(folder), kind, batch=chosen.batch, device=chosen.torch, repeats=chosen.repeats
+            )
+            print(
+                f"{kind + ', crossing, 8 effects':34} "
+                f"{speed[0]:13.0f} {speed[1]:9.0f} {speed[2]:9.0f}"
+            )
+
+
+if __name__ == "__main__":
+    machine.one_thread()
+    main()

@@ -1,0 +1,143 @@
+"""Velocities, Jacobians and velocity-product accelerations of all links of a tree at given poses.
+
+Arrays are ordered (batch, links, ...). The generalised velocity is [velocity of the base origin, angular velocity
+of the base, joint rates], the first two in world axes; a fixed base has only the joint rates.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Array, as_like, namespace
+from seals.dynamics.tree import Tree
+from seals.frames import cross_last, skew_last
+
+_EYE = np.eye(3)
+
+
+class Moving(NamedTuple):
+    """Velocities of all links.
+
+    Args:
+        speed: generalised velocity, shape (B, n).
+        linear: of the link origins, world axes [m/s], shape (B, L, 3).
+        angular: world axes [rad/s], shape (B, L, 3).
+        twists: [linear, angular] at the link origins, link axes, shape (B, L, 6).
+    """
+
+    speed: Array
+    linear: Array
+    angular: Array
+    twists: Array
+
+
+class Kinematics:
+    """Velocities and accelerations of the links at given poses.
+
+    Args:
+        tree: the robot.
+        origins: link origins, world [m], shape (B, L, 3).
+        rotations: R_WL, shape (B, L, 3, 3).
+
+    Attributes:
+        jacobian: map from the generalised velocity to the twists of all links in link axes, shape (B, L, 6, n).
+        axes: joint axes, world [1], shape (B, J, 3).
+    """
+
+    def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
+        """Assemble the Jacobians; positions are kept relative to the base origin."""
+        xp = namespace(origins)
+        self.tree, self.origins, self.rotations = tree, origins, rotations
+        self._lead = 0 if tree.fixed_base else 6
+        self._back = xp.permute_dims(rotations, (0, 1, 3, 2))
+        self._arm = origins - origins[:, :1, :]
+        self._sliding = any(tree.prismatic)
+        upper, lower = [], []
+        if self._lead:
+            eye = self._arm[:, :, :, None] * 0.0 + as_like(_EYE, self._arm)
+            upper += [eye, -skew_last(self._arm)]
+            lower += [eye * 0.0, eye]
+        if tree.joints:
+            linear, angular = self._joint_columns()
+            upper.append(linear)
+            lower.append(angular)
+        self._size = tree.joints + self._lead
+        self._world = xp.concat((*upper, *lower), axis=3)
+        turned = xp.matmul(self._back, self._world)
+        self.jacobian = xp.concat((turned[:, :, :, : self._size], turned[:, :, :, self._size :]), axis=2)
+
+    def _joint_columns(self) -> tuple[Array, Array]:
+        """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""
+        xp, tree = namespace(self.origins), self.tree
+        turned = self._of_links(self.rotations, tree.child)
+        self.axes = xp.matmul(turned, as_like(tree.axis[:, :, None], self.origins))[:, :, :, 0]
+        self._anchors = self._of_links(self._arm, tree.child)
+        arm = self._arm[:, :, None, :] - self._anchors[:, None, :, :]
+        angular = self.axes[:, None] * as_like(tree.moves[:, :, None], arm)
+        linear = cross_last(angular, arm)
+        if self._sliding:
+            slides = as_like(tree.slides, arm)
+            linear, angular = linear * (1.0 - slides) + angular * slides, angular * (1.0 - slides)
+        return xp.permute_dims(linear, (0, 1, 3, 2)), xp.permute_dims(angular, (0, 1, 3, 2))
+
+    def _of_links(self, values: Array, links: tuple[int, ...]) -> Array:
+        """Values (B, L, ...) of some links."""
+        if type(values) is np.ndarray:
+            return values[:, links]
+        xp = namespace(values)
+        return xp.take(values, xp.asarray(links, device=getattr(values, "device", None)), axis=1)
+
+    def twists(self, speed: Array) -> Array:
+        """Return the twists [linear, angular] of all links in link axes for a generalised velocity: (B, L, 6)."""
+        return namespace(speed).matmul(self.jacobian, speed[:, None, :, None])[:, :, :, 0]
+
+    def move(self, speed: Array) -> Moving:
+        """Return the velocities of all links for a generalised velocity (B, n)."""
+        xp = namespace(speed)
+        column = speed[:, None, :, None]
+        linear = xp.matmul(self._world[:, :, :, : self._size], column)[:, :, :, 0]
+        angular = xp.matmul(self._world[:, :, :, self._size :], column)[:, :, :, 0]
+        return Moving(speed, linear, angular, xp.matmul(self.jacobian, column)[:, :, :, 0])
+
+    def bias(self, moving: Moving) -> Array:
+        """Return the rate of the twists, taken in link axes, when the generalised acceleration is zero, (B, L, 6).
+
+        Equation:
+            With W, V the link velocities, a_j the joint axes, s_j their anchors and alpha_j = W_parent x a_j q_j':
+            angular = sum alpha_j; linear = (sum alpha_j) x r - sum (alpha_j x s_j + a_j q_j' x V_child) - w x v of the
+            base; a sliding joint adds alpha_j to linear only. The term W x V of the world acceleration cancels
+            against the change of the link axes.
+        """
+        xp, lead = namespace(moving.speed), self._lead
+        linear, angular = None, None
+        if self.tree.joints:
+            linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
+        if lead:
+            base = moving.speed[:, None, :]
+            turn = cross_last(base[:, :, 3:6], base[:, :, 0:3])
+            linear = -turn + moving.linear * 0.0 if linear is None else linear - turn
+        if linear is None:
+            return moving.twists * 0.0
+        angular = moving.linear * 0.0 if angular is None else angular
+        both = xp.matmul(self._back, xp.stack((linear, angular), axis=3))
+        return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
+
+    def _joint_bias(self, moving: Moving, rates: Array) -> tuple[Array, Array]:
+        """What the joints add to the bias, world axes, each (B, L, 3)."""
+        xp, tree = namespace(rates), self.tree
+        turning = self.axes * rates[:, :, None]
+        change = cross_last(self._of_links(moving.angular, tree.parent_of_joint), turning)
+        slide = None
+        if self._sliding:
+            slides = as_like(tree.slides, rates)
+            slide, change, turning = change * slides, change * (1.0 - slides), turning * (1.0 - slides)
+        moves = as_like(tree.moves, rates)
+        angular = xp.matmul(moves, change)
+        anchors = self._anchors if change.shape[0] == 1 else self._anchors + change * 0.0
+        inner = cross_last(
+            xp.concat((change, turning), axis=1), xp.concat((anchors, self._of_links(moving.linear, tree.child)), axis=1)
+        )
+        linear = cross_last(angular, self._arm) - xp.matmul(as_like(tree.moves_twice, rates), inner)
+        return (linear if slide is None else linear + xp.matmul(moves, slide)), angular

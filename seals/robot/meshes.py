@@ -1,0 +1,72 @@
+"""The mesh files that a URDF names: there, inside the robot's folder, and of sane size."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from seals.errors import RobotError, suggestion
+
+MOST_BYTES = 50_000_000
+"""Largest mesh that is loaded [bytes]."""
+_ENDINGS = (".stl", ".obj", ".dae")
+
+
+def mesh_names(path: Path) -> list[str]:
+    """Return the mesh files that a sound URDF names, relative to its folder, each once."""
+    root = ElementTree.fromstring(path.read_bytes())
+    named = (mesh.get("filename", "") for mesh in root.iter("mesh"))
+    return list(dict.fromkeys(_relative(name) for name in named))
+
+
+def _relative(name: str) -> str:
+    """Path of a mesh without the scheme that ROS puts in front."""
+    return name.removeprefix("file://").removeprefix("package://")
+
+
+def refuse_bad_meshes(path: Path, robot: Any) -> None:
+    """Refuse meshes that are missing, outside the robot's folder, or too large."""
+    folder = path.parent.resolve()
+    for link in robot.links:
+        for part in (*link.visuals, *link.collisions):
+            mesh = None if part.geometry is None else part.geometry.mesh
+            if mesh is None:
+                continue
+            name = str(mesh.filename)
+            where = f"URDF {path}: link '{link.name}': mesh '{name}'"
+            target = (folder / _relative(name)).resolve()
+            if not target.is_relative_to(folder):
+                raise RobotError(
+                    f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below."
+                )
+            if not target.is_file():
+                found = [
+                    str(p.relative_to(folder))
+                    for p in folder.rglob("*")
+                    if p.suffix.lower() in _ENDINGS
+                ]
+                raise RobotError(
+                    f"{where} does not exist.\n{suggestion(name, found, label='Meshes there')}"
+                )
+            refuse_huge_mesh(where, target)
+
+
+def refuse_huge_mesh(where: str, target: Path) -> None:
+    """Refuse a mesh whose size, real or declared, is above the bound, and one cut short."""
+    size = declared = target.stat().st_size
+    if target.suffix.lower() == ".stl" and size >= 84:
+        with target.open("rb") as stream:
+            head = stream.read(84)
+        if not head.startswith(b"solid"):
+            declared = 84 + 50 * int.from_bytes(head[80:84], "little")
+    if max(size, declared) > MOST_BYTES:
+        raise RobotError(
+            f"{where} has, or declares, {max(size, declared) / 1e6:.0f} MB.\n"
+            f"Allowed: up to {MOST_BYTES / 1e6:.0f} MB; simplify it (some 1,000 triangles will do)."
+        )
+    if declared > size:
+        raise RobotError(
+            f"{where} declares {declared} bytes and holds {size}.\n"
+            "It is cut short or damaged: copy or export it again."
+        )

@@ -1,0 +1,163 @@
+"""The strict first look at a URDF: sound XML, names once, attributes there, numbers numbers.
+
+The parsers behind it repair what they can; a robot that was repaired silently is not the one meant.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypeAlias
+from xml.etree import ElementTree
+
+from seals.errors import RobotError, suggestion
+
+Element: TypeAlias = "ElementTree.Element[str]"
+
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_SHAPES = {
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+}
+
+
+def check_structure(path: Path, text: str) -> None:
+    """Refuse a URDF that is not what its own format asks for.
+
+    Args:
+        path: of the file, for messages.
+        text: its content, free of document types and entities.
+
+    Raises:
+        RobotError: says where, what is wrong, and what is allowed.
+    """
+    where = f"URDF {path}"
+    root = _parsed(where, text)
+    links, joints = root.findall("link"), root.findall("joint")
+    for kind, elements in (("link", links), ("joint", joints)):
+        _unique(where, kind, elements)
+    for link in links:
+        _link(f"{where}: link '{link.get('name')}'", link)
+    for joint in joints:
+        _joint(f"{where}: joint '{joint.get('name')}'", joint)
+
+
+def _parsed(where: str, text: str) -> Element:
+    """Root element of sound XML that describes a robot."""
+    if re.search(r"<xacro:|xmlns:xacro", text):
+        advice = "Expand it first: xacro model.urdf.xacro > model.urdf"
+        raise RobotError(f"{where} holds xacro macros.\n{advice}")
+    try:
+        root: Element = ElementTree.fromstring(text.encode("utf-8"))
+    except (ElementTree.ParseError, ValueError, LookupError) as cause:
+        raise RobotError(
+            f"{where} cannot be read as XML: {cause}.\n"
+            "Was it copied completely? Every element must be closed."
+        ) from cause
+    if root.tag != "robot":
+        raise RobotError(
+            f"{where} holds a <{root.tag}>, not a <robot>.\n"
+            "Other formats must be converted to URDF first."
+        )
+    return root
+
+
+def _unique(where: str, kind: str, elements: list[Element]) -> None:
+    names = [element.get("name", "") for element in elements]
+    if "" in names:
+        raise RobotError(f"{where}: a {kind} has no name.\nGive it one: <{kind} name=...>.")
+    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
+    if twice:
+        raise RobotError(
+            f"{where}: the {kind} '{twice[0]}' is there twice.\n"
+            f"Give every {kind} a name of its own."
+        )
+
+
+def _link(where: str, link: Element) -> None:
+    inertial = link.find("inertial")
+    if inertial is not None:
+        _origin(where, inertial)
+        mass, inertia = inertial.find("mass"), inertial.find("inertia")
+        _numbers(f"{where}: mass", mass, "value", 1)
+        for name in _INERTIA:
+            _numbers(f"{where}: inertia", inertia, name, 1)
+    for part in (*link.findall("visual"), *link.findall("collision")):
+        _origin(where, part)
+        geometry = part.find("geometry")
+        for shape in () if geometry is None else geometry:
+            _shape(where, shape)
+
+
+def _shape(where: str, shape: Element) -> None:
+    """Sizes of a primitive, or the file and the scale of a mesh."""
+    if shape.tag == "mesh":
+        if not shape.get("filename"):
+            raise RobotError(f"{where}: a mesh has no filename.\nGive it: <mesh filename=...>.")
+        if shape.get("scale") is not None:
+            _numbers(f"{where}: mesh", shape, "scale", 3)
+        return
+    for name, count in _SHAPES.get(shape.tag, {}).items():
+        sizes = _numbers(f"{where}: {shape.tag}", shape, name, count)
+        if min(sizes) <= 0.0:
+            raise RobotError(
+                f"{where}: {shape.tag} has {name}='{shape.get(name)}'.\n"
+                "Allowed: lengths above zero, in metres."
+            )
+
+
+def _joint(where: str, joint: Element) -> None:
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        if element is None or not element.get("link"):
+            raise RobotError(f"{where} has no {end} link.\nGive it: <{end} link=...>.")
+    kind = joint.get("type", "")
+    if kind not in JOINT_TYPES:
+        raise RobotError(f"{where} has the type '{kind}'.\n{suggestion(kind, JOINT_TYPES)}")
+    _origin(where, joint)
+    axis, limit = joint.find("axis"), joint.find("limit")
+    if axis is not None:
+        _numbers(f"{where}: axis", axis, "xyz", 3)
+    if limit is None and kind in ("revolute", "prismatic"):
+        raise RobotError(
+            f"{where} is {kind} and has no <limit>.\n"
+            "Add <limit lower=... upper=... effort=... velocity=.../>, or make it continuous."
+        )
+    for name in ("lower", "upper"):
+        if limit is not None and limit.get(name) is not None:
+            _numbers(f"{where}: limit", limit, name, 1)
+
+
+def _origin(where: str, element: Element) -> None:
+    origin = element.find("origin")
+    for name in ("xyz", "rpy"):
+        if origin is not None and origin.get(name) is not None:
+            _numbers(f"{where}: origin", origin, name, 3)
+
+
+def _numbers(where: str, element: Element | None, name: str, count: int) -> list[float]:
+    """Finite numbers of an attribute that must be there."""
+    given = None if element is None else element.get(name)
+    if given is None:
+        raise RobotError(f"{where}: {name} is missing.\nGive it: {name}=...")
+    numbers = list(_floats(given))
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        allowed = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise RobotError(
+            f"{where}: {name}='{given[:60]}' is not {allowed}.\n"
+            f"Allowed: {allowed}, with a decimal point."
+        )
+    return numbers
+
+
+def _floats(text: str) -> Iterator[float]:
+    for word in text.split():
+        try:
+            yield float(word)
+        except ValueError:
+            yield math.nan

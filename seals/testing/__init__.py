@@ -1,0 +1,29 @@
+"""Executable contracts: what every plug-in of a kind must keep, for its author to run.
+
+``check_effect("my_effect")`` raises a `ContractError` in words, and returns its figures when all is well. The same checks
+run from a shell: ``python -m seals.testing effect my_effect``.
+"""
+
+from seals.testing.backend import BackendReport, check_backend
+from seals.testing.contract import ContractError
+from seals.testing.effect import EffectReport, check_effect
+from seals.testing.reader import ReaderReport, check_reader
+from seals.testing.robot import RobotReport, check_robot
+from seals.testing.sensor import SensorReport, check_sensor
+from seals.testing.waves import WavesReport, check_waves
+
+__all__ = [
+    "BackendReport",
+    "ContractError",
+    "EffectReport",
+    "ReaderReport",
+    "RobotReport",
+    "SensorReport",
+    "WavesReport",
+    "check_backend",
+    "check_effect",
+    "check_reader",
+    "check_robot",
+    "check_sensor",
+    "check_waves",
+]

@@ -1,0 +1,43 @@
+"""``python -m seals.testing KIND NAME ...``: run the contract of installed plug-ins and print the figures."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from seals import registry
+from seals.errors import ConfigError, SealsError, suggestion
+from seals.testing import check_backend, check_effect, check_reader, check_robot, check_sensor, check_waves
+
+CHECKS: dict[str, Callable[[str], Any]] = {
+    "backend": check_backend,
+    "effect": check_effect,
+    "reader": check_reader,
+    "robot": check_robot,
+    "sensor": check_sensor,
+    "wave": check_waves,
+}
+"""The check of each kind of plug-in."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Check the named plug-ins, or all of a kind; return 0 when all keep their contract.
+
+    Args:
+        arguments: a kind, then names.
+    """
+    try:
+        kind = arguments[0] if arguments else ""
+        if kind not in CHECKS:
+            raise ConfigError(f"there is no check of kind '{kind}'.\n{suggestion(kind, CHECKS, label='Kinds')}")
+        for name in arguments[1:] or registry.names(kind):
+            print(CHECKS[kind](name).table(), flush=True)
+    except SealsError as refusal:
+        print(f"{type(refusal).__name__}: {refusal}", file=sys.stderr)
+        return refusal.exit_code
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

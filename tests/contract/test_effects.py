@@ -1,0 +1,223 @@
+"""Every installed effect keeps the contract, and the contract finds what it is there to find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from seals import registry
+from seals.arrays import Array
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
+from seals.plugins.effects.linear_drag import DragLinear
+from seals.schema import param
+from seals.testing import ContractError, check_effect
+from seals.testing.effect import EffectReport
+from seals.testing.scenes import Case
+
+EFFECTS = registry.names("effect")
+COARSE = {"steps": (0.004,), "duration": 1.0}
+HEADINGS = """
+
+    Equation:
+        See the test.
+
+    Args:
+        push: size [N].
+
+    Assumptions:
+        None.
+
+    Valid range:
+        Tests.
+
+    Limitations:
+        All.
+
+    References:
+        None.
+
+    Example:
+        >>> 1
+        1
+    """
+
+
+def flipped(cls: type[Effect]) -> type[Effect]:
+    """Return a copy of an effect whose first hook has the other sign."""
+    hook = next(h for h in ("loads", "inertia", "flow", "joint_loads") if hasattr(cls, h))
+    law: Callable[..., Any] = getattr(cls, hook)
+
+    def turned(*given: Any) -> tuple[Any, Any]:
+        output, memory = law(*given)
+        if isinstance(output, Wrench):
+            return Wrench(*(None if part is None else -part for part in output)), memory
+        if isinstance(output, AddedInertia):
+            return output._replace(weight=-output.weight), memory
+        return -output, memory
+
+    return type(f"Flipped{cls.__name__}", (cls,), {hook: staticmethod(turned)})
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_installed_effect_keeps_the_contract(name: str) -> None:
+    """Declaration, array libraries, purity, power, and twin = simulator at 4 and 1 ms, to second order."""
+    report = check_effect(name, steps=(0.004, 0.001))
+    assert isinstance(report, EffectReport)
+    assert {"numpy", "array-api-strict"} <= set(report.libraries)
+    worst = [max(max(e) for e in scene.errors) for scene in report.scenes]
+    small = [1e-7 > error for error in worst]
+    orders = [scene.orders[0] for scene in report.scenes]
+    assert all(order > 1.5 or tiny for order, tiny in zip(orders, small, strict=True)), report.table()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_sign_flipped_in_one_engine_is_found(name: str) -> None:
+    """With the effect's sign turned in the twin alone, the check fails at 4 ms already."""
+    cls = registry.get("effect", name).load()
+    kind = getattr(cls(), "medium", MediumKind.any)
+    scene = "air" if kind is MediumKind.air else "surface"
+    case = Case(("air",), True) if hasattr(cls, "joint_loads") else Case((scene,), False)
+    with pytest.raises(ContractError, match="simulator and twin differ|the twin runs away"):
+        check_effect(name, cases=[case], in_twin=flipped(cls), **COARSE)  # type: ignore[arg-type]
+
+
+@dataclass(kw_only=True)
+class Push(Effect):
+    __doc__ = "A constant push." + HEADINGS
+    push: float = param(1.0, "N", bounds=(-10.0, 10.0), tolerance=0.1, source="test")
+    links: list[str] = field(default_factory=lambda: ["*"])
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """A force along x."""
+        return Wrench(motion.velocity * 0.0 + params["push"], None), memory
+
+
+def hook(law: Callable[..., Any], **more: Any) -> type[Effect]:
+    """Return the push with another law."""
+    return type("Wrong", (Push,), {"loads": staticmethod(law), **more})
+
+
+def in_place(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+    """Write into what was given."""
+    motion.velocity[:, 0] += 1.0
+    return Wrench(motion.velocity * params["push"], None), memory
+
+
+def mixing(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+    """Let rows see each other."""
+    return Wrench(motion.velocity - motion.velocity.mean(axis=0, keepdims=True), None), memory
+
+
+def numpy_only(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+    """Call NumPy by name."""
+    return Wrench(motion.velocity * np.ones((1, 3)) * params["push"], None), memory
+
+
+def driving(motion: Motion, medium: Medium, inputs: Any, memory: Any, params: Any) -> Any:
+    """Push along the motion."""
+    return Wrench((motion.velocity - medium.velocity) * params["push"], None), memory
+
+
+def forgetful(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+    """Hand back memory of another shape."""
+    return Wrench(motion.velocity * params["push"], None), memory[:, :1]
+
+
+def reading_all_rows(motion: Motion, medium: Medium, inputs: Any, memory: Any, params: Any) -> Any:
+    """Index a medium of one row."""
+    return Wrench(motion.velocity * medium.density[motion.velocity.shape[0] - 1, 0], None), memory
+
+
+@pytest.mark.parametrize(
+    ("law", "more", "words"),
+    [
+        (in_place, {}, "changes its inputs"),
+        (mixing, {}, "of row 0 alone differs from the batch"),
+        (numpy_only, {}, "fails under array-api-strict"),
+        (driving, {"accounts_for": ("form drag",)}, "W to the body"),
+        (forgetful, {"memory_size": 2}, "memory of shape"),
+    ],
+)
+def test_a_wrong_hook_is_refused(law: Callable[..., Any], more: dict[str, Any], words: str) -> None:
+    """Each breach of the rules for hooks is refused in words that name it."""
+    with pytest.raises(ContractError, match=words):
+        check_effect(hook(law, **more), **COARSE)  # type: ignore[arg-type]
+
+
+def test_a_medium_of_one_row_must_stand_for_all() -> None:
+    """A law that indexes rows of the medium fails on calm air, where one row stands for all."""
+    with pytest.raises((ContractError, IndexError)):
+        check_effect(hook(reading_all_rows), **COARSE)  # type: ignore[arg-type]
+
+
+def test_a_state_kept_outside_memory_is_refused() -> None:
+    """A law that counts its calls gives another result the second time."""
+    calls: list[int] = []
+
+    def counting(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+        calls.append(1)
+        return Wrench(motion.velocity * 0.0 + float(len(calls)), None), memory
+
+    with pytest.raises(ContractError, match="another result when called again"):
+        check_effect(hook(counting), **COARSE)  # type: ignore[arg-type]
+
+
+def test_an_effect_that_does_nothing_is_refused() -> None:
+    """Agreement of two engines about nothing is no agreement."""
+
+    def idle(motion: Motion, medium: Any, inputs: Any, memory: Any, params: Any) -> Any:
+        return Wrench(motion.velocity * 0.0, None), memory
+
+    with pytest.raises(ContractError, match="proves nothing"):
+        check_effect(hook(idle), cases=[Case(("air",), False)], **COARSE)  # type: ignore[arg-type]
+
+
+def test_a_jump_in_the_law_is_refused() -> None:
+    """A force that depends on the step converges to nothing."""
+
+    def stepping(motion: Motion, medium: Any, inputs: Inputs, memory: Any, params: Any) -> Any:
+        return Wrench(motion.velocity * 0.0 + 50.0 * inputs.step, None), memory
+
+    with pytest.raises(ContractError, match="simulator and twin differ"):
+        check_effect(hook(stepping), cases=[Case(("air",), False)], **COARSE)  # type: ignore[arg-type]
+
+
+def test_a_bare_float_and_a_missing_heading_are_refused() -> None:
+    """Fields without unit and docstrings without headings are named."""
+
+    @dataclass(kw_only=True)
+    class Bare(Push):
+        size: float = 1.0
+
+    @dataclass(kw_only=True)
+    class Silent(Push):
+        """Nothing."""
+
+        accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    with pytest.raises(ContractError, match="size have no unit and bounds"):
+        check_effect(Bare)
+    with pytest.raises(ContractError, match=r"headings \(none\)"):
+        check_effect(Silent)
+
+
+def test_a_class_can_be_checked_before_it_is_installed() -> None:
+    """A class stands for a name, and the caller's values rule."""
+    case = Case(("air",), False)
+    report = check_effect(
+        DragLinear,
+        values={"coefficient_x": 2.0, "coefficient_y": 2.0, "coefficient_z": 2.0},
+        cases=[case],
+        **COARSE,  # type: ignore[arg-type]
+    )
+    assert report.name == "DragLinear"
+    assert report.scenes[0].moved > 0.1
+    assert "air" in report.table()
