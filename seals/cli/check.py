@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from seals.errors import ConfigError
 
 if TYPE_CHECKING:
+    from seals.config.robot import RobotSettings
     from seals.robot.check import RobotFinding
 
 _COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
@@ -28,7 +29,7 @@ def check(arguments: list[str]) -> int:
     config = compose(arguments)
     refuse_unknown(config, where="")
     with refusals(arguments):
-        settings = OmegaConf.to_object(config.robot)
+        settings = cast("RobotSettings", OmegaConf.to_object(config.robot))
     check_tree(settings, where="robot")
 
     from seals.robot.check import check_robot

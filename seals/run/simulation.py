@@ -102,7 +102,8 @@ def _stepped(settings: RunSettings, world: World, steps: int, label: str) -> Rec
         water_level=settings.environment.water_level,
     )
     recorder.take(world.time)
-    ending, error = Ending.done, None
+    ending = Ending.done
+    error: BaseException | None = None
     start = time.perf_counter()
     try:
         with progress(label, steps) as tell:

@@ -199,7 +199,13 @@ def _run_twin(settings: RunSettings) -> Trajectory:
     rotation = matrix_of(quaternion)
     linear, angular = (np.einsum("nij,nj->ni", rotation, x) for x in (velocity, spin))
     return Trajectory(
-        step * np.arange(len(rows), dtype=np.float64), position, rotation, linear, angular, joints, rates
+        step * np.arange(len(rows), dtype=np.float64),
+        position,
+        rotation,
+        linear,
+        angular,
+        joints,
+        rates,
     )
 
 

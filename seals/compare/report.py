@@ -1,0 +1,260 @@
+"""The report of a comparison: one HTML page, one JSON file, one picture per stretch."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.compare.case import Case
+from seals.compare.ladder import Rung
+from seals.compare.predict import residuals
+from seals.compare.result import Comparison, Group
+from seals.compare.score import by_horizon, pooled
+from seals.logs.atomic import write_json
+from seals.logs.channels import unit_of
+from seals.report import Block, Chart, Fold, Paragraph, Section, Series, Table, write_page, write_picture
+from seals.report.blocks import Facts
+from seals.report.figures import Mark
+
+SHOWN = 6
+"""Stretches shown open; the others fold."""
+_AXES = ("x", "y", "z")
+
+
+def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> dict[str, Path]:
+    """Write report.html, comparison.json and plots/*.png.
+
+    Args:
+        comparison: what was found.
+        data: the same as plain data.
+        folder: where to write.
+
+    Returns:
+        Paths by name.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / "comparison.json", data)
+    plots = folder / "plots"
+    for group in comparison.groups:
+        for k, case in enumerate(group.cases):
+            plots.mkdir(exist_ok=True)
+            write_picture(plots / f"{_file_name(case.name)}.png", case_charts(group, k))
+    path = write_page(
+        folder / "report.html",
+        f"Comparison: {comparison.name}",
+        sections_of(comparison),
+        subtitle=f"{comparison.model}; computed in {comparison.seconds:.1f} s",
+    )
+    return {"report": path, "data": folder / "comparison.json", "plots": plots}
+
+
+def sections_of(comparison: Comparison) -> list[Section]:
+    """Return the page's sections."""
+    out = [_summary(comparison)]
+    shown = 0
+    for group in comparison.groups:
+        ordered = sorted(range(len(group.cases)), key=lambda k: not group.cases[k].held_out)
+        blocks: list[Block] = [_ladder_table(group)]
+        for k in ordered:
+            charts = case_charts(group, k)
+            words = Paragraph(text="; ".join((_role(group.cases[k]), *group.cases[k].notes)))
+            if shown < SHOWN:
+                blocks += [words, *charts]
+            else:
+                blocks.append(Fold(title=f"{group.cases[k].name} ({_role(group.cases[k])})", blocks=[words, *charts]))
+            shown += 1
+        blocks += _horizon(group)
+        out.append(Section(title=group.name, blocks=blocks))
+    out.append(_checks(comparison))
+    return out
+
+
+def _summary(comparison: Comparison) -> Section:
+    facts = {}
+    rows = []
+    for group in comparison.groups:
+        for channel in _channels(group):
+            first, last = group.rungs[0], group.rungs[-1]
+            held = any(c.held_out for c in group.cases)
+            before, after = first.rms(channel, held_out=held), last.rms(channel, held_out=held)
+            best = min(group.rungs, key=lambda r: r.rms(channel, held_out=held))
+            score = pooled(best.scores, held_out=held)[channel]
+            rows.append(
+                [group.name, channel, f"{before:.4g}", f"{after:.4g}", f"{score.rms:.4g}", best.name, _unit(channel), f"{score.ratio:.3g}"]
+            )
+            if len(facts) < 6:
+                facts[f"{group.name}: {channel}, {'held-out' if held else 'fitted'} error [{_unit(channel)}]"] = (
+                    f"{before:.3g} → {score.rms:.3g}" if len(group.rungs) > 1 else f"{score.rms:.3g}"
+                )
+    table = Table(
+        head=["set", "channel", "first rung", "last rung", "best", "best rung", "unit", "best / noise floor"], rows=rows, right=(2, 3, 4, 7)
+    )
+    lead = (
+        "Error is the root mean square of measurement less model, on stretches that the fit never saw where there are "
+        "any. The noise floor comes from the data alone (third differences), never from a fit."
+    )
+    return Section(title="In short", lead=lead, blocks=[Facts(values=facts), table], wide=True)
+
+
+def _ladder_table(group: Group) -> Table:
+    rows = []
+    for rung in group.rungs:
+        for channel in _channels(group):
+            train, held = (pooled(rung.scores, held_out=h).get(channel) for h in (False, True))
+            rows.append(
+                [
+                    rung.name, channel, _figure(train.rms if train else math.nan), _figure(held.rms if held else math.nan),
+                    _unit(channel), _figure((held or train).ratio if held or train else math.nan), _fitted_words(rung),
+                ]  # fmt: skip
+            )
+    return Table(
+        head=["model", "channel", "fitted", "held out", "unit", "× noise floor", "fitted values"], rows=rows, right=(2, 3, 5)
+    )
+
+
+def _fitted_words(rung: Rung) -> str:
+    words = []
+    for f in rung.fitted:
+        bound = " (at its bound)" if f.at_bound else ""
+        words.append(f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} {f.unit}{bound}")
+    return ", ".join(words)
+
+
+def case_charts(group: Group, k: int) -> list[Chart]:
+    """Return overlay and residual of every measured component of one stretch."""
+    case, first, last = group.cases[k], group.rungs[0], group.rungs[-1]
+    out = []
+    for channel in case.measured:
+        for axis in range(case.measured[channel].shape[1]):
+            if channel != "orientation" and np.isfinite(case.measured[channel][:, axis]).any():
+                out.append(_overlay(case, channel, axis, group.rungs, k))
+        out.append(_residual(case, channel, first, last, k))
+    return out
+
+
+def _overlay(case: Case, channel: str, axis: int, rungs: Sequence[Rung], k: int) -> Chart:
+    measured = case.measured[channel][:, axis]
+    good = np.isfinite(measured)
+    sigma = float(case.sigma[channel][axis])
+    series = [
+        Series(
+            name="measured", x=case.time[good], y=measured[good], points=bool(good.sum() < 200),
+            band=np.full(int(good.sum()), 2.0 * sigma),
+        )
+    ]
+    shown = rungs if len(rungs) <= 2 else (rungs[0], rungs[-1])
+    for rung in shown:
+        y = rung.predicted[k][channel][:, axis]
+        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not rungs[-1]))
+    return Chart(
+        title=f"{case.name}: {_component(channel, axis, case)}", y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
+        series=tuple(series), marks=_marks(case),
+    )
+
+
+def _residual(case: Case, channel: str, first: Rung, last: Rung, k: int) -> Chart:
+    series = []
+    for rung in (last,) if first is last else (first, last):
+        values = residuals(case, rung.predicted[k])[channel]
+        for axis in range(values.shape[1]):
+            good = np.isfinite(values[:, axis])
+            if good.any():
+                name = f"{rung.name}, {_component(channel, axis, case)}"
+                series.append(Series(name=name, x=case.time[good], y=values[good, axis], dashed=rung is not last))
+    return Chart(
+        title=f"{case.name}: measured less model, {channel}", y_label=f"residual [{_unit(channel)}]", series=tuple(series),
+        marks=(*_marks(case), Mark(at=0.0, label="", level=True)),
+    )
+
+
+def _marks(case: Case) -> tuple[Mark, ...]:
+    """Where the regime changes."""
+    from seals.compare.regimes import Regime
+
+    change = np.flatnonzero(np.diff(case.regime)) + 1
+    return tuple(Mark(at=float(case.time[i]), label=Regime(int(case.regime[i])).name) for i in change[:8])
+
+
+def _horizon(group: Group) -> list[Block]:
+    """Error against the time since the start, last rung, one chart a channel."""
+    out: list[Block] = []
+    last = group.rungs[-1]
+    for channel in _channels(group):
+        series = []
+        for k, case in enumerate(group.cases):
+            if channel in case.measured:
+                times, sizes = by_horizon(case, last.predicted[k])[channel]
+                series.append(Series(name=case.name, x=times, y=sizes, dashed=not case.held_out))
+        floor = float(np.nanmin([np.min(c.sigma[channel]) for c in group.cases if channel in c.sigma]))
+        marks = (Mark(at=floor, label="noise floor", level=True),)
+        out.append(
+            Chart(
+                title=f"Error against horizon: {channel}, {last.name}", x_label="time since the start [s]",
+                y_label=f"rms error [{_unit(channel)}]", series=tuple(series), marks=marks,
+            )
+        )
+    return out
+
+
+def _checks(comparison: Comparison) -> Section:
+    rows = [[name, str(finding)] for name, found in comparison.findings.items() for finding in found]
+    regimes = [
+        [s.name, r.name, regime, f"{value:.3g}"]
+        for g in comparison.groups
+        for r in (g.rungs[0], g.rungs[-1])
+        for s in r.scores
+        for regime, value in s.regimes.items()
+    ]
+    sources = [[name, text] for name, text in comparison.sources.items()]
+    offsets = [
+        [case, channel, f"{1e3 * lag:+.2f}", f"{match:.3f}"]
+        for g in comparison.groups
+        for case, found in g.offsets.items()
+        for channel, (lag, match) in found.items()
+    ]
+    blocks: list[Block] = [
+        Fold(title="Data check", blocks=[Table(head=["log", "finding"], rows=rows or [["all", "nothing to report"]])]),
+        Fold(
+            title="Error by regime, as a multiple of the noise floor",
+            blocks=[Table(head=["stretch", "model", "regime", "× noise floor"], rows=regimes, right=(3,))],
+        ),
+        Fold(title="Sources and licences", blocks=[Table(head=["log", "source"], rows=sources)]),
+    ]
+    if offsets:
+        head = ["stretch", "channel", "lag [ms]", "correlation"]
+        blocks.insert(1, Fold(title="Clock offset against the model", blocks=[Table(head=head, rows=offsets, right=(2, 3))]))
+    return Section(title="Behind the figures", blocks=blocks)
+
+
+def _channels(group: Group) -> list[str]:
+    return sorted({c for case in group.cases for c in case.measured})
+
+
+def _role(case: Case) -> str:
+    return "held out" if case.held_out else "fitted"
+
+
+def _component(channel: str, axis: int, case: Case) -> str:
+    width = case.measured[channel].shape[1]
+    if width == 1:
+        return channel
+    return f"{channel} {_AXES[axis]}" if width == 3 else f"{channel} {axis + 1}"
+
+
+def _unit(channel: str) -> str:
+    return "rad" if channel == "orientation" else unit_of(channel)
+
+
+def _figure(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+def _file_name(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)
+
+
