@@ -9,7 +9,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
 
-# R = sum_ij K[r, 4 i + j] q_i q_j: nine entries of the rotation matrix as quadratic forms of (x, y, z, w).
+# R = sum_ij K[r, 4 i + j] q_i q_j: nine entries of the rotation matrix as quadratic forms of (x,
+# y, z, w).
 _QUADRATIC = {
     0: {(0, 0): 1, (1, 1): -1, (2, 2): -1, (3, 3): 1},
     1: {(0, 1): 2, (2, 3): -2},
@@ -70,14 +71,22 @@ def unrotate(rotation: Array, vector: Array) -> Array:
 
 
 _LEVI_CIVITA = np.zeros((3, 9))
-for _i, _j, _k, _sign in ((0, 1, 2, 1), (1, 2, 0, 1), (2, 0, 1, 1), (0, 2, 1, -1), (2, 1, 0, -1), (1, 0, 2, -1)):
+for _i, _j, _k, _sign in (
+    (0, 1, 2, 1),
+    (1, 2, 0, 1),
+    (2, 0, 1, 1),
+    (0, 2, 1, -1),
+    (2, 1, 0, -1),
+    (1, 0, 2, -1),
+):
     _LEVI_CIVITA[_k, 3 * _i + _j] = _sign
 
 
 def cross(a: Array, b: Array) -> Array:
     """Cross product of rows, shapes (N, 3); a single row stands for all.
 
-    All nine products at once, then one small matrix product: a third of the calls of the textbook form.
+    All nine products at once, then one small matrix product: a third of the calls of the textbook
+    form.
     """
     xp = namespace(a)
     outer = a.T[:, None, :] * b.T[None, :, :]
@@ -120,7 +129,9 @@ def quaternion_rate(quaternion: Array, angular_velocity: Array) -> Array:
     """Time derivative of q_WB_xyzw for the angular velocity w_WB_B in body axes: q' = q (w, 0) / 2."""
     x, y, z, w = (quaternion[:, i] for i in range(4))
     a, b, c = (0.5 * angular_velocity[:, i] for i in range(3))
-    return columns(w * a + y * c - z * b, w * b - x * c + z * a, w * c + x * b - y * a, -x * a - y * b - z * c)
+    return columns(
+        w * a + y * c - z * b, w * b - x * c + z * a, w * c + x * b - y * a, -x * a - y * b - z * c
+    )
 
 
 def normalised(quaternion: Array) -> Array:
@@ -144,7 +155,9 @@ def exponential(rotation_vector: Array) -> Array:
 def rotation_vector(quaternion: Array) -> Array:
     """Rotation vectors [rad] of unit quaternions (x, y, z, w), the shorter way round, shape (N, 3)."""
     xp = namespace(quaternion)
-    sign = xp.where(quaternion[:, 3:4] < 0, quaternion[:, 3:4] * 0.0 - 1.0, quaternion[:, 3:4] * 0.0 + 1.0)
+    sign = xp.where(
+        quaternion[:, 3:4] < 0, quaternion[:, 3:4] * 0.0 - 1.0, quaternion[:, 3:4] * 0.0 + 1.0
+    )
     vector = quaternion[:, 0:3] * sign
     scalar = quaternion[:, 3:4] * sign
     length = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True))

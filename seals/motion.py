@@ -1,6 +1,7 @@
 """What a physical law may know: the motion of the links and the air or water around them.
 
-Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a log.
+Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a
+log.
 Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says world.
 """
 
@@ -52,7 +53,8 @@ class Motion(NamedTuple):
 class Medium(NamedTuple):
     """Air and water around the links, as one effect sees them.
 
-    ``share``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own medium; the rest is the
+    ``share``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own medium;
+    the rest is the
     same for all effects.
 
     Args:

@@ -19,7 +19,8 @@ class Felt(NamedTuple):
         rotation: R_WL, shape (3, 3).
         velocity: of the link origin, link axes [m/s], shape (3,).
         spin: angular velocity, link axes [rad/s], shape (3,).
-        specific_force: mean acceleration of the link origin over the last step minus gravity, link axes
+        specific_force: mean acceleration of the link origin over the last step minus gravity, link
+            axes
             [m/s^2], shape (3,).
         spin_rate: mean angular acceleration over the last step, link axes [rad/s^2], shape (3,).
     """

@@ -11,7 +11,8 @@ class Sea(NamedTuple):
     """The sea at some points; None stands for still water.
 
     Args:
-        elevation: height of the surface above or below the points, world z [m], shape (N, 1) or a float.
+        elevation: height of the surface above or below the points, world z [m], shape (N, 1) or a
+            float.
         normal: unit normal of the surface, world axes [1], shape (N, 3).
         rise: speed of the surface along its normal [m/s], shape (N, 1).
         velocity: of the water at the points, world axes [m/s], shape (N, 3).

@@ -28,8 +28,10 @@ class AddedMass(Effect):
     """Added mass as inertia of the link, with its Coriolis and Munk terms and the impulse of wetting.
 
     Equation:
-        (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r, w). The part
-        s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load and acts only while s rises.
+        (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
+        w). The part
+        s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load and acts
+        only while s rises.
 
     Args:
         mass_x: along body x [kg].
@@ -38,7 +40,8 @@ class AddedMass(Effect):
         inertia_x: about body x [kg m^2].
         inertia_y: about body y [kg m^2].
         inertia_z: about body z [kg m^2].
-        coupling: symmetric 6x6 matrix with a zero diagonal, order [linear, angular], for bodies without three
+        coupling: symmetric 6x6 matrix with a zero diagonal, order [linear, angular], for bodies
+            without three
             planes of symmetry [kg, kg m, kg m^2]; empty for none.
         medium: water.
         links: links it acts on, the root by default.
@@ -90,7 +93,14 @@ class AddedMass(Effect):
             )
 
     def _diagonal(self) -> list[float]:
-        return [self.mass_x, self.mass_y, self.mass_z, self.inertia_x, self.inertia_y, self.inertia_z]
+        return [
+            self.mass_x,
+            self.mass_y,
+            self.mass_z,
+            self.inertia_x,
+            self.inertia_y,
+            self.inertia_z,
+        ]
 
     def constants(self) -> dict[str, Floats]:
         """Return the coupling matrix, shape (1, 6, 6)."""

@@ -47,22 +47,52 @@ class DragAngular(Effect):
     """
 
     coefficient_x: float = param(
-        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s/rad",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_y: float = param(
-        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s/rad",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_z: float = param(
-        0.0, "N m s/rad", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s/rad",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     quadratic_x: float = param(
-        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s^2/rad^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     quadratic_y: float = param(
-        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s^2/rad^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     quadratic_z: float = param(
-        0.0, "N m s^2/rad^2", bounds=(0.0, 1e5), tolerance=0.15, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N m s^2/rad^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.15,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)

@@ -17,8 +17,10 @@ class Buoyancy(Effect):
     """Archimedes' force at the centroid of the submerged volume.
 
     Equation:
-        F = rho (V + dV) s (g up + a_water) at the centroid r_b of the submerged volume; T = r_b x F about the
-        link origin. The second term is the pressure gradient of accelerating water, zero in still water.
+        F = rho (V + dV) s (g up + a_water) at the centroid r_b of the submerged volume; T = r_b x
+        F about the
+        link origin. The second term is the pressure gradient of accelerating water, zero in still
+        water.
 
     Args:
         volume_change: dV, change of the displaced volume against the hull's, same shape [m^3].
@@ -27,7 +29,8 @@ class Buoyancy(Effect):
         correction: see `seals.effects.Effect`.
 
     Assumptions:
-        The pressure is that of the undisturbed water; the surface is plane over the hull; the density is that
+        The pressure is that of the undisturbed water; the surface is plane over the hull; the
+        density is that
         at the link.
 
     Valid range:
@@ -57,6 +60,8 @@ class Buoyancy(Effect):
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
         """Lift at the centre of buoyancy [N, N m]."""
-        displaced = medium.density * (motion.body.volume + params["volume_change"]) * medium.submersion
+        displaced = (
+            medium.density * (motion.body.volume + params["volume_change"]) * medium.submersion
+        )
         force = (motion.up * medium.gravity + medium.acceleration) * displaced
         return Wrench(force, cross(medium.buoyancy_centre, force)), memory

@@ -45,11 +45,19 @@ class JointFriction(Effect):
         0.01
     """
 
-    coulomb: float = param(0.0, "N m", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it")
-    viscous: float = param(
-        0.0, "N m s/rad", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it"
+    coulomb: float = param(
+        0.0, "N m", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it"
     )
-    threshold: float = param(0.05, "rad/s", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False)
+    viscous: float = param(
+        0.0,
+        "N m s/rad",
+        bounds=(0.0, 1e3),
+        tolerance=0.01,
+        source="zero unless the vehicle states it",
+    )
+    threshold: float = param(
+        0.05, "rad/s", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False
+    )
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
 

@@ -16,7 +16,8 @@ class DragLinear(Effect):
     """Linear drag along the body axes, as used for slow multirotors and laminar skin friction.
 
     Equation:
-        F_i = -c_i v_r,i with v_r the velocity of the link origin relative to the medium; times the share of
+        F_i = -c_i v_r,i with v_r the velocity of the link origin relative to the medium; times the
+        share of
         the medium.
 
     Args:
@@ -45,13 +46,28 @@ class DragLinear(Effect):
     """
 
     coefficient_x: float = param(
-        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s/m",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_y: float = param(
-        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s/m",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_z: float = param(
-        0.0, "N s/m", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s/m",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)

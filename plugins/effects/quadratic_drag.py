@@ -16,7 +16,8 @@ class DragQuadratic(Effect):
     """Quadratic drag along the body axes: form drag of bluff bodies.
 
     Equation:
-        F_i = -c_i abs(v_r,i) v_r,i with c_i = rho C_d A_i / 2 and v_r the velocity of the link origin
+        F_i = -c_i abs(v_r,i) v_r,i with c_i = rho C_d A_i / 2 and v_r the velocity of the link
+        origin
         relative to the medium; times the share of the medium.
 
     Args:
@@ -45,13 +46,28 @@ class DragQuadratic(Effect):
     """
 
     coefficient_x: float = param(
-        0.0, "N s^2/m^2", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s^2/m^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_y: float = param(
-        0.0, "N s^2/m^2", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s^2/m^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     coefficient_z: float = param(
-        0.0, "N s^2/m^2", bounds=(0.0, 1e5), tolerance=0.08, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "N s^2/m^2",
+        bounds=(0.0, 1e5),
+        tolerance=0.08,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
@@ -63,4 +79,6 @@ class DragQuadratic(Effect):
     ) -> tuple[Wrench, Array]:
         """Force against the relative velocity [N]."""
         relative = motion.velocity - medium.velocity
-        return Wrench(abs(relative) * relative * params["coefficient"] * -medium.share, None), memory
+        return Wrench(
+            abs(relative) * relative * params["coefficient"] * -medium.share, None
+        ), memory

@@ -16,7 +16,8 @@ class Slamming(Effect):
     """Water-entry impact with one coefficient, spread over the entry of the hull.
 
     Equation:
-        F = rho C_s A w_n^2 / 2 * 4 s (1 - s) along the water normal, only while w_n > 0; w_n is the sinking
+        F = rho C_s A w_n^2 / 2 * 4 s (1 - s) along the water normal, only while w_n > 0; w_n is
+        the sinking
         speed of the link origin and A the plan area of the hull.
 
     Args:
@@ -26,7 +27,8 @@ class Slamming(Effect):
         correction: see `seals.effects.Effect`.
 
     Assumptions:
-        The force acts on the link origin; its course over the entry follows 4 s (1 - s), whose mean over s
+        The force acts on the link origin; its course over the entry follows 4 s (1 - s), whose
+        mean over s
         is 2/3.
 
     Valid range:
@@ -36,7 +38,8 @@ class Slamming(Effect):
         No air cushion, no spray, no oblique entry; nothing when the body leaves the water.
 
     References:
-        von Karman 1929, NACA TN 321; Faltinsen 1990, Sea Loads on Ships and Offshore Structures, ch. 9.
+        von Karman 1929, NACA TN 321; Faltinsen 1990, Sea Loads on Ships and Offshore Structures,
+        ch. 9.
 
     Example:
         >>> Slamming(coefficient=1.2).coefficient
@@ -44,7 +47,12 @@ class Slamming(Effect):
     """
 
     coefficient: float = param(
-        0.0, "1", bounds=(0.0, 20.0), tolerance=0.2, relative=True, source="zero unless the vehicle states it"
+        0.0,
+        "1",
+        bounds=(0.0, 20.0),
+        tolerance=0.2,
+        relative=True,
+        source="zero unless the vehicle states it",
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)

@@ -43,9 +43,15 @@ class Wind(Effect):
         0.5
     """
 
-    velocity_x: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
-    velocity_y: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
-    velocity_z: float = param(0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default")
+    velocity_x: float = param(
+        0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default"
+    )
+    velocity_y: float = param(
+        0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default"
+    )
+    velocity_z: float = param(
+        0.0, "m/s", bounds=(-100.0, 100.0), tolerance=0.05, source="still by default"
+    )
     medium: MediumKind = MediumKind.air
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)

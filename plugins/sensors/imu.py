@@ -27,8 +27,10 @@ class SensorImu:
     """Accelerometer and gyroscope at a mounting point of a link.
 
     Equation:
-        f = R_SL (f_o + w' x r + w x (w x r)), with f_o the specific force of the link origin (+g at rest, 0 in free
-        fall); w_S = R_SL w. Then first-order bandwidth, bias with random walk, white noise, range, quantisation.
+        f = R_SL (f_o + w' x r + w x (w x r)), with f_o the specific force of the link origin (+g
+        at rest, 0 in free
+        fall); w_S = R_SL w. Then first-order bandwidth, bias with random walk, white noise, range,
+        quantisation.
 
     Args:
         link: link that carries the sensor; ``root`` is the base.
@@ -67,15 +69,25 @@ class SensorImu:
     rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
     accelerometer_noise: float = param(
-        2e-3, "m/s^2/sqrt(Hz)", bounds=(0.0, 10.0), tolerance=5e-4, source="InvenSense MPU-6000 class, datasheet 0.4 mg/sqrt(Hz) halved"
+        2e-3,
+        "m/s^2/sqrt(Hz)",
+        bounds=(0.0, 10.0),
+        tolerance=5e-4,
+        source="InvenSense MPU-6000 class, datasheet 0.4 mg/sqrt(Hz) halved",
     )
     gyroscope_noise: float = param(
-        9e-5, "rad/s/sqrt(Hz)", bounds=(0.0, 1.0), tolerance=2e-5, source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)"
+        9e-5,
+        "rad/s/sqrt(Hz)",
+        bounds=(0.0, 1.0),
+        tolerance=2e-5,
+        source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)",
     )
     accelerometer_walk: float = param(
         1e-4, "m/s^2/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-4, source="chosen"
     )
-    gyroscope_walk: float = param(1e-5, "rad/s/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-5, source="chosen")
+    gyroscope_walk: float = param(
+        1e-5, "rad/s/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-5, source="chosen"
+    )
     accelerometer_range: float = param(
         156.9, "m/s^2", bounds=(1.0, 1e5), tolerance=0.0, source="16 g, datasheet", fit=False
     )
@@ -83,18 +95,32 @@ class SensorImu:
         34.9, "rad/s", bounds=(0.1, 1e4), tolerance=0.0, source="2000 deg/s, datasheet", fit=False
     )
     accelerometer_step: float = param(
-        4.79e-3, "m/s^2", bounds=(0.0, 10.0), tolerance=0.0, source="16 bit over 16 g, datasheet", fit=False
+        4.79e-3,
+        "m/s^2",
+        bounds=(0.0, 10.0),
+        tolerance=0.0,
+        source="16 bit over 16 g, datasheet",
+        fit=False,
     )
     gyroscope_step: float = param(
-        1.065e-3, "rad/s", bounds=(0.0, 1.0), tolerance=0.0, source="16 bit over 2000 deg/s, datasheet", fit=False
+        1.065e-3,
+        "rad/s",
+        bounds=(0.0, 1.0),
+        tolerance=0.0,
+        source="16 bit over 2000 deg/s, datasheet",
+        fit=False,
     )
-    bandwidth: float = param(0.0, "Hz", bounds=(0.0, 1e5), tolerance=0.0, source="chosen: none", fit=False)
+    bandwidth: float = param(
+        0.0, "Hz", bounds=(0.0, 1e5), tolerance=0.0, source="chosen: none", fit=False
+    )
 
     def __post_init__(self) -> None:
         """Turn the mounting into arrays."""
         for name in ("position", "rpy"):
             if len(getattr(self, name)) != 3 or not np.all(np.isfinite(getattr(self, name))):
-                raise ConfigError(f"imu.{name}={getattr(self, name)} is not allowed.\nAllowed: three finite numbers.")
+                raise ConfigError(
+                    f"imu.{name}={getattr(self, name)} is not allowed.\nAllowed: three finite numbers."
+                )
         self._arm = np.asarray(self.position, dtype=float)
         self._turn = matrix_of(quaternion_of_rpy(np.asarray([self.rpy], dtype=float)))[0].T
         self._aligned = not np.any(self.rpy)
@@ -142,4 +168,6 @@ class SensorImu:
         reading = true + bias + self._sigma * noise[1]
         reading = np.minimum(np.maximum(reading, -self._range), self._range)
         reading = np.where(self._step > 0.0, np.rint(reading / self._grid) * self._grid, reading)
-        return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(bias, filtered)
+        return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
+            bias, filtered
+        )

@@ -16,7 +16,8 @@ class WaveAiry:
     """A regular deep-water wave.
 
     Equation:
-        eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g; orbital velocity
+        eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g;
+        orbital velocity
         a w exp(k z) (cos b cos theta, sin b cos theta, sin theta), z below the mean level.
 
     Args:
@@ -47,7 +48,9 @@ class WaveAiry:
     period: float = param(2.0, "s", bounds=(0.1, 60.0), tolerance=0.02, source="chosen")
     direction: float = param(0.0, "rad", bounds=(-7.0, 7.0), tolerance=0.05, source="chosen")
     phase: float = param(0.0, "rad", bounds=(-7.0, 7.0), tolerance=0.05, source="chosen")
-    gravity: float = param(9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False)
+    gravity: float = param(
+        9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False
+    )
 
     def __post_init__(self) -> None:
         """Refuse waves too steep for the theory."""
@@ -68,7 +71,9 @@ class WaveAiry:
         xp = namespace(position)
         east, north, k = math.cos(self.direction), math.sin(self.direction), self.wavenumber
         omega = 2.0 * math.pi / self.period
-        theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * time[:, 0] + self.phase
+        theta = (
+            k * (east * position[:, 0] + north * position[:, 1]) - omega * time[:, 0] + self.phase
+        )
         cosine, sine = self.amplitude * xp.cos(theta), self.amplitude * xp.sin(theta)
         slope = -k * sine
         length = xp.sqrt(1.0 + slope * slope)

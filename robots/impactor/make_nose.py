@@ -1,7 +1,9 @@
 """Writes ``nose.obj``: the effective nose of the impactor, a half ellipsoid.
 
-Water rises around an entering sphere, so that the wetted radius grows like sqrt(3 R h) and not like the geometric
-sqrt(2 R h) (Wagner 1932; Korobkin and Pukhnachov 1988). The nose that meets the water is therefore as wide as the
+Water rises around an entering sphere, so that the wetted radius grows like sqrt(3 R h) and not
+like the geometric
+sqrt(2 R h) (Wagner 1932; Korobkin and Pukhnachov 1988). The nose that meets the water is therefore
+as wide as the
 sphere but 2/3 as high.
 """
 
@@ -23,7 +25,8 @@ def vertices_and_faces() -> tuple[list[tuple[float, float, float]], list[tuple[i
         angle = 0.5 * math.pi * ring / RINGS
         r, z = RADIUS * math.sin(angle), top - HEIGHT * math.cos(angle)
         points += [
-            (r * math.cos(2 * math.pi * k / ROUND), r * math.sin(2 * math.pi * k / ROUND), z) for k in range(ROUND)
+            (r * math.cos(2 * math.pi * k / ROUND), r * math.sin(2 * math.pi * k / ROUND), z)
+            for k in range(ROUND)
         ]
     points.append((0.0, 0.0, top))
     lid = len(points) - 1

@@ -7,7 +7,9 @@ import numpy as np
 from seals.arrays import Floats
 
 
-def clock_offset(time: Floats, measured: Floats, predicted: Floats, *, most: float) -> tuple[float, float]:
+def clock_offset(
+    time: Floats, measured: Floats, predicted: Floats, *, most: float
+) -> tuple[float, float]:
     """Find by how much the measurement lags the prediction.
 
     Args:
@@ -17,7 +19,8 @@ def clock_offset(time: Floats, measured: Floats, predicted: Floats, *, most: flo
         most: largest offset looked for [s].
 
     Returns:
-        Lag [s], positive when the measurement is late, and the correlation at that lag [1]; (0, correlation) when the
+        Lag [s], positive when the measurement is late, and the correlation at that lag [1]; (0,
+        correlation) when the
         channel does not move enough to tell.
     """
     good = np.isfinite(measured)

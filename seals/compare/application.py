@@ -43,7 +43,9 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
         model=f"{robot.name} with {', '.join(settings.effects)}",
         groups=found,
         findings=findings,
-        sources={log.name: f"{log.source} ({log.licence})" if log.licence else log.source for log in logs},
+        sources={
+            log.name: f"{log.source} ({log.licence})" if log.licence else log.source for log in logs
+        },
         seconds=time.perf_counter() - began,
     )
 
@@ -65,7 +67,9 @@ def _step(cases: Sequence[Case]) -> float:
     return min(0.01, min(float(np.median(np.diff(c.time))) for c in cases))
 
 
-def _offsets(case: Case, rung: Rung, k: int, options: CompareOptions) -> dict[str, tuple[float, float]]:
+def _offsets(
+    case: Case, rung: Rung, k: int, options: CompareOptions
+) -> dict[str, tuple[float, float]]:
     """Clock offset of every channel against the model, by its most lively component."""
     out = {}
     for channel, measured in case.measured.items():
@@ -121,7 +125,9 @@ def read_logs(settings: CompareSettings) -> list[Log]:
         ConfigError: neither a log nor a reader with data of its own is given.
     """
     if settings.reader is None:
-        raise ConfigError("reader is null: there is nothing to read the log with.\nChoose one: seals list reader")
+        raise ConfigError(
+            "reader is null: there is nothing to read the log with.\nChoose one: seals list reader"
+        )
     sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
     logs: list[Log] = []
     for source in sources:
@@ -164,5 +170,3 @@ def _unit(channel: str) -> str:
     from seals.logs.channels import unit_of
 
     return "rad" if channel == "orientation" else unit_of(channel)
-
-

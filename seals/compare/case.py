@@ -25,7 +25,8 @@ class Start:
         spin: base axes [rad/s], shape (3,).
         joints: [rad or m], shape (J,).
         rates: [rad/s or m/s], shape (J,).
-        sigma: one standard deviation of the deviations [position, attitude, velocity, spin, joints, rates], shape
+        sigma: one standard deviation of the deviations [position, attitude, velocity, spin,
+            joints, rates], shape
             (12 + 2 J,); 0 holds a component.
         source: in words.
     """

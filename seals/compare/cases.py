@@ -31,7 +31,9 @@ def make_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel
     segments = [(s, name) for log in logs for s, name in _named(log)]
     names = [name for _, name in segments]
     train, held_out = (_matching(k, getattr(settings, k), names) for k in ("train", "held_out"))
-    chosen = [p for p in segments if p[1] in held_out or (p[1] in train if settings.train else True)]
+    chosen = [
+        p for p in segments if p[1] in held_out or (p[1] in train if settings.train else True)
+    ]
     return [_case(log, name, settings, robot, held_out=name in held_out) for log, name in chosen]
 
 
@@ -47,12 +49,16 @@ def _matching(key: str, patterns: Sequence[object], names: list[str]) -> set[str
     for pattern in patterns:
         hits = fnmatch.filter(names, str(pattern))
         if not hits:
-            raise ConfigError(f"{key}: no log or segment is called '{pattern}'.\n{suggestion(str(pattern), names, label='Present')}")
+            raise ConfigError(
+                f"{key}: no log or segment is called '{pattern}'.\n{suggestion(str(pattern), names, label='Present')}"
+            )
         found.update(hits)
     return found
 
 
-def _case(log: Log, name: str, settings: CompareSettings, robot: RobotModel, *, held_out: bool) -> Case:
+def _case(
+    log: Log, name: str, settings: CompareSettings, robot: RobotModel, *, held_out: bool
+) -> Case:
     channels = [c for c in log.channels() if c in PREDICTABLE and np.isfinite(log.channel(c)).any()]
     if robot.tree.joints == 0:
         channels = [c for c in channels if not c.startswith("joint_")]
@@ -64,14 +70,22 @@ def _case(log: Log, name: str, settings: CompareSettings, robot: RobotModel, *, 
             f"Channels that can be compared: {', '.join(PREDICTABLE)}"
         )
     mode = settings.compare.start
-    pose = any(c in channels for c in ("position", "depth", "joint_position", "orientation", "velocity"))
+    pose = any(
+        c in channels for c in ("position", "depth", "joint_position", "orientation", "velocity")
+    )
     if mode is StartMode.drop or (mode is StartMode.auto and not pose):
         return _drop_case(log, name, channels, settings, robot, held_out=held_out)
     return _pose_case(log, name, channels, settings, robot, held_out=held_out)
 
 
 def _pose_case(
-    log: Log, name: str, channels: list[str], settings: CompareSettings, robot: RobotModel, *, held_out: bool
+    log: Log,
+    name: str,
+    channels: list[str],
+    settings: CompareSettings,
+    robot: RobotModel,
+    *,
+    held_out: bool,
 ) -> Case:
     """A whole segment, started from its first samples."""
     stride = max(1, settings.compare.stride)
@@ -81,30 +95,55 @@ def _pose_case(
     start = start_of_pose(log, settings.initial, robot.tree.joints)
     short = log.select(slice(0, None, stride))
     height = short.channel("position")[:, 2] if short.has("position") else np.zeros(short.rows)
-    filled = np.interp(short.time, short.time[np.isfinite(height)], height[np.isfinite(height)]) if np.isfinite(height).any() else height * 0.0
+    filled = (
+        np.interp(short.time, short.time[np.isfinite(height)], height[np.isfinite(height)])
+        if np.isfinite(height).any()
+        else height * 0.0
+    )
     reach = max((h.reach for h in robot.hulls if h is not None), default=0.0)
     regime = regimes_of_height(
-        filled, np.gradient(filled, short.time) if short.rows > 1 else filled, water=settings.environment.water_level, reach=reach
+        filled,
+        np.gradient(filled, short.time) if short.rows > 1 else filled,
+        water=settings.environment.water_level,
+        reach=reach,
     )
     return Case(
-        name=name, held_out=held_out, time=short.time - short.time[0], clock=float(short.time[0]),
-        measured={c: short.channel(c) for c in channels}, sigma=sigma, regime=regime, start=start,
+        name=name,
+        held_out=held_out,
+        time=short.time - short.time[0],
+        clock=float(short.time[0]),
+        measured={c: short.channel(c) for c in channels},
+        sigma=sigma,
+        regime=regime,
+        start=start,
     )
 
 
 def _drop_case(
-    log: Log, name: str, channels: list[str], settings: CompareSettings, robot: RobotModel, *, held_out: bool
+    log: Log,
+    name: str,
+    channels: list[str],
+    settings: CompareSettings,
+    robot: RobotModel,
+    *,
+    held_out: bool,
 ) -> Case:
     """The water entry of a drop seen by an accelerometer."""
     options, gravity = settings.compare, settings.environment.gravity
     level = settings.environment.water_level
     if level is None:
-        raise ConfigError("a drop into water needs a surface: environment.water_level is null.\nSay water=fossen.")
+        raise ConfigError(
+            "a drop into water needs a surface: environment.water_level is null.\nSay water=fossen."
+        )
     force = log.channel("specific_force")
     events = find_drop(log.time, force, gravity=gravity)
     begin = events.entry - options.before
-    end = min(events.entry + options.after, events.catch - options.margin if events.caught else np.inf)
-    start = start_of_drop(events, robot, hulls_of(robot), water=level, gravity=gravity, before=options.before)
+    end = min(
+        events.entry + options.after, events.catch - options.margin if events.caught else np.inf
+    )
+    start = start_of_drop(
+        events, robot, hulls_of(robot), water=level, gravity=gravity, before=options.before
+    )
     step = float(np.median(np.diff(log.time)))
     rows = np.flatnonzero((log.time >= begin) & (log.time <= end))[:: max(1, options.stride)]
     fall = (log.time > events.release + 0.3 * events.fall) & (log.time < events.entry - 2 * step)
@@ -117,8 +156,14 @@ def _drop_case(
     speed = gravity * events.fall
     length = 2.0 * max(h.reach for h in hulls_of(robot))
     return Case(
-        name=name, held_out=held_out, time=short.time - begin, clock=begin, measured=measured,
-        sigma=sigma, regime=regimes_of_drop(short.time, events, entering=length / max(speed, 0.1)), start=start,
+        name=name,
+        held_out=held_out,
+        time=short.time - begin,
+        clock=begin,
+        measured=measured,
+        sigma=sigma,
+        regime=regimes_of_drop(short.time, events, entering=length / max(speed, 0.1)),
+        start=start,
         speed=speed,
         notes=[
             f"release {events.release:.3f} s, entry {events.entry:.3f} s, "

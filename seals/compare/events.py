@@ -26,7 +26,8 @@ class DropEvents:
     Args:
         release: start of the free fall [s].
         entry: first contact with the water [s].
-        catch: start of the strongest shock after the entry [s], or the last sample when nothing stops the body.
+        catch: start of the strongest shock after the entry [s], or the last sample when nothing
+            stops the body.
         caught: whether that shock stands out from the water's forces.
         offset: mean specific force along the fall axis in free fall, bias and air drag [m/s^2].
         fall: duration of the free fall [s].
@@ -45,8 +46,10 @@ class DropEvents:
 def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) -> DropEvents:
     """Find the events of one drop.
 
-    The free fall is the longest stretch in which the specific force is near zero and which starts at rest; the entry is
-    its end; the catch is the strongest shock after it. A drop may be held in the hand, tossed, or bounce at the bottom.
+    The free fall is the longest stretch in which the specific force is near zero and which starts
+    at rest; the entry is
+    its end; the catch is the strongest shock after it. A drop may be held in the hand, tossed, or
+    bounce at the bottom.
 
     Args:
         time: [s], shape (rows,).
@@ -68,7 +71,9 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
             f"Expected: about {gravity:.2f} m/s^2 at rest, then at least {SHORTEST} s below {FREE * gravity:.1f} m/s^2."
         )
     first, last = max(found, key=lambda run: run[1] - run[0])
-    axis = int(np.argmax(np.abs(np.nanmedian(force[max(0, first - int(0.5 / step)) : first], axis=0))))
+    axis = int(
+        np.argmax(np.abs(np.nanmedian(force[max(0, first - int(0.5 / step)) : first], axis=0)))
+    )
     inner = slice(first + (last - first) // 5, last - (last - first) // 10)
     offset = float(np.median(force[inner, axis]))
     noise = 1.4826 * float(np.median(np.abs(force[inner, axis] - offset)))
@@ -100,7 +105,10 @@ def _running_median(values: Floats, width: int) -> Floats:
 def _runs(mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
     """First and last index of every stretch of True."""
     edges = np.diff(np.concatenate(([0], mask.astype(np.int8), [0])))
-    return [(int(a), int(b) - 1) for a, b in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)]
+    return [
+        (int(a), int(b) - 1)
+        for a, b in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
+    ]
 
 
 def _rest_before(size: Floats, start: int, step: float, gravity: float) -> bool:

@@ -44,7 +44,9 @@ def fit_keys(keys: list[str], effects: Mapping[str, Effect]) -> list[FitKey]:
 def _resolve(key: str, effects: Mapping[str, Effect]) -> FitKey:
     name, _, rest = key.removeprefix("effects.").partition(".")
     if name not in effects:
-        raise ConfigError(f"fit: there is no effect '{name}' in '{key}'.\n{suggestion(name, effects)}")
+        raise ConfigError(
+            f"fit: there is no effect '{name}' in '{key}'.\n{suggestion(name, effects)}"
+        )
     known = {n: p for n, p in parameters_of(effects[name]).items() if p.fit}
     tied = rest.split("+")
     for parameter in tied:

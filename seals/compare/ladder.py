@@ -67,18 +67,30 @@ class Rung:
         return scores[channel].rms if channel in scores else float("nan")
 
 
-def climb(settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float) -> list[Rung]:
+def climb(
+    settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float
+) -> list[Rung]:
     """Fit and judge every rung.
 
     Raises:
         ConfigError: a rung names an effect that the model does not hold.
     """
-    rungs = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {SINGLE: list(settings.effects)}
-    return [_rung(name, active, settings, robot, cases, step=step) for name, active in rungs.items()]
+    rungs = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {
+        SINGLE: list(settings.effects)
+    }
+    return [
+        _rung(name, active, settings, robot, cases, step=step) for name, active in rungs.items()
+    ]
 
 
 def _rung(
-    name: str, active: list[str], settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float
+    name: str,
+    active: list[str],
+    settings: CompareSettings,
+    robot: RobotModel,
+    cases: Sequence[Case],
+    *,
+    step: float,
 ) -> Rung:
     effects = _active(name, active, settings.effects)
     keys = [k for k in fit_keys(settings.fit, settings.effects) if k.effect in effects]
@@ -113,12 +125,18 @@ def _rung(
 def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict[str, Effect]:
     for effect in active:
         if effect not in effects:
-            raise ConfigError(f"ladder.{name}: there is no effect '{effect}'.\n{suggestion(effect, effects)}")
+            raise ConfigError(
+                f"ladder.{name}: there is no effect '{effect}'.\n{suggestion(effect, effects)}"
+            )
     return {n: e for n, e in effects.items() if n in active}
 
 
-def _keep(found: dict[str, tuple[dict[str, Floats], Floats]], cases: Sequence[Case], solution: Solution) -> None:
-    for case, predicted, deviation in zip(cases, solution.predicted, solution.deviations, strict=True):
+def _keep(
+    found: dict[str, tuple[dict[str, Floats], Floats]], cases: Sequence[Case], solution: Solution
+) -> None:
+    for case, predicted, deviation in zip(
+        cases, solution.predicted, solution.deviations, strict=True
+    ):
         found[case.name] = (predicted, deviation)
 
 

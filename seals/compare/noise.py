@@ -16,7 +16,8 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
     """Estimate white noise by third differences.
 
     Equation:
-        sigma = 1.4826 median(abs(D3 y)) / sqrt(20); third differences remove motion up to a parabola, the median
+        sigma = 1.4826 median(abs(D3 y)) / sqrt(20); third differences remove motion up to a
+        parabola, the median
         removes impacts, and sqrt(1 + 9 + 9 + 1) is the gain of D3 for white noise.
 
     Args:
@@ -27,7 +28,8 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
         One standard deviation per component, shape (k,); NaN where nothing is known.
 
     Limitations:
-        Coloured noise and slow errors (scale, alignment) are not in it; quantisation is, from its third part on.
+        Coloured noise and slow errors (scale, alignment) are not in it; quantisation is, from its
+        third part on.
     """
     out = np.full(values.shape[1], np.nan if stated is None else stated)
     for k in range(values.shape[1]):
@@ -37,7 +39,8 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
         spread = np.abs(np.diff(y, n=_ORDER))
         sigma = 1.4826 * float(np.median(spread)) / _GAIN
         grid = _quantum(y)
-        # a channel that sits on one quantisation level shows no differences; its step bounds the noise
+        # a channel that sits on one quantisation level shows no differences; its step bounds the
+        # noise
         out[k] = max(sigma, grid / math.sqrt(12.0), 1e-12)
     return out
 

@@ -78,12 +78,19 @@ class Predictor:
             column = np.array([j.values[p] for j in jobs])
             values.update(dict.fromkeys(key.targets, column))
         return Twin(
-            self.robot, self.effects, self.settings.environment, self.settings.wave, batch=len(jobs), values=values
+            self.robot,
+            self.effects,
+            self.settings.environment,
+            self.settings.wave,
+            batch=len(jobs),
+            values=values,
         )
 
     def _state(self, twin: Twin, jobs: Sequence[Job]) -> TwinState:
         rows = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
-        return twin.start(**{field: np.concatenate([row[field] for row in rows]) for field in rows[0]})
+        return twin.start(
+            **{field: np.concatenate([row[field] for row in rows]) for field in rows[0]}
+        )
 
     def _read(self, channel: str, state: TwinState, rates: Rates) -> Floats:
         """What a perfect sensor reads, shape (B, k); attitude as x, y, z, w."""
@@ -106,7 +113,8 @@ class Predictor:
         index = np.minimum(place.astype(np.int64), len(next(iter(tables.values()))) - 2)
         share = (place - index)[:, None]
         return {
-            channel: (1.0 - share) * tables[channel][index, b] + share * tables[channel][index + 1, b]
+            channel: (1.0 - share) * tables[channel][index, b]
+            + share * tables[channel][index + 1, b]
             for channel in case.measured
         }
 

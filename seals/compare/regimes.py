@@ -41,7 +41,9 @@ def regimes_of_drop(time: Floats, events: DropEvents, *, entering: float) -> Reg
     return out
 
 
-def regimes_of_height(height: Floats, climb: Floats, *, water: float | None, reach: float) -> Regimes:
+def regimes_of_height(
+    height: Floats, climb: Floats, *, water: float | None, reach: float
+) -> Regimes:
     """Regimes of a log that knows the height.
 
     Args:
@@ -61,7 +63,9 @@ def regimes_of_height(height: Floats, climb: Floats, *, water: float | None, rea
     return out
 
 
-def at_rest(specific_force: Floats, spin: Floats | None, *, gravity: float, width: int = 25) -> NDArray[np.bool_]:
+def at_rest(
+    specific_force: Floats, spin: Floats | None, *, gravity: float, width: int = 25
+) -> NDArray[np.bool_]:
     """Samples at which the body neither turns nor accelerates.
 
     Args:

@@ -17,7 +17,17 @@ from seals.compare.result import Comparison, Group
 from seals.compare.score import by_horizon, pooled
 from seals.logs.atomic import write_json
 from seals.logs.channels import unit_of
-from seals.report import Block, Chart, Fold, Paragraph, Section, Series, Table, write_page, write_picture
+from seals.report import (
+    Block,
+    Chart,
+    Fold,
+    Paragraph,
+    Section,
+    Series,
+    Table,
+    write_page,
+    write_picture,
+)
 from seals.report.blocks import Facts
 from seals.report.figures import Mark
 
@@ -66,7 +76,12 @@ def sections_of(comparison: Comparison) -> list[Section]:
             if shown < SHOWN:
                 blocks += [words, *charts]
             else:
-                blocks.append(Fold(title=f"{group.cases[k].name} ({_role(group.cases[k])})", blocks=[words, *charts]))
+                blocks.append(
+                    Fold(
+                        title=f"{group.cases[k].name} ({_role(group.cases[k])})",
+                        blocks=[words, *charts],
+                    )
+                )
             shown += 1
         blocks += _horizon(group)
         out.append(Section(title=group.name, blocks=blocks))
@@ -85,14 +100,38 @@ def _summary(comparison: Comparison) -> Section:
             best = min(group.rungs, key=lambda r: r.rms(channel, held_out=held))
             score = pooled(best.scores, held_out=held)[channel]
             rows.append(
-                [group.name, channel, f"{before:.4g}", f"{after:.4g}", f"{score.rms:.4g}", best.name, _unit(channel), f"{score.ratio:.3g}"]
+                [
+                    group.name,
+                    channel,
+                    f"{before:.4g}",
+                    f"{after:.4g}",
+                    f"{score.rms:.4g}",
+                    best.name,
+                    _unit(channel),
+                    f"{score.ratio:.3g}",
+                ]
             )
             if len(facts) < 6:
-                facts[f"{group.name}: {channel}, {'held-out' if held else 'fitted'} error [{_unit(channel)}]"] = (
-                    f"{before:.3g} → {score.rms:.3g}" if len(group.rungs) > 1 else f"{score.rms:.3g}"
+                facts[
+                    f"{group.name}: {channel}, {'held-out' if held else 'fitted'} error [{_unit(channel)}]"
+                ] = (
+                    f"{before:.3g} → {score.rms:.3g}"
+                    if len(group.rungs) > 1
+                    else f"{score.rms:.3g}"
                 )
     table = Table(
-        head=["set", "channel", "first rung", "last rung", "best", "best rung", "unit", "best / noise floor"], rows=rows, right=(2, 3, 4, 7)
+        head=[
+            "set",
+            "channel",
+            "first rung",
+            "last rung",
+            "best",
+            "best rung",
+            "unit",
+            "best / noise floor",
+        ],
+        rows=rows,
+        right=(2, 3, 4, 7),
     )
     lead = (
         "Error is the root mean square of measurement less model, on stretches that the fit never saw where there are "
@@ -108,12 +147,19 @@ def _ladder_table(group: Group) -> Table:
             train, held = (pooled(rung.scores, held_out=h).get(channel) for h in (False, True))
             rows.append(
                 [
-                    rung.name, channel, _figure(train.rms if train else math.nan), _figure(held.rms if held else math.nan),
-                    _unit(channel), _figure((held or train).ratio if held or train else math.nan), _fitted_words(rung),
+                    rung.name,
+                    channel,
+                    _figure(train.rms if train else math.nan),
+                    _figure(held.rms if held else math.nan),
+                    _unit(channel),
+                    _figure((held or train).ratio if held or train else math.nan),
+                    _fitted_words(rung),
                 ]  # fmt: skip
             )
     return Table(
-        head=["model", "channel", "fitted", "held out", "unit", "× noise floor", "fitted values"], rows=rows, right=(2, 3, 5)
+        head=["model", "channel", "fitted", "held out", "unit", "× noise floor", "fitted values"],
+        rows=rows,
+        right=(2, 3, 5),
     )
 
 
@@ -121,7 +167,9 @@ def _fitted_words(rung: Rung) -> str:
     words = []
     for f in rung.fitted:
         bound = " (at its bound)" if f.at_bound else ""
-        words.append(f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} {f.unit}{bound}")
+        words.append(
+            f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} {f.unit}{bound}"
+        )
     return ", ".join(words)
 
 
@@ -143,7 +191,10 @@ def _overlay(case: Case, channel: str, axis: int, rungs: Sequence[Rung], k: int)
     sigma = float(case.sigma[channel][axis])
     series = [
         Series(
-            name="measured", x=case.time[good], y=measured[good], points=bool(good.sum() < 200),
+            name="measured",
+            x=case.time[good],
+            y=measured[good],
+            points=bool(good.sum() < 200),
             band=np.full(int(good.sum()), 2.0 * sigma),
         )
     ]
@@ -152,8 +203,10 @@ def _overlay(case: Case, channel: str, axis: int, rungs: Sequence[Rung], k: int)
         y = rung.predicted[k][channel][:, axis]
         series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not rungs[-1]))
     return Chart(
-        title=f"{case.name}: {_component(channel, axis, case)}", y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
-        series=tuple(series), marks=_marks(case),
+        title=f"{case.name}: {_component(channel, axis, case)}",
+        y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
+        series=tuple(series),
+        marks=_marks(case),
     )
 
 
@@ -165,9 +218,15 @@ def _residual(case: Case, channel: str, first: Rung, last: Rung, k: int) -> Char
             good = np.isfinite(values[:, axis])
             if good.any():
                 name = f"{rung.name}, {_component(channel, axis, case)}"
-                series.append(Series(name=name, x=case.time[good], y=values[good, axis], dashed=rung is not last))
+                series.append(
+                    Series(
+                        name=name, x=case.time[good], y=values[good, axis], dashed=rung is not last
+                    )
+                )
     return Chart(
-        title=f"{case.name}: measured less model, {channel}", y_label=f"residual [{_unit(channel)}]", series=tuple(series),
+        title=f"{case.name}: measured less model, {channel}",
+        y_label=f"residual [{_unit(channel)}]",
+        series=tuple(series),
         marks=(*_marks(case), Mark(at=0.0, label="", level=True)),
     )
 
@@ -177,7 +236,9 @@ def _marks(case: Case) -> tuple[Mark, ...]:
     from seals.compare.regimes import Regime
 
     change = np.flatnonzero(np.diff(case.regime)) + 1
-    return tuple(Mark(at=float(case.time[i]), label=Regime(int(case.regime[i])).name) for i in change[:8])
+    return tuple(
+        Mark(at=float(case.time[i]), label=Regime(int(case.regime[i])).name) for i in change[:8]
+    )
 
 
 def _horizon(group: Group) -> list[Block]:
@@ -190,19 +251,26 @@ def _horizon(group: Group) -> list[Block]:
             if channel in case.measured:
                 times, sizes = by_horizon(case, last.predicted[k])[channel]
                 series.append(Series(name=case.name, x=times, y=sizes, dashed=not case.held_out))
-        floor = float(np.nanmin([np.min(c.sigma[channel]) for c in group.cases if channel in c.sigma]))
+        floor = float(
+            np.nanmin([np.min(c.sigma[channel]) for c in group.cases if channel in c.sigma])
+        )
         marks = (Mark(at=floor, label="noise floor", level=True),)
         out.append(
             Chart(
-                title=f"Error against horizon: {channel}, {last.name}", x_label="time since the start [s]",
-                y_label=f"rms error [{_unit(channel)}]", series=tuple(series), marks=marks,
+                title=f"Error against horizon: {channel}, {last.name}",
+                x_label="time since the start [s]",
+                y_label=f"rms error [{_unit(channel)}]",
+                series=tuple(series),
+                marks=marks,
             )
         )
     return out
 
 
 def _checks(comparison: Comparison) -> Section:
-    rows = [[name, str(finding)] for name, found in comparison.findings.items() for finding in found]
+    rows = [
+        [name, str(finding)] for name, found in comparison.findings.items() for finding in found
+    ]
     regimes = [
         [s.name, r.name, regime, f"{value:.3g}"]
         for g in comparison.groups
@@ -218,16 +286,29 @@ def _checks(comparison: Comparison) -> Section:
         for channel, (lag, match) in found.items()
     ]
     blocks: list[Block] = [
-        Fold(title="Data check", blocks=[Table(head=["log", "finding"], rows=rows or [["all", "nothing to report"]])]),
+        Fold(
+            title="Data check",
+            blocks=[Table(head=["log", "finding"], rows=rows or [["all", "nothing to report"]])],
+        ),
         Fold(
             title="Error by regime, as a multiple of the noise floor",
-            blocks=[Table(head=["stretch", "model", "regime", "× noise floor"], rows=regimes, right=(3,))],
+            blocks=[
+                Table(
+                    head=["stretch", "model", "regime", "× noise floor"], rows=regimes, right=(3,)
+                )
+            ],
         ),
         Fold(title="Sources and licences", blocks=[Table(head=["log", "source"], rows=sources)]),
     ]
     if offsets:
         head = ["stretch", "channel", "lag [ms]", "correlation"]
-        blocks.insert(1, Fold(title="Clock offset against the model", blocks=[Table(head=head, rows=offsets, right=(2, 3))]))
+        blocks.insert(
+            1,
+            Fold(
+                title="Clock offset against the model",
+                blocks=[Table(head=head, rows=offsets, right=(2, 3))],
+            ),
+        )
     return Section(title="Behind the figures", blocks=blocks)
 
 
@@ -256,5 +337,3 @@ def _figure(value: float) -> str:
 
 def _file_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)
-
-

@@ -76,7 +76,9 @@ def _group(group: Group) -> dict[str, Any]:
                 "start": c.start.source,
                 "noise": {k: v.tolist() for k, v in c.sigma.items()},
                 "notes": c.notes,
-                "clock_offset": {k: {"lag": a, "correlation": b} for k, (a, b) in group.offsets[c.name].items()},
+                "clock_offset": {
+                    k: {"lag": a, "correlation": b} for k, (a, b) in group.offsets[c.name].items()
+                },
             }
             for c in group.cases
         ],

@@ -56,12 +56,18 @@ def score_case(case: Case, predicted: dict[str, Floats]) -> CaseScore:
     for regime in Regime:
         rows = case.regime == regime
         if rows.any():
-            squares = np.concatenate([np.square(w[rows][np.isfinite(w[rows])]) for w in whitened.values()])
+            squares = np.concatenate(
+                [np.square(w[rows][np.isfinite(w[rows])]) for w in whitened.values()]
+            )
             if squares.size:
                 regimes[regime.name] = float(np.sqrt(squares.mean()))
     total = np.concatenate([np.square(w[np.isfinite(w)]) for w in whitened.values()])
     return CaseScore(
-        name=case.name, held_out=case.held_out, channels=channels, regimes=regimes, total=float(np.sqrt(total.mean()))
+        name=case.name,
+        held_out=case.held_out,
+        channels=channels,
+        regimes=regimes,
+        total=float(np.sqrt(total.mean())),
     )
 
 
@@ -81,11 +87,14 @@ def pooled(scores: Sequence[CaseScore], *, held_out: bool) -> dict[str, Score]:
     return out
 
 
-def by_horizon(case: Case, predicted: dict[str, Floats], *, bins: int = 12) -> dict[str, tuple[Floats, Floats]]:
+def by_horizon(
+    case: Case, predicted: dict[str, Floats], *, bins: int = 12
+) -> dict[str, tuple[Floats, Floats]]:
     """Residual against the time since the start.
 
     Returns:
-        Channel to (time at the middle of each bin [s], root mean square in the unit of the channel).
+        Channel to (time at the middle of each bin [s], root mean square in the unit of the
+        channel).
     """
     edges = np.linspace(0.0, float(case.time[-1]) + 1e-12, bins + 1)
     out = {}

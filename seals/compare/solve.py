@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.compare.case import Case
 from seals.compare.predict import Job, Predictor, residuals, whitened
 
 _STEP_NORM = 0.3
@@ -92,10 +91,14 @@ class Solver:
         cost = 0.0
         for case, deviation, samples in zip(self.cases, x.deviations, predicted, strict=True):
             r = whitened(case, residuals(case, samples))
-            cost += float(r @ r) + float(np.sum((deviation[case.start.free] / case.start.sigma[case.start.free]) ** 2))
+            cost += float(r @ r) + float(
+                np.sum((deviation[case.start.free] / case.start.sigma[case.start.free]) ** 2)
+            )
         return predicted, cost if np.isfinite(cost) else np.inf
 
-    def _normal(self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]) -> tuple[Floats, Floats]:
+    def _normal(
+        self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]
+    ) -> tuple[Floats, Floats]:
         """Normal matrix and gradient; unknowns are the free parameters, then the starts case by case."""
         sizes = [len(c.start.free) for c in self.cases]
         offset = np.concatenate([[len(free)], len(free) + np.cumsum(sizes)])
@@ -113,7 +116,9 @@ class Solver:
             gradient[own] -= prior * x.deviations[i][case.start.free]
         return normal, gradient
 
-    def _columns(self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]) -> list[Floats]:
+    def _columns(
+        self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]
+    ) -> list[Floats]:
         """Whitened sensitivities of every case, shape (samples, unknowns of the case)."""
         jobs, sizes = [], []
         for i, case in enumerate(self.cases):
@@ -128,7 +133,8 @@ class Solver:
             base = whitened(case, residuals(case, predicted[i]))
             count = len(free) + len(case.start.free)
             rows = [
-                (base - whitened(case, residuals(case, moved[at + c]))) / sizes[at + c] for c in range(count)
+                (base - whitened(case, residuals(case, moved[at + c]))) / sizes[at + c]
+                for c in range(count)
             ]
             at += count
             out.append(np.stack(rows, axis=1) if rows else np.zeros((base.size, 0)))
@@ -143,8 +149,12 @@ class Solver:
     def _parameter_steps(self, values: Floats) -> Floats:
         """Steps that change the samples by a fraction of the noise: found once by trial."""
         if 0 not in self._steps:
-            trial = 1e-4 * np.maximum(np.abs(values), np.minimum(1.0, self.bounds[:, 1] if len(values) else 1.0))
-            self._steps[0] = np.array([self._tuned(values, p, float(trial[p])) for p in range(len(values))])
+            trial = 1e-4 * np.maximum(
+                np.abs(values), np.minimum(1.0, self.bounds[:, 1] if len(values) else 1.0)
+            )
+            self._steps[0] = np.array(
+                [self._tuned(values, p, float(trial[p])) for p in range(len(values))]
+            )
         steps = self._steps[0]
         # step inward at the upper bound
         return np.where(values + steps > self.bounds[:, 1], -steps, steps) if len(values) else steps
@@ -158,24 +168,31 @@ class Solver:
         out = self.predictor.run(jobs)
         half = len(self.cases)
         change = [
-            whitened(c, residuals(c, out[i])) - whitened(c, residuals(c, out[half + i])) for i, c in enumerate(self.cases)
+            whitened(c, residuals(c, out[i])) - whitened(c, residuals(c, out[half + i]))
+            for i, c in enumerate(self.cases)
         ]
         size = float(np.sqrt(np.mean(np.concatenate(change) ** 2)))
         if not np.isfinite(size) or size == 0.0:
             return trial
         return float(np.clip(trial * _STEP_NORM / size, 1e-3 * trial, 1e3 * trial))
 
-    def _moved(self, x: _Unknown, normal: Floats, gradient: Floats, free: list[int], damping: float) -> _Unknown:
+    def _moved(
+        self, x: _Unknown, normal: Floats, gradient: Floats, free: list[int], damping: float
+    ) -> _Unknown:
         """Take one damped step; parameters stay inside their bounds."""
         held = self._stuck(x.values, gradient, free)
         keep = [k for k in range(len(gradient)) if k not in held]
         matrix = normal[np.ix_(keep, keep)].copy()
         diagonal = np.diag(matrix).copy()
-        matrix[np.diag_indices_from(matrix)] += damping * diagonal + 1e-12 * max(float(diagonal.max(initial=0.0)), 1e-30)
+        matrix[np.diag_indices_from(matrix)] += damping * diagonal + 1e-12 * max(
+            float(diagonal.max(initial=0.0)), 1e-30
+        )
         change = np.zeros(len(gradient))
         change[keep] = np.linalg.solve(matrix, gradient[keep])
         values = x.values.copy()
-        values[free] = np.clip(values[free] + change[: len(free)], self.bounds[free, 0], self.bounds[free, 1])
+        values[free] = np.clip(
+            values[free] + change[: len(free)], self.bounds[free, 0], self.bounds[free, 1]
+        )
         deviations, at = [], len(free)
         for case, deviation in zip(self.cases, x.deviations, strict=True):
             new = deviation.copy()
@@ -189,23 +206,40 @@ class Solver:
         out = set()
         for place, p in enumerate(free):
             low, high = self.bounds[p]
-            if (values[p] <= low and gradient[place] < 0.0) or (values[p] >= high and gradient[place] > 0.0):
+            if (values[p] <= low and gradient[place] < 0.0) or (
+                values[p] >= high and gradient[place] > 0.0
+            ):
                 out.add(place)
         return out
 
     def _solution(
-        self, x: _Unknown, predicted: list[dict[str, Floats]], cost: float, free: list[int], converged: bool
+        self,
+        x: _Unknown,
+        predicted: list[dict[str, Floats]],
+        cost: float,
+        free: list[int],
+        converged: bool,
     ) -> Solution:
         sigma = np.zeros(len(x.values))
         if free:
             normal, _ = self._normal(x, predicted, free)
-            samples = sum(int(np.isfinite(m).sum()) for c in self.cases for m in c.measured.values())
+            samples = sum(
+                int(np.isfinite(m).sum()) for c in self.cases for m in c.measured.values()
+            )
             scale = cost / max(samples - normal.shape[0], 1)
             covariance = np.linalg.pinv(normal) * scale
             sigma[free] = np.sqrt(np.maximum(np.diag(covariance)[: len(free)], 0.0))
-        on = [bool(p in free and (v <= b[0] or v >= b[1])) for p, (v, b) in enumerate(zip(x.values, self.bounds, strict=True))]
+        on = [
+            bool(p in free and (v <= b[0] or v >= b[1]))
+            for p, (v, b) in enumerate(zip(x.values, self.bounds, strict=True))
+        ]
         return Solution(
-            values=x.values, sigma=sigma, deviations=x.deviations, predicted=predicted, chi2=cost, at_bound=on,
+            values=x.values,
+            sigma=sigma,
+            deviations=x.deviations,
+            predicted=predicted,
+            chi2=cost,
+            at_bound=on,
             converged=converged,
         )
 

@@ -44,18 +44,37 @@ def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     turning = np.isfinite(_first(log, "angular_velocity", 3)).all() or attitude is not None
     spin = _filled(_first(log, "angular_velocity", 3), initial.angular_velocity, np.zeros(3), 0.0)
     sigma[9:12] = WIDE["spin"] if turning else 0.0
-    q = _filled(_first(log, "joint_position", joints), initial.joint_position, sigma[12 : 12 + joints], WIDE["joints"])
+    q = _filled(
+        _first(log, "joint_position", joints),
+        initial.joint_position,
+        sigma[12 : 12 + joints],
+        WIDE["joints"],
+    )
     rate = _slope(log, "joint_position", joints)
     seen = _first(log, "joint_velocity", joints)
     rate = np.where(np.isfinite(seen), seen, rate)
     rates = _filled(rate, initial.joint_velocity, sigma[12 + joints :], WIDE["rates"])
     return Start(
-        position=position, quaternion=quaternion, velocity=velocity, spin=spin, joints=q, rates=rates,
-        sigma=sigma, source="first samples of the pose",
+        position=position,
+        quaternion=quaternion,
+        velocity=velocity,
+        spin=spin,
+        joints=q,
+        rates=rates,
+        sigma=sigma,
+        source="first samples of the pose",
     )
 
 
-def start_of_drop(events: DropEvents, robot: RobotModel, hulls: list[Hull], *, water: float, gravity: float, before: float) -> Start:
+def start_of_drop(
+    events: DropEvents,
+    robot: RobotModel,
+    hulls: list[Hull],
+    *,
+    water: float,
+    gravity: float,
+    before: float,
+) -> Start:
     """Start of a drop from rest, ``before`` seconds before its first contact with the water.
 
     Args:
@@ -67,7 +86,9 @@ def start_of_drop(events: DropEvents, robot: RobotModel, hulls: list[Hull], *, w
         before: [s].
     """
     speed = gravity * (events.fall - before)
-    lowest = min(_lowest(robot, k, hull) for k, hull in enumerate(hulls) if robot.hulls[k] is not None)
+    lowest = min(
+        _lowest(robot, k, hull) for k, hull in enumerate(hulls) if robot.hulls[k] is not None
+    )
     height = water - lowest + speed * before + 0.5 * gravity * before**2
     joints = robot.tree.joints
     sigma = np.zeros(12 + 2 * joints)
@@ -91,7 +112,9 @@ def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
     """Height of the lowest hull point of a link above the base origin, joints at zero, by bisection."""
     from seals.dynamics.tree import forward
 
-    origins, rotations = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints)))
+    origins, rotations = forward(
+        robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints))
+    )
     up = rotations[0, link, 2]
     low, high = -hull.reach * 1.001, hull.reach * 1.001
     for _ in range(60):
@@ -149,6 +172,8 @@ def _filled(measured: Floats, fallback: list[float], sigma: Floats, wide: float)
     return np.where(known, measured, base)
 
 
-def _seen_in_body(turn: Floats, known: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _seen_in_body(
+    turn: Floats, known: np.ndarray[tuple[int], np.dtype[np.bool_]]
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Body components whose world motion is measured, for a body that is nearly upright."""
     return np.asarray(np.abs(turn.T) @ known.astype(float) > 0.9)

@@ -57,14 +57,17 @@ class CompareSettings(RunSettings):
     """A run's settings, which are the model, and the measurement that it is compared with.
 
     Args:
-        log: folder, file or name of the measurement, a list of them, or None for all of the reader's own data.
+        log: folder, file or name of the measurement, a list of them, or None for all of the
+            reader's own data.
         reader: plug-in that reads the measurement.
-        fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``; ``axes`` of one
+        fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``;
+            ``axes`` of one
             stem may be tied: ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
         train: names (shell patterns) of the logs or segments that are fitted; empty for all.
         held_out: names (shell patterns) of the logs or segments that only judge the fit.
         per_log: fit every log by itself instead of all together.
-        ladder: rungs by name, each the list of effects that act; empty for one rung with all effects.
+        ladder: rungs by name, each the list of effects that act; empty for one rung with all
+            effects.
         compare: how the comparison is made.
         out: folder of the results, or None for the run's folder.
     """

@@ -12,8 +12,10 @@ def added_terms(added: AddedInertia, medium: Medium, motion: Motion) -> tuple[Ar
     """Velocity-dependent part of the reaction of an added inertia, about the link origin, link axes.
 
     Equation:
-        weight A (w x u - a, 0) + Kirchhoff terms of weight A at (v - u, w), with u the velocity and a the
-        acceleration of the medium: what remains of d/dt (weight A nu_r) when (v', w') = 0 and weight is held.
+        weight A (w x u - a, 0) + Kirchhoff terms of weight A at (v - u, w), with u the velocity
+        and a the
+        acceleration of the medium: what remains of d/dt (weight A nu_r) when (v', w') = 0 and
+        weight is held.
     """
     spin = motion.angular_velocity
     relative = motion.velocity - medium.velocity

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from seals.arrays import Array, namespace
 from seals.dynamics.added import added_terms
+from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import by_batch
 from seals.dynamics.spatial import kirchhoff
-from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.evaluation import Evaluation, take_motion
 from seals.motion import Motion
 
@@ -15,7 +15,8 @@ class Assembly:
     """Sums link inertias and wrenches into the generalised equations and solves them.
 
     Equation:
-        (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with b the rate of the
+        (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with
+        b the rate of the
         link twists at zero generalised acceleration.
 
     Args:
@@ -50,7 +51,9 @@ class Assembly:
         force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
         return self.solve(kinematics, total, force, joint_force)
 
-    def solve(self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array) -> Array:
+    def solve(
+        self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array
+    ) -> Array:
         """Solve for the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
         xp = namespace(force)
         transposed = xp.permute_dims(kinematics.jacobian, (0, 1, 3, 2))
@@ -89,7 +92,8 @@ class Assembly:
         inertia = self.inertia
         if batch > 1:
             inertia = xp.reshape(
-                xp.broadcast_to(inertia[:, None], (self.links, batch, 6, 6)), (self.links * batch, 6, 6)
+                xp.broadcast_to(inertia[:, None], (self.links, batch, 6, 6)),
+                (self.links * batch, 6, 6),
             )
         force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
         for _, rows, added, medium in found.inertias:
@@ -103,7 +107,11 @@ class Assembly:
         xp = namespace(values)
         count = self.links * batch
         if rows is None:
-            return values if values.shape[0] == count else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
+            return (
+                values
+                if values.shape[0] == count
+                else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
+            )
         return scatter(values, rows, count)
 
 

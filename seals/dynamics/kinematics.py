@@ -1,6 +1,7 @@
 """Velocities, Jacobians and velocity-product accelerations of all links of a tree at given poses.
 
-Arrays are ordered (batch, links, ...). The generalised velocity is [velocity of the base origin, angular velocity
+Arrays are ordered (batch, links, ...). The generalised velocity is [velocity of the base origin,
+angular velocity
 of the base, joint rates], the first two in world axes; a fixed base has only the joint rates.
 """
 
@@ -42,7 +43,8 @@ class Kinematics:
         rotations: R_WL, shape (B, L, 3, 3).
 
     Attributes:
-        jacobian: map from the generalised velocity to the twists of all links in link axes, shape (B, L, 6, n).
+        jacobian: map from the generalised velocity to the twists of all links in link axes, shape
+            (B, L, 6, n).
         axes: joint axes, world [1], shape (B, J, 3).
     """
 
@@ -66,7 +68,9 @@ class Kinematics:
         self._size = tree.joints + self._lead
         self._world = xp.concat((*upper, *lower), axis=3)
         turned = xp.matmul(self._back, self._world)
-        self.jacobian = xp.concat((turned[:, :, :, : self._size], turned[:, :, :, self._size :]), axis=2)
+        self.jacobian = xp.concat(
+            (turned[:, :, :, : self._size], turned[:, :, :, self._size :]), axis=2
+        )
 
     def _joint_columns(self) -> tuple[Array, Array]:
         """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""
@@ -105,9 +109,12 @@ class Kinematics:
         """Return the rate of the twists, taken in link axes, when the generalised acceleration is zero, (B, L, 6).
 
         Equation:
-            With W, V the link velocities, a_j the joint axes, s_j their anchors and alpha_j = W_parent x a_j q_j':
-            angular = sum alpha_j; linear = (sum alpha_j) x r - sum (alpha_j x s_j + a_j q_j' x V_child) - w x v of the
-            base; a sliding joint adds alpha_j to linear only. The term W x V of the world acceleration cancels
+            With W, V the link velocities, a_j the joint axes, s_j their anchors and alpha_j =
+            W_parent x a_j q_j':
+            angular = sum alpha_j; linear = (sum alpha_j) x r - sum (alpha_j x s_j + a_j q_j' x
+            V_child) - w x v of the
+            base; a sliding joint adds alpha_j to linear only. The term W x V of the world
+            acceleration cancels
             against the change of the link axes.
         """
         xp, lead = namespace(moving.speed), self._lead
@@ -132,12 +139,17 @@ class Kinematics:
         slide = None
         if self._sliding:
             slides = as_like(tree.slides, rates)
-            slide, change, turning = change * slides, change * (1.0 - slides), turning * (1.0 - slides)
+            slide, change, turning = (
+                change * slides,
+                change * (1.0 - slides),
+                turning * (1.0 - slides),
+            )
         moves = as_like(tree.moves, rates)
         angular = xp.matmul(moves, change)
         anchors = self._anchors if change.shape[0] == 1 else self._anchors + change * 0.0
         inner = cross_last(
-            xp.concat((change, turning), axis=1), xp.concat((anchors, self._of_links(moving.linear, tree.child)), axis=1)
+            xp.concat((change, turning), axis=1),
+            xp.concat((anchors, self._of_links(moving.linear, tree.child)), axis=1),
         )
         linear = cross_last(angular, self._arm) - xp.matmul(as_like(tree.moves_twice, rates), inner)
         return (linear if slide is None else linear + xp.matmul(moves, slide)), angular

@@ -7,14 +7,18 @@ from collections.abc import Sequence
 from seals.arrays import Array
 
 
-def solve_symmetric(matrix: Sequence[Sequence[Array | None]], right: Sequence[Array]) -> list[Array]:
+def solve_symmetric(
+    matrix: Sequence[Sequence[Array | None]], right: Sequence[Array]
+) -> list[Array]:
     """Solve M x = b for symmetric positive definite matrices by L D L^T without pivoting.
 
-    Every entry is a vector over the batch, so that the cost is a few hundred vector operations whatever
+    Every entry is a vector over the batch, so that the cost is a few hundred vector operations
+    whatever
     the batch: several times faster than one factorisation per matrix.
 
     Args:
-        matrix: lower triangle, ``matrix[i][j]`` for j <= i, each shape (1 or N,); None for an entry that is
+        matrix: lower triangle, ``matrix[i][j]`` for j <= i, each shape (1 or N,); None for an
+            entry that is
             zero in the whole batch.
         right: b, one vector (N,) per row.
 

@@ -13,6 +13,7 @@ from seals.effects.effect import Effect, FlowField, Inertia, JointLoads, Loads, 
 from seals.errors import ConfigError, suggestion
 from seals.schema import parameters_of, vector_groups
 
+
 @dataclass(frozen=True, kw_only=True)
 class BoundEffect:
     """One effect on its links.
@@ -67,12 +68,19 @@ class EffectSet:
         chosen: dict[str, dict[str, Array]] = {b.name: {} for b in self.bound}
         for key, value in values.items():
             name, _, parameter = key.partition(".")
-            if name not in chosen or parameter not in parameters_of(self.bound[self.index[name]].effect):
+            if name not in chosen or parameter not in parameters_of(
+                self.bound[self.index[name]].effect
+            ):
                 keys = [f"{b.name}.{p}" for b in self.bound for p in parameters_of(b.effect)]
-                raise ConfigError(f"'{key}' is not a parameter of this model.\n{suggestion(key, keys)}")
+                raise ConfigError(
+                    f"'{key}' is not a parameter of this model.\n{suggestion(key, keys)}"
+                )
             chosen[name][parameter] = value
         return EffectSet(
-            [replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch)) for b in self.bound]
+            [
+                replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch))
+                for b in self.bound
+            ]
         )
 
 
@@ -97,14 +105,17 @@ def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectS
 
 
 def refuse_double_counting(
-    bound: Sequence[BoundEffect], links: Sequence[str], others: Mapping[str, Sequence[str]] | None = None
+    bound: Sequence[BoundEffect],
+    links: Sequence[str],
+    others: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
     """Refuse two owners of one phenomenon in one medium on one link.
 
     Args:
         bound: effects on their links.
         links: link names.
-        others: further owners (for example particle water) and the phenomena they account for on all links.
+        others: further owners (for example particle water) and the phenomena they account for on
+            all links.
 
     Raises:
         ConfigError: names both owners, the phenomenon and the link.
@@ -119,7 +130,14 @@ def refuse_double_counting(
         for phenomenon in b.effect.accounts_for:
             for k in b.links:
                 kinds = list(MediumKind) if b.kind is MediumKind.any else [b.kind, MediumKind.any]
-                clash = next((owner[phenomenon, kind, k] for kind in kinds if (phenomenon, kind, k) in owner), None)
+                clash = next(
+                    (
+                        owner[phenomenon, kind, k]
+                        for kind in kinds
+                        if (phenomenon, kind, k) in owner
+                    ),
+                    None,
+                )
                 if clash is not None:
                     raise ConfigError(
                         f"'{clash}' and '{b.name}' both account for {phenomenon} on link '{links[k]}'.\n"
@@ -135,12 +153,16 @@ def _link_indices(name: str, wanted: Sequence[str], links: Sequence[str]) -> tup
     found = set()
     for link in wanted:
         if link not in (*links, "root"):
-            raise ConfigError(f"effects.{name}.links: there is no link '{link}'.\n{suggestion(link, [*links, 'root', '*'])}")
+            raise ConfigError(
+                f"effects.{name}.links: there is no link '{link}'.\n{suggestion(link, [*links, 'root', '*'])}"
+            )
         found.add(0 if link == "root" else list(links).index(link))
     return tuple(sorted(found))
 
 
-def _params(effect: Effect, values: Mapping[str, Any], like: Array, links: int, batch: int) -> dict[str, Array]:
+def _params(
+    effect: Effect, values: Mapping[str, Any], like: Array, links: int, batch: int
+) -> dict[str, Array]:
     """Parameter arrays of one effect: (1, k) when constant, (links x batch, k) when one value is batched."""
     names = parameters_of(effect)
     single = {n: _row(values.get(n, getattr(effect, n)), like, links, batch) for n in names}
@@ -160,7 +182,9 @@ def _row(value: Any, like: Array, links: int, batch: int) -> Array:
         return as_like([float(value)], like)
     array = as_like(value, like)
     if array.ndim != 1 or array.shape[0] not in (1, batch):
-        raise ConfigError(f"a batched parameter has shape {tuple(array.shape)}.\nAllowed: ({batch},) or a number.")
+        raise ConfigError(
+            f"a batched parameter has shape {tuple(array.shape)}.\nAllowed: ({batch},) or a number."
+        )
     if links == 1 or array.shape[0] == 1:
         return array
     return namespace(array).concat([array] * links, axis=0)

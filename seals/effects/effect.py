@@ -26,18 +26,23 @@ class MediumKind(Enum):
 class Effect:
     """Base of all effect plug-ins: a keyword-only dataclass whose hooks are pure, batch-first functions.
 
-    A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new memory)``:
+    A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new
+    memory)``:
 
     - ``loads``: `Wrench` about the link origin, link axes [N, N m], each shape (N, 3).
-    - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes, and its weight; the
-      integrator makes the Coriolis and Munk terms from it, relative to the flow of the effect's medium.
+    - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes,
+      and its weight; the
+      integrator makes the Coriolis and Munk terms from it, relative to the flow of the effect's
+      medium.
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
 
-    ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts on the joints.
+    ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
+    on the joints.
 
     Args:
         links: link names; ``root`` is the base link and ``*`` every link.
-        correction: True for a deliberate addition to an effect of the same kind on the same link, for example
+        correction: True for a deliberate addition to an effect of the same kind on the same link,
+            for example
             a change found by comparison with measurements.
     """
 

@@ -47,14 +47,18 @@ class Evaluator:
         batch: rows per link.
     """
 
-    def __init__(self, effects: EffectSet, surroundings: Surroundings, *, links: int, batch: int) -> None:
+    def __init__(
+        self, effects: EffectSet, surroundings: Surroundings, *, links: int, batch: int
+    ) -> None:
         """Find the rows of each effect once."""
         self.effects, self.surroundings = effects, surroundings
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
 
-    def evaluate(self, motion: Motion, joints: Joints, inputs: Inputs, memory: Memory) -> Evaluation:
+    def evaluate(
+        self, motion: Motion, joints: Joints, inputs: Inputs, memory: Memory
+    ) -> Evaluation:
         """Evaluate flows, then inertias and loads in the resulting medium."""
         new: dict[str, Array] = dict(memory)
         sample = self.surroundings.sample(motion)

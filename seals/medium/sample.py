@@ -31,9 +31,21 @@ class Sample(NamedTuple):
         """Return the surroundings as seen by an effect of the medium ``kind``."""
         s = self.submersion
         if kind is MediumKind.water:
-            own = (s, self.water_velocity, self.water_acceleration, self.water_density, self.water_viscosity)
+            own = (
+                s,
+                self.water_velocity,
+                self.water_acceleration,
+                self.water_density,
+                self.water_viscosity,
+            )
         elif kind is MediumKind.air:
-            own = (1.0 - s, self.air_velocity, self.air_velocity * 0.0, self.air_density, self.air_viscosity)
+            own = (
+                1.0 - s,
+                self.air_velocity,
+                self.air_velocity * 0.0,
+                self.air_density,
+                self.air_viscosity,
+            )
         else:
             dry = 1.0 - s
             own = (

@@ -32,7 +32,9 @@ class WaterColumn:
 
     @staticmethod
     def of_profiles(
-        temperature: Sequence[Sequence[float]], salinity: Sequence[Sequence[float]], density: float | None
+        temperature: Sequence[Sequence[float]],
+        salinity: Sequence[Sequence[float]],
+        density: float | None,
     ) -> WaterColumn:
         """Build the column from [depth m, degC] and [depth m, g/kg] rows; a stated density rules over them."""
         t, s = (np.atleast_2d(np.asarray(rows, dtype=float)) for rows in (temperature, salinity))
@@ -74,7 +76,11 @@ class Surroundings:
         self._constants = {
             name: as_like([[value]], volume)
             for name, value in {
-                "gravity": gravity, "air_density": air_density, "air_viscosity": air_viscosity, "one": 1.0, "zero": 0.0,
+                "gravity": gravity,
+                "air_density": air_density,
+                "air_viscosity": air_viscosity,
+                "one": 1.0,
+                "zero": 0.0,
             }.items()
         }
         self._none = as_like(np.zeros((1, 3)), volume)
@@ -104,9 +110,13 @@ class Surroundings:
             normal=normal,
             sinking_speed=sinking,
             gravity=self._constants["gravity"],
-            water_velocity=self._none if sea.velocity is None else unrotate(motion.rotation, sea.velocity),
+            water_velocity=self._none
+            if sea.velocity is None
+            else unrotate(motion.rotation, sea.velocity),
             water_acceleration=(
-                self._none if sea.acceleration is None else unrotate(motion.rotation, sea.acceleration)
+                self._none
+                if sea.acceleration is None
+                else unrotate(motion.rotation, sea.acceleration)
             ),
             water_density=self._density.at(depth),
             water_viscosity=self._viscosity.at(depth),

@@ -39,7 +39,9 @@ def build_robot(settings: RobotSettings) -> RobotModel:
     moving = [j for j in urdf.joints if j.moves]
     mass = np.array([link.mass for link in urdf.links])
     if not settings.fixed_base and mass[0] <= 0.0:
-        raise RobotError(f"URDF {path}: the base link '{names[0]}' has no mass.\nGive it an <inertial> element.")
+        raise RobotError(
+            f"URDF {path}: the base link '{names[0]}' has no mass.\nGive it an <inertial> element."
+        )
     return RobotModel(
         name=settings.name or urdf.name,
         urdf=str(path),
@@ -103,10 +105,14 @@ def _shape(settings: RobotSettings, link: str, shape: ShapeSettings) -> Hull:
     kind = shape.type.value
     if kind == "mesh":
         if not shape.file:
-            raise RobotError(f"robot.hulls.{link}: a shape of type mesh needs a file.\nSay file: NAME.stl")
+            raise RobotError(
+                f"robot.hulls.{link}: a shape of type mesh needs a file.\nSay file: NAME.stl"
+            )
         folder = Path(settings.folder).resolve()
         if not (folder / shape.file).resolve().is_relative_to(folder):
-            raise RobotError(f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\nKeep meshes in the robot's folder.")
+            raise RobotError(
+                f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\nKeep meshes in the robot's folder."
+            )
         return hull_from_mesh(folder / shape.file, position=shape.position, rpy=shape.rpy).hull
     need = {"sphere": 1, "box": 3, "cylinder": 2, "capsule": 2}[kind]
     if len(shape.size) != need:

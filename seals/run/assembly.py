@@ -38,17 +38,31 @@ def build_world(settings: RunSettings) -> World:
     steps = step_count(settings)
     settings.backend.open(settings.environment, settings.time.step)
     actor = Actor(
-        robot, effects, settings.sensors, settings.backend, settings.environment, settings.wave, steps=steps
+        robot,
+        effects,
+        settings.sensors,
+        settings.backend,
+        settings.environment,
+        settings.wave,
+        steps=steps,
     )
     world = World(
-        settings.backend, {ROBOT: actor}, settings.environment, step=settings.time.step, seed=settings.seed
+        settings.backend,
+        {ROBOT: actor},
+        settings.environment,
+        step=settings.time.step,
+        seed=settings.seed,
     )
     world.reset({ROBOT: initial_configuration(settings, robot)})
     return world
 
 
 def build_twin(
-    settings: RunSettings, *, batch: int = 1, like: Array | None = None, values: Mapping[str, Any] | None = None
+    settings: RunSettings,
+    *,
+    batch: int = 1,
+    like: Array | None = None,
+    values: Mapping[str, Any] | None = None,
 ) -> tuple[Twin, TwinState]:
     """Build the twin of a run and its initial state, repeated over the batch.
 

@@ -101,7 +101,7 @@ def key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
     felt = np.linalg.norm(log.channel("specific_force"), axis=1)
     figures = {"simulated": f"{end:.4g} s"}
     if touch is not None:
-        figures["touches water at"] = f"{touch:.3f} s"
+        figures["touches water at"] = f"{touch:.3f} s" if touch > 0.0 else "the start"
     if settings.environment.water_level is not None:
         deepest = settings.environment.water_level - float(np.nanmin(height))
         figures["greatest depth of the origin"] = (

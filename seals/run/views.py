@@ -94,7 +94,9 @@ def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
     angle = np.degrees(rotation_vector(np.nan_to_num(turn)))
     if np.ptp(angle, axis=0).max() < STILL_DEGREES:
         return []
-    note = "Axis times angle from the world's axes to the body's."
+    # the shorter way round changes sides at half a turn: a gap is truer than a vertical line
+    angle[1:][np.abs(np.diff(angle, axis=0)).max(axis=1) > 90.0] = np.nan
+    note = "Axis times angle from the world's axes to the body's, the shorter way round."
     label = "rotation vector [deg]"
     return [lines("Attitude", label, log.time, _columns(angle), marks=marks, note=note)]
 

@@ -30,7 +30,8 @@ class Twin:
         waves: motion of the water surface.
         batch: number of robots B.
         like: array whose library, type and device to use; NumPy float64 by default.
-        values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured values.
+        values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured
+            values.
 
     Assumptions:
         No contacts. Effects' memory and inputs are held over a step.
@@ -57,10 +58,14 @@ class Twin:
         self.effects = effects.with_values(values or {}, like, batch)
         bodies = robot.bodies(like, batch)
         wetting = tables_of(robot, environment)
-        surroundings = build_surroundings(robot, environment, waves, wetting, like=like, batch=batch)
+        surroundings = build_surroundings(
+            robot, environment, waves, wetting, like=like, batch=batch
+        )
         self.evaluator = Evaluator(self.effects, surroundings, links=len(robot.links), batch=batch)
         single = len(robot.links) == 1 and not robot.tree.fixed_base
-        self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(robot, self.evaluator, bodies, environment)
+        self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(
+            robot, self.evaluator, bodies, environment
+        )
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
 
@@ -87,7 +92,9 @@ class Twin:
         inputs = Inputs(0.0, self._torque) if inputs is None else inputs
         return self.body.rates(state, time, inputs, self.memory)[0]
 
-    def step(self, state: TwinState, time: float, step: float, joint_torque: Array | None = None) -> tuple[TwinState, Rates]:
+    def step(
+        self, state: TwinState, time: float, step: float, joint_torque: Array | None = None
+    ) -> tuple[TwinState, Rates]:
         """Advance the batch by one step.
 
         Args:

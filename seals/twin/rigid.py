@@ -9,8 +9,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.config.environment import EnvironmentSettings
-from seals.dynamics.linear import solve_symmetric
 from seals.dynamics.added import added_terms
+from seals.dynamics.linear import solve_symmetric
 from seals.dynamics.spatial import kirchhoff
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate
@@ -30,7 +30,11 @@ class RigidBody:
     """
 
     def __init__(
-        self, robot: RobotModel, evaluator: Evaluator, bodies: Body, environment: EnvironmentSettings
+        self,
+        robot: RobotModel,
+        evaluator: Evaluator,
+        bodies: Body,
+        environment: EnvironmentSettings,
     ) -> None:
         """Convert the inertia once."""
         self.evaluator, self.bodies, self.gravity = evaluator, bodies, environment.gravity
@@ -82,7 +86,10 @@ class RigidBody:
 
     def _accelerations(self, found: Evaluation, force: Array, torque: Array) -> tuple[Array, Array]:
         """Solve (M + sum s M_A) (v', w') = (force, torque)."""
-        matrix = [[self._inertia[:, i, j] if self._dense[0, i, j] else None for j in range(i + 1)] for i in range(6)]
+        matrix = [
+            [self._inertia[:, i, j] if self._dense[0, i, j] else None for j in range(i + 1)]
+            for i in range(6)
+        ]
         for _, _, added, _ in found.inertias:
             weight = added.weight[:, 0]
             used = _pattern(added.matrix)

@@ -43,12 +43,23 @@ class TwinState(NamedTuple):
             like: array whose library, type and device to use.
             **values: fields as anything that broadcasts to their shape.
         """
-        widths = {"position": 3, "quaternion": 4, "velocity": 3, "spin": 3, "joints": joint_count, "rates": joint_count}
+        widths = {
+            "position": 3,
+            "quaternion": 4,
+            "velocity": 3,
+            "spin": 3,
+            "joints": joint_count,
+            "rates": joint_count,
+        }
         if "rpy" in values:
-            values["quaternion"] = quaternion_of_rpy(np.atleast_2d(np.asarray(values.pop("rpy"), dtype=float)))
+            values["quaternion"] = quaternion_of_rpy(
+                np.atleast_2d(np.asarray(values.pop("rpy"), dtype=float))
+            )
         values.setdefault("quaternion", [0.0, 0.0, 0.0, 1.0])
         full = {
-            name: np.array(np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (batch, width)))
+            name: np.array(
+                np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (batch, width))
+            )
             for name, width in widths.items()
         }
         return TwinState(**{name: as_like(np.asfortranarray(x), like) for name, x in full.items()})
@@ -64,7 +75,8 @@ class Rates(NamedTuple):
         spin: [rad/s^2], shape (B, 3).
         joints: [rad/s or m/s], shape (B, J).
         rates: [rad/s^2 or m/s^2], shape (B, J).
-        specific_force: acceleration of the base origin minus gravity, base axes [m/s^2], shape (B, 3).
+        specific_force: acceleration of the base origin minus gravity, base axes [m/s^2], shape (B,
+            3).
     """
 
     position: Array

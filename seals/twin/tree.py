@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-
 from seals.arrays import Array, as_like, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.equations import Assembly
@@ -30,7 +29,11 @@ class TreeBody:
     """
 
     def __init__(
-        self, robot: RobotModel, evaluator: Evaluator, bodies: Body, environment: EnvironmentSettings
+        self,
+        robot: RobotModel,
+        evaluator: Evaluator,
+        bodies: Body,
+        environment: EnvironmentSettings,
     ) -> None:
         """Convert the inertias once."""
         self.robot, self.evaluator, self.bodies = robot, evaluator, bodies

@@ -73,7 +73,9 @@ class Actor:
         self._now: tuple[Kinematics, Moving] | None = None
         self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
         self._still = np.zeros(3)
-        self._carriers = {name: _carrier(name, sensor, robot) for name, sensor in self.sensors.items()}
+        self._carriers = {
+            name: _carrier(name, sensor, robot) for name, sensor in self.sensors.items()
+        }
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
         """Place the robot, clear all memory."""
@@ -125,12 +127,16 @@ class Actor:
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
             felt = self._felt(time, step, kinematics.origins[0, k], turn[k], moving, k)
-            reading, self._sense_memory[name] = sensor.sense(felt, self._sense_memory[name], rng, due=due)
+            reading, self._sense_memory[name] = sensor.sense(
+                felt, self._sense_memory[name], rng, due=due
+            )
             self.readings[name] = reading
             if due:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
 
-    def _felt(self, time: float, step: float, position: Floats, turn: Floats, moving: Moving, link: int) -> Felt:
+    def _felt(
+        self, time: float, step: float, position: Floats, turn: Floats, moving: Moving, link: int
+    ) -> Felt:
         """Motion of one link with its mean accelerations over the last step."""
         twist = moving.twists[0, link]
         force, rate = self.gravity * turn[2], self._still

@@ -26,7 +26,8 @@ class Snapshot(NamedTuple):
 class World:
     """Robots under effects in one scene.
 
-    One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the sums to the backend,
+    One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the
+    sums to the backend,
     advance, then take the sensor readings that are due.
 
     Args:
@@ -42,7 +43,13 @@ class World:
     """
 
     def __init__(
-        self, backend: Backend, actors: Mapping[str, Actor], environment: EnvironmentSettings, *, step: float, seed: int
+        self,
+        backend: Backend,
+        actors: Mapping[str, Actor],
+        environment: EnvironmentSettings,
+        *,
+        step: float,
+        seed: int,
     ) -> None:
         """Keep the parts; call `reset` before the first step."""
         self.backend, self.actors, self.environment = backend, dict(actors), environment
@@ -78,7 +85,9 @@ class World:
     def snapshot(self) -> Snapshot:
         """Return a copy of everything that changes, effects' and sensors' memory included."""
         actors = tuple(actor.snapshot() for actor in self.actors.values())
-        return Snapshot(self.time, self._count, self.rng.bit_generator.state, self.backend.snapshot(), actors)
+        return Snapshot(
+            self.time, self._count, self.rng.bit_generator.state, self.backend.snapshot(), actors
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put the world back into the state of a snapshot of this world."""
@@ -97,4 +106,6 @@ def _check(name: str, configuration: Configuration) -> None:
     """Refuse states that are not finite."""
     for field, values in configuration._asdict().items():
         if not np.all(np.isfinite(values)):
-            raise PhysicsError(f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers.")
+            raise PhysicsError(
+                f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers."
+            )

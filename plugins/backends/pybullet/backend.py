@@ -20,8 +20,10 @@ class BackendPybullet:
     """Rigid bodies by PyBullet's multi-body solver, with two additions: second-order steps and added mass.
 
     Equation:
-        Featherstone's articulated-body algorithm with semi-implicit Euler steps. Velocities are kept half a step
-        back (leapfrog) while nothing touches, which makes the positions second-order accurate; a contact or a
+        Featherstone's articulated-body algorithm with semi-implicit Euler steps. Velocities are
+        kept half a step
+        back (leapfrog) while nothing touches, which makes the positions second-order accurate; a
+        contact or a
         joint stop falls back to the plain first-order step.
 
     Args:
@@ -35,7 +37,8 @@ class BackendPybullet:
         Speeds below 99 m/s and 99 rad/s: the engine clamps at 100, so faster motion is refused.
 
     Limitations:
-        No automatic differentiation; one robot of eight links advances some thousand steps a second.
+        No automatic differentiation; one robot of eight links advances some thousand steps a
+        second.
 
     References:
         Coumans and Bai 2016-2021, PyBullet; Featherstone 2008, Rigid Body Dynamics Algorithms.
@@ -61,7 +64,9 @@ class BackendPybullet:
         p = self._engine
         self._client = p.connect(p.DIRECT)
         if self._client < 0:
-            raise PhysicsError("PyBullet gave no physics client.\nClose other worlds of this process first.")
+            raise PhysicsError(
+                "PyBullet gave no physics client.\nClose other worlds of this process first."
+            )
         p.setPhysicsEngineParameter(
             fixedTimeStep=step,
             numSolverIterations=self.solver_iterations,
@@ -69,7 +74,8 @@ class BackendPybullet:
             deterministicOverlappingPairs=1,
             physicsClientId=self._client,
         )
-        # gravity acts as an effect on the real mass, so that added mass inside the engine has no weight
+        # gravity acts as an effect on the real mass, so that added mass inside the engine has no
+        # weight
         p.setGravity(0.0, 0.0, 0.0, physicsClientId=self._client)
         self.step = step
         for level in {environment.ground_level, environment.tank_bottom} - {None}:
@@ -81,7 +87,11 @@ class BackendPybullet:
         shape = p.createCollisionShape(p.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client)
         plane = p.createMultiBody(0.0, shape, basePosition=[0, 0, level], physicsClientId=client)
         p.changeDynamics(
-            plane, -1, lateralFriction=environment.friction, restitution=environment.restitution, physicsClientId=client
+            plane,
+            -1,
+            lateralFriction=environment.friction,
+            restitution=environment.restitution,
+            physicsClientId=client,
         )
         return int(plane)
 

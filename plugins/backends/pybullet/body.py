@@ -62,7 +62,8 @@ class PybulletBody:
         self._step = _Step(still, still, False, np.zeros(robot.tree.joints))
         self._turned = bool(np.any(self._com_turn[0, :3]))
 
-    # -- state ---------------------------------------------------------------------------------------
+    # -- state
+    # ---------------------------------------------------------------------------------------
 
     def reset(self, configuration: Configuration) -> None:
         """Place the robot."""
@@ -71,7 +72,9 @@ class PybulletBody:
         native = np.concatenate([c.velocity + np.cross(c.spin, turn @ self._com), c.spin, c.rates])
         if self._base == 0:
             native = np.asarray(c.rates, dtype=float)
-        self._set_pose(np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints)
+        self._set_pose(
+            np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints
+        )
         self._set_velocity(native, c.joints)
         self._step = _Step(native, native, False, np.asarray(c.joints, dtype=float))
         self._contact = np.zeros_like(self._contact)
@@ -85,7 +88,9 @@ class PybulletBody:
         now, joints = self._step.now, self._step.joints
         if self._base == 0:
             return Configuration(position, quaternion, np.zeros(3), np.zeros(3), joints, now)
-        return Configuration(position, quaternion, self._speed(now, turn)[:3], now[3:6], joints, now[6:])
+        return Configuration(
+            position, quaternion, self._speed(now, turn)[:3], now[3:6], joints, now[6:]
+        )
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
@@ -100,7 +105,9 @@ class PybulletBody:
             turns[1:] = [s[5] for s in states]
         rotations = matrix_of(turns)
         origins[0] -= rotations[0] @ self._com
-        return LinkPoses(origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None])
+        return LinkPoses(
+            origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None]
+        )
 
     def _speed(self, native: Floats, turn: Floats) -> Floats:
         """Generalised velocity about the base origin from native velocities."""
@@ -127,7 +134,8 @@ class PybulletBody:
         self._contact = contact.copy()
         self._split.restore(inertia)
 
-    # -- one step ------------------------------------------------------------------------------------
+    # -- one step
+    # ------------------------------------------------------------------------------------
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step."""
@@ -143,12 +151,17 @@ class PybulletBody:
         for k, link in enumerate(self._index):
             if k == 0 and self._base == 0:
                 continue
-            p.applyExternalForce(self.body, link, force[k], points[k], frame, physicsClientId=client)
+            p.applyExternalForce(
+                self.body, link, force[k], points[k], frame, physicsClientId=client
+            )
             p.applyExternalTorque(self.body, link, torque[k], frame, physicsClientId=client)
         if self._joints:
             p.setJointMotorControlArray(
-                self.body, self._joints, p.TORQUE_CONTROL,
-                forces=dynamics.joint_force[0][self._order].tolist(), physicsClientId=client,
+                self.body,
+                self._joints,
+                p.TORQUE_CONTROL,
+                forces=dynamics.joint_force[0][self._order].tolist(),
+                physicsClientId=client,
             )
 
     def after_step(self, step: float) -> None:
@@ -184,7 +197,9 @@ class PybulletBody:
             position, turn = p.getBasePositionAndOrientation(self.body, physicsClientId=client)
             turn = multiply(exponential(-distance[None, 3:6]), np.array(turn)[None])[0]
             place = (np.array(position) - distance[:3]).tolist()
-            p.resetBasePositionAndOrientation(self.body, place, turn.tolist(), physicsClientId=client)
+            p.resetBasePositionAndOrientation(
+                self.body, place, turn.tolist(), physicsClientId=client
+            )
         self._set_velocity(held, joints)
 
     def _at_stop(self, q: Floats) -> bool:
@@ -193,14 +208,17 @@ class PybulletBody:
             return False
         return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
 
-    # -- engine calls --------------------------------------------------------------------------------
+    # -- engine calls
+    # --------------------------------------------------------------------------------
 
     def _com_pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the base, and attitude of the base link's own frame.
 
         The engine reports the attitude of the principal axes.
         """
-        position, turn = self._p.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
+        position, turn = self._p.getBasePositionAndOrientation(
+            self.body, physicsClientId=self._client
+        )
         quaternion = np.array(turn)
         if self._turned:
             quaternion = multiply(quaternion[None], self._com_turn)[0]
@@ -210,7 +228,10 @@ class PybulletBody:
         rotation = matrix_of(quaternion[None])[0]
         turn = multiply(quaternion[None], conjugate(self._com_turn))[0]
         self._p.resetBasePositionAndOrientation(
-            self.body, (position + rotation @ self._com).tolist(), turn.tolist(), physicsClientId=self._client
+            self.body,
+            (position + rotation @ self._com).tolist(),
+            turn.tolist(),
+            physicsClientId=self._client,
         )
 
     def _set_velocity(self, native: Floats, joints: Floats) -> None:
@@ -229,7 +250,9 @@ class PybulletBody:
         """Native velocities that the engine holds, and joint positions."""
         velocity, joints = np.empty(self.robot.degrees), np.zeros(self.robot.tree.joints)
         if self._base:
-            velocity[:3], velocity[3:6] = self._p.getBaseVelocity(self.body, physicsClientId=self._client)
+            velocity[:3], velocity[3:6] = self._p.getBaseVelocity(
+                self.body, physicsClientId=self._client
+            )
         if self._joints:
             states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
             joints[self._order] = [s[0] for s in states]
@@ -245,7 +268,11 @@ class PybulletBody:
         poses = self.poses()
         out = np.zeros_like(self._contact)
         for point in points:
-            force = point[9] * np.array(point[7]) + point[10] * np.array(point[11]) + point[12] * np.array(point[13])
+            force = (
+                point[9] * np.array(point[7])
+                + point[10] * np.array(point[11])
+                + point[12] * np.array(point[13])
+            )
             k = self._index.index(point[3])
             turn = poses.rotations[0, k].T
             out[k, :3] += turn @ force

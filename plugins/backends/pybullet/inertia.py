@@ -1,7 +1,9 @@
 """Added mass in an engine that knows only a scalar mass and principal moments.
 
-The largest isotropic part of the added inertia goes into the engine, where contacts see it. The rest acts as a wrench
-made from the acceleration that the full equations predict; contact forces of the last step enter the prediction, so that
+The largest isotropic part of the added inertia goes into the engine, where contacts see it. The
+rest acts as a wrench
+made from the acceleration that the full equations predict; contact forces of the last step enter
+the prediction, so that
 a body at rest on the ground feels exactly the applied force.
 """
 
@@ -63,12 +65,20 @@ class InertiaSplit:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6).
         """
         if not dynamics.found.inertias:
-            return dynamics.wrench[0] if held is None else (dynamics.wrench + self._shift(dynamics, held))[0]
+            return (
+                dynamics.wrench[0]
+                if held is None
+                else (dynamics.wrench + self._shift(dynamics, held))[0]
+            )
         self._update(dynamics)
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
         bias = kinematics.bias(moving)
-        load = dynamics.wrench - self._assembly.velocity_terms(dynamics.motion, dynamics.found) - _times(total, bias)
+        load = (
+            dynamics.wrench
+            - self._assembly.velocity_terms(dynamics.motion, dynamics.found)
+            - _times(total, bias)
+        )
         seen = load if contact is None else load + contact[None]
         acceleration = self._assembly.solve(kinematics, total, seen, dynamics.joint_force)
         twists = moving.twists
@@ -76,10 +86,16 @@ class InertiaSplit:
         if held is not None:
             before = kinematics.move(held)
             # the engine integrates the velocity of the centre of mass of the base, see _centripetal
-            acceleration = acceleration + self._centripetal(kinematics, moving) - self._centripetal(kinematics, before)
+            acceleration = (
+                acceleration
+                + self._centripetal(kinematics, moving)
+                - self._centripetal(kinematics, before)
+            )
             twists, bias = before.twists, kinematics.bias(before)
         change = kinematics.twists(acceleration)
-        return (load + _times(self._engine_inertia[None], change + bias) + self._gyroscopic(twists))[0]
+        return (
+            load + _times(self._engine_inertia[None], change + bias) + self._gyroscopic(twists)
+        )[0]
 
     def _shift(self, dynamics: Dynamics, held: Floats) -> Floats:
         """Difference of the velocity terms between the engine's velocity and the current one, (1, L, 6)."""
@@ -94,7 +110,8 @@ class InertiaSplit:
     def _centripetal(self, kinematics: Kinematics, moving: Moving) -> Floats:
         """Acceleration w x (w x c) of the base's centre of mass, as a generalised one, shape (B, n).
 
-        The engine integrates the velocity of the centre of mass; everything here is about the link origin.
+        The engine integrates the velocity of the centre of mass; everything here is about the link
+        origin.
         """
         out = np.zeros_like(moving.speed)
         if not self._robot.tree.fixed_base:
@@ -108,7 +125,9 @@ class InertiaSplit:
         """Velocity terms of the engine's inertia at the given twists (B, L, 6)."""
         batch, links = twists.shape[:2]
         rows = twists.reshape(-1, 6)
-        inertia = self._engine_inertia if batch == 1 else np.concatenate([self._engine_inertia] * batch)
+        inertia = (
+            self._engine_inertia if batch == 1 else np.concatenate([self._engine_inertia] * batch)
+        )
         force, torque = kirchhoff(inertia, rows[:, :3], rows[:, 3:])
         return np.concatenate((force, torque), axis=1).reshape(batch, links, 6)
 
@@ -128,7 +147,8 @@ class InertiaSplit:
         if kept is not None and (kept[0] is matrix or np.array_equal(kept[0], matrix)):
             return kept[1]
         table = [
-            _isotropic(matrix[k if len(matrix) > 1 else 0], self._robot.centre[link]) for k, link in enumerate(links)
+            _isotropic(matrix[k if len(matrix) > 1 else 0], self._robot.centre[link])
+            for k, link in enumerate(links)
         ]
         self._units[name] = (matrix.copy(), np.array(table))
         return self._units[name][1]
@@ -145,7 +165,9 @@ class InertiaSplit:
             physicsClientId=self._client,
         )
         inertia = robot.inertia[link] + moment * np.eye(3)
-        self._engine_inertia[link] = rigid_inertia(float(robot.mass[link] + mass), robot.centre[link], inertia)
+        self._engine_inertia[link] = rigid_inertia(
+            float(robot.mass[link] + mass), robot.centre[link], inertia
+        )
 
 
 def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:

@@ -45,9 +45,13 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
     """
     flags = p.URDF_USE_INERTIA_FROM_FILE
     try:
-        body = p.loadURDF(robot.urdf, useFixedBase=robot.tree.fixed_base, flags=flags, physicsClientId=client)
+        body = p.loadURDF(
+            robot.urdf, useFixedBase=robot.tree.fixed_base, flags=flags, physicsClientId=client
+        )
     except p.error as cause:
-        raise RobotError(f"PyBullet cannot load {robot.urdf}: {cause}.\nRun: seals check robot=...") from cause
+        raise RobotError(
+            f"PyBullet cannot load {robot.urdf}: {cause}.\nRun: seals check robot=..."
+        ) from cause
     names = {p.getBodyInfo(body, physicsClientId=client)[0].decode(): -1}
     joint_names = {}
     for i in range(p.getNumJoints(body, physicsClientId=client)):
@@ -79,9 +83,16 @@ def _strip(p: Any, client: int, body: int, index: list[int], joints: list[int]) 
     """Remove hidden damping, sleeping and the default joint motors."""
     for link in index:
         p.changeDynamics(
-            body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, maxJointVelocity=1e3,
+            body,
+            link,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            maxJointVelocity=1e3,
             physicsClientId=client,
         )
-    p.changeDynamics(body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client)
+    p.changeDynamics(
+        body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client
+    )
     for joint in joints:
         p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
