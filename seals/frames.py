@@ -44,9 +44,12 @@ def matrix_of(quaternion: Array) -> Array:
     Returns:
         Rotation matrices, shape (N, 3, 3), stored entry by entry.
     """
-    xp = namespace(quaternion)
     q = quaternion.T
     rows = q.shape[1]
+    if type(q) is np.ndarray:
+        forms = (q[:, None, :] * q[None, :, :]).reshape(16, rows)
+        return (_FORMS @ forms).reshape(3, 3, rows).transpose(2, 0, 1)
+    xp = namespace(quaternion)
     outer = xp.reshape(q[:, None, :] * q[None, :, :], (16, rows))
     entries = xp.reshape(xp.matmul(as_like(_FORMS, quaternion), outer), (3, 3, rows))
     return xp.permute_dims(entries, (2, 0, 1))
@@ -81,6 +84,8 @@ for _i, _j, _k, _sign in (
 ):
     _LEVI_CIVITA[_k, 3 * _i + _j] = _sign
 
+_LEVI_CIVITA_T = np.ascontiguousarray(_LEVI_CIVITA.T)
+
 
 def cross(a: Array, b: Array) -> Array:
     """Cross product of rows, shapes (N, 3); a single row stands for all.
@@ -88,16 +93,21 @@ def cross(a: Array, b: Array) -> Array:
     All nine products at once, then one small matrix product: a third of the calls of the textbook
     form.
     """
-    xp = namespace(a)
     outer = a.T[:, None, :] * b.T[None, :, :]
+    if type(outer) is np.ndarray:
+        return (_LEVI_CIVITA @ outer.reshape(9, -1)).T
+    xp = namespace(a)
     return xp.matmul(as_like(_LEVI_CIVITA, a), xp.reshape(outer, (9, outer.shape[2]))).T
 
 
 def cross_last(a: Array, b: Array) -> Array:
     """Cross product over the last axis of arrays of any shape (..., 3), with broadcasting."""
-    xp = namespace(a)
     outer = a[..., :, None] * b[..., None, :]
-    return xp.matmul(xp.reshape(outer, (*outer.shape[:-2], 9)), as_like(_LEVI_CIVITA.T, a))
+    flat = (*outer.shape[:-2], 9)
+    if type(outer) is np.ndarray:
+        return outer.reshape(flat) @ _LEVI_CIVITA_T
+    xp = namespace(a)
+    return xp.matmul(xp.reshape(outer, flat), as_like(_LEVI_CIVITA_T, a))
 
 
 def skew_last(vector: Array) -> Array:

@@ -118,16 +118,14 @@ class Kinematics:
             against the change of the link axes.
         """
         xp, lead = namespace(moving.speed), self._lead
-        linear, angular = None, None
         if self.tree.joints:
             linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
-        if lead:
+        elif lead:
             base = moving.speed[:, None, :]
-            turn = cross_last(base[:, :, 3:6], base[:, :, 0:3])
-            linear = -turn + moving.linear * 0.0 if linear is None else linear - turn
-        if linear is None:
+            angular = moving.linear * 0.0
+            linear = angular - cross_last(base[:, :, 3:6], base[:, :, 0:3])
+        else:
             return moving.twists * 0.0
-        angular = moving.linear * 0.0 if angular is None else angular
         both = xp.matmul(self._back, xp.stack((linear, angular), axis=3))
         return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
 
@@ -147,9 +145,13 @@ class Kinematics:
         moves = as_like(tree.moves, rates)
         angular = xp.matmul(moves, change)
         anchors = self._anchors if change.shape[0] == 1 else self._anchors + change * 0.0
+        # one cross product for three sums; the last row is w x v of the base
+        spin, velocity = moving.angular[:, :1] * 0.0, moving.linear[:, :1]
+        if self._lead:
+            spin = moving.speed[:, None, 3:6]
         inner = cross_last(
-            xp.concat((change, turning), axis=1),
-            xp.concat((anchors, self._of_links(moving.linear, tree.child)), axis=1),
+            xp.concat((change, turning, spin), axis=1),
+            xp.concat((anchors, self._of_links(moving.linear, tree.child), velocity), axis=1),
         )
         linear = cross_last(angular, self._arm) - xp.matmul(as_like(tree.moves_twice, rates), inner)
         return (linear if slide is None else linear + xp.matmul(moves, slide)), angular

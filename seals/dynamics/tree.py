@@ -59,8 +59,9 @@ class Tree:
 
     @cached_property
     def moves_twice(self) -> Floats:
-        """`moves` beside itself, shape (L, 2 J)."""
-        return np.concatenate((self.moves, self.moves), axis=1)
+        """`moves` beside itself and a column for the base, 1 when it is free, shape (L, 2 J + 1)."""
+        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
+        return np.concatenate((self.moves, self.moves, base), axis=1)
 
     @cached_property
     def parent_of_joint(self) -> tuple[int, ...]:

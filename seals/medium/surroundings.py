@@ -100,8 +100,10 @@ class Surroundings:
         sinking = -_dot(motion.velocity, normal)
         if sea.rise is not None:
             sinking = sinking + sea.rise
-        turning = _dot(cross(motion.angular_velocity, wet.area_centre), normal)
-        rate = (sinking - turning) * wet.area * self._inverse_volume
+        rate = self._constants["zero"]
+        if wet.area is not None:
+            turning = _dot(cross(motion.angular_velocity, wet.area_centre), normal)
+            rate = (sinking - turning) * wet.area * self._inverse_volume
         depth = height if sea.normal is None else self.water_level - motion.position[:, 2:3]
         return Sample(
             submersion=wet.volume * self._inverse_volume,
@@ -165,4 +167,5 @@ class _Profile:
 
 def _dot(a: Array, b: Array) -> Array:
     """Inner products of rows, shape (N, 1)."""
-    return (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])[:, None]
+    product = a * b
+    return product[:, 0:1] + product[:, 1:2] + product[:, 2:3]

@@ -20,14 +20,14 @@ class Wet(NamedTuple):
     Args:
         volume: [m^3], (N, 1).
         centre: centroid of the submerged volume [m], (N, 3).
-        area: waterplane area [m^2], (N, 1).
-        area_centre: centroid of the waterplane [m], (N, 3).
+        area: waterplane area [m^2], (N, 1); None when no hull is cut by the surface.
+        area_centre: centroid of the waterplane [m], (N, 3); None likewise.
     """
 
     volume: Array
     centre: Array
-    area: Array
-    area_centre: Array
+    area: Array | None
+    area_centre: Array | None
 
 
 class Wetting(Protocol):
@@ -51,15 +51,19 @@ class WettingExact:
         self._reach = np.array([[h.reach] for h in hulls])
         self._volume = np.array([[h.volume] for h in hulls])
         self._centre = np.array([h.centroid for h in hulls])
-        self._none = np.zeros((len(hulls), 1)), np.zeros((len(hulls), 3))
+        self._submerged = Wet(self._volume, self._centre, None, None)
+        self._dry = Wet(self._volume * 0.0, self._centre * 0.0, None, None)
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; dry and submerged ones cost nothing."""
-        cut = np.abs(level) < self._reach
-        if not cut.any():
-            under = level > 0.0
-            return Wet(self._volume * under, self._centre * under, *self._none)
         under = level >= self._reach
+        if under.all():
+            return self._submerged
+        cut = (level > -self._reach) & ~under
+        if not cut.any():
+            if not under.any():
+                return self._dry
+            return Wet(self._volume * under, self._centre * under, None, None)
         volume, centre = self._volume * under, self._centre * under
         area, area_centre = np.zeros_like(volume), np.zeros_like(centre)
         for k in np.flatnonzero(cut[:, 0]):
@@ -97,4 +101,4 @@ class WettingNone:
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return an empty submerged part."""
-        return Wet(*(as_like(np.zeros((1, k)), level) for k in (1, 3, 1, 3)))
+        return Wet(as_like(np.zeros((1, 1)), level), as_like(np.zeros((1, 3)), level), None, None)

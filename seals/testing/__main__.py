@@ -1,4 +1,4 @@
-"""``python -m seals.testing KIND NAME ...``: run the contract of installed plug-ins and print the figures."""
+"""``python -m seals.testing KIND NAME ...``: check installed plug-ins and print the figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from typing import Any
 
 from seals import registry
 from seals.errors import ConfigError, SealsError, suggestion
-from seals.testing import check_backend, check_effect, check_reader, check_robot, check_sensor, check_waves
+from seals.testing import (
+    check_backend,
+    check_effect,
+    check_reader,
+    check_robot,
+    check_sensor,
+    check_waves,
+)
 
 CHECKS: dict[str, Callable[[str], Any]] = {
     "backend": check_backend,
@@ -30,7 +37,9 @@ def main(arguments: Sequence[str]) -> int:
     try:
         kind = arguments[0] if arguments else ""
         if kind not in CHECKS:
-            raise ConfigError(f"there is no check of kind '{kind}'.\n{suggestion(kind, CHECKS, label='Kinds')}")
+            raise ConfigError(
+                f"there is no check of kind '{kind}'.\n{suggestion(kind, CHECKS, label='Kinds')}"
+            )
         for name in arguments[1:] or registry.names(kind):
             print(CHECKS[kind](name).table(), flush=True)
     except SealsError as refusal:

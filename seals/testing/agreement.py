@@ -48,7 +48,7 @@ class SceneReport:
     @property
     def orders(self) -> tuple[float, ...]:
         """Measured order of the largest error, from each step to the next."""
-        worst = [max(max(e), 1e-16) for e in self.errors]
+        worst = [max(*e, 1e-16) for e in self.errors]
         return tuple(math.log(a / b, h / g) for (a, b), (h, g) in zip(
             itertools.pairwise(worst), itertools.pairwise(self.steps), strict=True
         ))  # fmt: skip
@@ -68,7 +68,9 @@ class Agreement:
         """Keep the options."""
         self.name, self.duration, self.steps, self.backend = name, duration, tuple(steps), backend
 
-    def measure(self, effect: Effect, case: Case, *, in_twin: Effect | None = None) -> tuple[SceneReport, ...]:
+    def measure(
+        self, effect: Effect, case: Case, *, in_twin: Effect | None = None
+    ) -> tuple[SceneReport, ...]:
         """Run one case in both engines.
 
         Args:
@@ -84,17 +86,26 @@ class Agreement:
             try:
                 with np.errstate(over="raise", invalid="raise", divide="raise"):
                     reference = follow(
-                        robot, _bind(robot, others, in_twin or effect), starts, step=_reference_step(effect), **run
+                        robot,
+                        _bind(robot, others, in_twin or effect),
+                        starts,
+                        step=_reference_step(effect),
+                        **run,
                     )
             except FloatingPointError as cause:
                 raise ContractError(
                     f"{self.name}: the twin runs away in the scenes {', '.join(case.scenes)}.\n"
                     "Look for a sign that drives the body, or give smaller values=."
                 ) from cause
-            without = simulate(robot, _bind(robot, others), starts, step=SAMPLE, backend=self.backend, **run)
+            without = simulate(
+                robot, _bind(robot, others), starts, step=SAMPLE, backend=self.backend, **run
+            )
             effects = _bind(robot, others, effect)
             found = [
-                errors(simulate(robot, effects, starts, step=step, backend=self.backend, **run), reference)
+                errors(
+                    simulate(robot, effects, starts, step=step, backend=self.backend, **run),
+                    reference,
+                )
                 for step in self.steps
             ]
         moved = errors(without, reference).max(axis=1)
@@ -115,7 +126,9 @@ class Agreement:
         Raises:
             ContractError: simulator and twin disagree.
         """
-        where = f"in the scene '{report.scene}' {'with a moving arm' if report.arm else 'of one body'}"
+        where = (
+            f"in the scene '{report.scene}' {'with a moving arm' if report.arm else 'of one body'}"
+        )
         for step, found in zip(report.steps, report.errors, strict=True):
             # only 4 and 1 ms have limits of their own; the order judges the steps between
             limit = LIMITS[report.arm].get(step, math.inf)
@@ -123,23 +136,29 @@ class Agreement:
                 require(
                     error < limit,
                     self.name,
-                    f"simulator and twin differ {where} by {error:.1e} of the {quantity} at a step of {step * 1e3:g} ms",
-                    f"Allowed: below {limit:g}. The same hooks must run in both; look for state outside memory.",
+                    f"simulator and twin differ {where} by {error:.1e} of the {quantity} "
+                    f"at a step of {step * 1e3:g} ms",
+                    f"Allowed: below {limit:g}. The same hooks must run in both: "
+                    "look for state outside memory.",
                 )
-        for (coarse, fine), order in zip(itertools.pairwise(report.errors), report.orders, strict=True):
+        for (coarse, fine), order in zip(
+            itertools.pairwise(report.errors), report.orders, strict=True
+        ):
             require(
                 order > 1.0 or max(coarse) < FLOOR,
                 self.name,
-                f"a smaller step takes the error {where} only from {max(coarse):.1e} to {max(fine):.1e}",
-                "Allowed: less than half at half the step. Look for a jump in the law, or for differences of steps.",
+                f"a smaller step takes the error {where} only "
+                f"from {max(coarse):.1e} to {max(fine):.1e}",
+                "Allowed: less than half at half the step. "
+                "Look for a jump in the law, or for differences of steps.",
             )
 
 
 def _reference_step(effect: Effect) -> float:
     """Step of the twin [s] at which its own error stays below 1e-5 of the path.
 
-    Fourth-order steps of 4 ms err by less than 1e-6 on smooth laws, and joint friction is stiff; memory is advanced once
-    a step, to first order.
+    Fourth-order steps of 4 ms err by less than 1e-6 on smooth laws, and joint friction is stiff;
+    memory is advanced once a step, to first order.
     """
     if effect.memory_size:
         return SAMPLE / 8.0

@@ -34,7 +34,8 @@ class BackendReport:
         name: of the backend.
         placed: largest difference between the state given to reset and the one read [m, rad/s ...].
         fall: error of 1 s of free fall against its 4.9 m [1].
-        linear: change of linear momentum over 1 s of free motion, largest of one body and an arm [1].
+        linear: change of linear momentum over 1 s of free motion, largest of one body and an arm
+            [1].
         angular: change of angular momentum, likewise [1].
     """
 
@@ -55,8 +56,9 @@ class BackendReport:
 def check_backend(backend: str | type, *, values: Mapping[str, Any] | None = None) -> BackendReport:
     """Check that a rigid-body backend keeps the contract of its kind.
 
-    It must place a robot where it is told, with mass off the origin and tilted principal axes; fall freely; conserve
-    linear and angular momentum of free motion; and continue bit for bit from a snapshot.
+    It must place a robot where it is told, with mass off the origin and tilted principal axes; fall
+    freely; conserve linear and angular momentum of free motion; and continue bit for bit from a
+    snapshot.
 
     Args:
         backend: name of an installed backend, or its class.
@@ -89,7 +91,9 @@ class _BackendCheck:
         engine = self.make()
         engine.open(ENVIRONMENT, STEP)
         still = registry.get("wave", "still").load()()
-        actor = Actor(robot, bind_effects(effects, robot.links), {}, engine, ENVIRONMENT, still, steps=1000)
+        actor = Actor(
+            robot, bind_effects(effects, robot.links), {}, engine, ENVIRONMENT, still, steps=1000
+        )
         world = World(engine, {"it": actor}, ENVIRONMENT, step=STEP, seed=0)
         world.reset({"it": start_of(robot, "air", 0)})
         return world, actor
@@ -100,7 +104,12 @@ class _BackendCheck:
         given, found = start_of(robot, "air", 0), actor.body.read()
         world.close()
         off = max(float(np.abs(a - b).max(initial=0.0)) for a, b in zip(given, found, strict=True))
-        require(off < 1e-9, self.name, f"reads a state {off:.1e} away from the one it was reset to", "Mind the centre of mass.")
+        require(
+            off < 1e-9,
+            self.name,
+            f"reads a state {off:.1e} away from the one it was reset to",
+            "Mind the centre of mass.",
+        )
         return off
 
     def fall(self, robot: RobotModel) -> float:
@@ -112,10 +121,17 @@ class _BackendCheck:
         for _ in range(round(1.0 / STEP)):
             world.step()
         expected = height + rise - 0.5 * ENVIRONMENT.gravity
-        off = abs(_centre_height(actor.body.read(), centre) - expected) / (0.5 * ENVIRONMENT.gravity)
+        off = abs(_centre_height(actor.body.read(), centre) - expected) / (
+            0.5 * ENVIRONMENT.gravity
+        )
         world.close()
         # a first-order step errs by dt / t of the distance
-        require(off < 1.1 * STEP, self.name, f"falls {off:.1e} off g t^2 / 2 in 1 s", "Look for hidden damping.")
+        require(
+            off < 1.1 * STEP,
+            self.name,
+            f"falls {off:.1e} off g t^2 / 2 in 1 s",
+            "Look for hidden damping.",
+        )
         return off
 
     def drift(self, robot: RobotModel) -> tuple[float, float]:
@@ -126,7 +142,10 @@ class _BackendCheck:
             world.step()
         after = momentum_of(robot, actor.body.poses())
         world.close()
-        out = tuple(float(np.linalg.norm(a - b) / np.linalg.norm(b)) for a, b in zip(after, before, strict=True))
+        out = tuple(
+            float(np.linalg.norm(a - b) / np.linalg.norm(b))
+            for a, b in zip(after, before, strict=True)
+        )
         for what, off in zip(("linear", "angular"), out, strict=True):
             require(
                 off < 0.5 * STEP,
@@ -146,7 +165,12 @@ class _BackendCheck:
         second = self._advance(world, actor)
         world.close()
         off = float(np.abs(first - second).max())
-        require(off == 0.0, self.name, f"continues {off:.1e} differently from a snapshot", "Keep all state in snapshot().")
+        require(
+            off == 0.0,
+            self.name,
+            f"continues {off:.1e} differently from a snapshot",
+            "Keep all state in snapshot().",
+        )
 
     def _advance(self, world: World, actor: Actor) -> Floats:
         rows = []

@@ -1,4 +1,4 @@
-"""What every physical plug-in declares: keyword-only fields, parameters with their physics, a law in words."""
+"""What every physical plug-in declares: fields, parameters with their physics, a law in words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ from seals.effects.effect import Effect
 from seals.schema import check_parameters, parameters_of
 from seals.testing.contract import require
 
-HEADINGS = ("Equation", "Args", "Assumptions", "Valid range", "Limitations", "References", "Example")
+HEADINGS = (
+    "Equation",
+    "Args",
+    "Assumptions",
+    "Valid range",
+    "Limitations",
+    "References",
+    "Example",
+)
 """Headings of the docstring of a physical element, in order."""
 
 HOOKS = ("flow", "inertia", "loads", "joint_loads")
@@ -30,13 +38,30 @@ def check_declaration(name: str, cls: type, *, headings: bool = True) -> None:
     Raises:
         ContractError: a promise does not hold.
     """
-    require(dataclasses.is_dataclass(cls), name, "is no dataclass", "Write @dataclass(kw_only=True) above it.")
+    require(
+        dataclasses.is_dataclass(cls),
+        name,
+        "is no dataclass",
+        "Write @dataclass(kw_only=True) above it.",
+    )
     fields = [f for f in dataclasses.fields(typing.cast(Any, cls)) if f.init]
     loose = [f.name for f in fields if not f.kw_only]
-    require(not loose, name, f"{', '.join(loose)} may be given by position", "Write @dataclass(kw_only=True).")
+    require(
+        not loose,
+        name,
+        f"{', '.join(loose)} may be given by position",
+        "Write @dataclass(kw_only=True).",
+    )
     hints, declared = typing.get_type_hints(cls), parameters_of(cls)
-    bare = [f.name for f in fields if hints[f.name] in (float, float | None) and f.name not in declared]
-    require(not bare, name, f"{', '.join(bare)} have no unit and bounds", "Declare them with seals.schema.param().")
+    bare = [
+        f.name for f in fields if hints[f.name] in (float, float | None) and f.name not in declared
+    ]
+    require(
+        not bare,
+        name,
+        f"{', '.join(bare)} have no unit and bounds",
+        "Declare them with seals.schema.param().",
+    )
     check_parameters(cls(), where=name)
     if headings:
         _check_docstring(name, cls)
@@ -53,7 +78,12 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
     hooks = tuple(hook for hook in HOOKS if hasattr(cls, hook))
     require(bool(hooks), name, "has no hook", f"Define one or more of: {', '.join(HOOKS)}.")
     bound = [h for h in hooks if not isinstance(inspect.getattr_static(cls, h), staticmethod)]
-    require(not bound, name, f"{', '.join(bound)} can see the object", "Make hooks static methods: they are pure.")
+    require(
+        not bound,
+        name,
+        f"{', '.join(bound)} can see the object",
+        "Make hooks static methods: they are pure.",
+    )
     owned = all(isinstance(phenomenon, str) for phenomenon in cls.accounts_for)
     require(
         isinstance(cls.accounts_for, tuple) and owned,
@@ -77,7 +107,9 @@ def _check_docstring(name: str, cls: type) -> None:
     body = " ".join(text.partition("Args:")[2].partition("Assumptions:")[0].split())
     for parameter, meta in parameters_of(cls).items():
         entry = re.search(rf"\b{parameter}: (.*?)(?= \w+: |$)", body)
-        told = entry is not None and (meta.unit == "1" or f"[{meta.unit}" in entry[1] or f"{meta.unit}]" in entry[1])
+        told = entry is not None and (
+            meta.unit == "1" or f"[{meta.unit}" in entry[1] or f"{meta.unit}]" in entry[1]
+        )
         require(
             told,
             name,

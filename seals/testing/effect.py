@@ -43,7 +43,8 @@ class EffectReport:
                 figures = "".join(f"{e:>11.1e}" for e in error)
                 body = "arm" if scene.arm else "one"
                 lines.append(
-                    f"{scene.scene:<12}{body:<6}{step * 1e3:>4g}ms{figures}{order:>7}{scene.moved:>9.2g}"
+                    f"{scene.scene:<12}{body:<6}{step * 1e3:>4g}ms{figures}"
+                    f"{order:>7}{scene.moved:>9.2g}"
                 )
         return "\n".join(lines)
 
@@ -60,14 +61,16 @@ def check_effect(
 ) -> EffectReport:
     """Check that an effect keeps the contract of its kind.
 
-    It must declare its parameters with their physics and its law in words; every hook must be pure, give each row what
-    it gives the batch, hand back memory of the declared shape, agree to 1e-12 under NumPy, array-api-strict and, where
-    installed, PyTorch; a drag must never drive a body; simulator and twin must agree over contact-free motion; and the
-    effect must move the simulation.
+    It must declare its parameters with their physics and its law in words; every hook must be pure,
+    give each row what it gives the batch, hand back memory of the declared shape, agree to 1e-12
+    under NumPy, array- api-strict and, where installed, PyTorch; a drag must never drive a body;
+    simulator and twin must agree over contact- free motion; and the effect must move the
+    simulation.
 
     Args:
         effect: name of an installed effect, or its class.
-        values: parameter values that matter to a body of 1 kg and 0.1 m; chosen from units and bounds otherwise.
+        values: parameter values that matter to a body of 1 kg and 0.1 m; chosen from units and
+            bounds otherwise.
         steps: of the simulator [s], falling, each dividing 4 ms; limits exist for 4 and 1 ms.
         duration: compared time [s].
         backend: name of the rigid-body backend.

@@ -44,7 +44,8 @@ def simulate(
     engine.open(ENVIRONMENT, step)
     count, every = round(duration / step), round(SAMPLE / step)
     actors = {
-        str(k): Actor(robot, effects, {}, engine, ENVIRONMENT, _still(), steps=count + 1) for k in range(len(starts))
+        str(k): Actor(robot, effects, {}, engine, ENVIRONMENT, _still(), steps=count + 1)
+        for k in range(len(starts))
     }
     world = World(engine, actors, ENVIRONMENT, step=step, seed=0)
     try:
@@ -62,11 +63,18 @@ def simulate(
 
 
 def follow(
-    robot: RobotModel, effects: EffectSet, starts: Sequence[Configuration], *, step: float, duration: float
+    robot: RobotModel,
+    effects: EffectSet,
+    starts: Sequence[Configuration],
+    *,
+    step: float,
+    duration: float,
 ) -> Track:
     """Return the trajectory of the twin, one row of its batch a scene."""
     twin = Twin(robot, effects, ENVIRONMENT, _still(), batch=len(starts))
-    fields = {name: np.array([getattr(start, name) for start in starts]) for name in Configuration._fields}
+    fields = {
+        name: np.array([getattr(start, name) for start in starts]) for name in Configuration._fields
+    }
     turn = matrix_of(fields["quaternion"])
     for name in ("velocity", "spin"):
         fields[name] = unrotate(turn, fields[name])
@@ -80,12 +88,17 @@ def follow(
 
 
 def errors(found: Track, reference: Track) -> Floats:
-    """Largest error of position, attitude and joints against the path of the reference, shape (B, 3).
+    """Largest error of position, attitude and joints against the reference's path, shape (B, 3).
 
-    The path has floors of 0.1 m and 0.1 rad, so that a body that hardly moves is not judged by its rest.
+    The path has floors of 0.1 m and 0.1 rad, so that a body that hardly moves is not judged by its
+    rest.
     """
-    turn = _angle(multiply(*(_flat(q) for q in (conjugate(_flat(found.quaternion)), reference.quaternion))))
-    steps = multiply(_flat(conjugate(_flat(reference.quaternion[:-1]))), _flat(reference.quaternion[1:]))
+    turn = _angle(
+        multiply(*(_flat(q) for q in (conjugate(_flat(found.quaternion)), reference.quaternion)))
+    )
+    steps = multiply(
+        _flat(conjugate(_flat(reference.quaternion[:-1]))), _flat(reference.quaternion[1:])
+    )
     batch = reference.position.shape[1]
     off = [
         np.linalg.norm(found.position - reference.position, axis=2).max(axis=0),
@@ -107,7 +120,12 @@ def _still() -> Waves:
 
 def _read(actors: dict[str, Actor]) -> Track:
     states = [actor.body.read() for actor in actors.values()]
-    return Track(*(np.array([getattr(s, name) for s in states]) for name in ("position", "quaternion", "joints")))
+    return Track(
+        *(
+            np.array([getattr(s, name) for s in states])
+            for name in ("position", "quaternion", "joints")
+        )
+    )
 
 
 def _stack(rows: list[Track]) -> Track:

@@ -1,4 +1,4 @@
-"""Checks of an effect's hooks one instant at a time: array libraries, purity, batches, memory, power."""
+"""Checks of an effect's hooks at single instants: libraries, purity, batches, memory, power."""
 
 from __future__ import annotations
 
@@ -13,11 +13,19 @@ from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect, Parameters
 from seals.schema import parameters_of
 from seals.testing.contract import ContractError, require
-from seals.testing.instants import Instant, converted, copied, leaves, picked, random_instant, repeated
+from seals.testing.instants import (
+    Instant,
+    converted,
+    copied,
+    leaves,
+    picked,
+    random_instant,
+    repeated,
+)
 
 ROWS = 7
 EQUAL = 1e-12
-"""Largest difference between two evaluations of one law, against the larger of 1 and the largest value."""
+"""Largest difference between two evaluations of one law, relative to the largest value or 1."""
 
 PASSIVE = ("drag", "damping", "friction")
 """Words in a phenomenon that promise never to drive a body."""
@@ -64,9 +72,15 @@ class HookCheck:
         bound = bind_effects({"it": self.effect}, [_link(self.effect)])
         if row is None:
             return bound.with_values(self.values, like, ROWS).bound[0].params
-        return bound.with_values({k: v[row : row + 1] for k, v in self.values.items()}, like, 1).bound[0].params
+        return (
+            bound.with_values({k: v[row : row + 1] for k, v in self.values.items()}, like, 1)
+            .bound[0]
+            .params
+        )
 
-    def _call(self, hook: str, instant: Instant, memory: Array | None, params: Parameters) -> tuple[Any, Any]:
+    def _call(
+        self, hook: str, instant: Instant, memory: Array | None, params: Parameters
+    ) -> tuple[Any, Any]:
         """Output and new memory of one hook."""
         law = getattr(self.effect, hook)
         lead = (instant.joints,) if hook == "joint_loads" else (instant.motion, instant.medium)
@@ -80,7 +94,9 @@ class HookCheck:
             return None
         memory: Array = np.zeros((ROWS, size))
         for _ in range(3):
-            _, memory = self._call(hook, random_instant(self.rng, ROWS), memory, self._params(np.zeros(1)))
+            _, memory = self._call(
+                hook, random_instant(self.rng, ROWS), memory, self._params(np.zeros(1))
+            )
         return memory
 
     def _check_shape(self, hook: str, expected: tuple[Any, Any]) -> None:
@@ -91,8 +107,16 @@ class HookCheck:
             if leaf is None:
                 continue
             width = (leaf.shape[1],) if widths is None else widths[k]
-            fits = leaf.shape[1:] == width and leaf.shape[0] in (1, ROWS) and bool(np.isfinite(leaf).all())
-            self._require(fits, f"{hook} returns an array of shape {leaf.shape}, or not finite", f"Allowed: (N, {width}).")
+            fits = (
+                leaf.shape[1:] == width
+                and leaf.shape[0] in (1, ROWS)
+                and bool(np.isfinite(leaf).all())
+            )
+            self._require(
+                fits,
+                f"{hook} returns an array of shape {leaf.shape}, or not finite",
+                f"Allowed: (N, {width}).",
+            )
         size = self.effect.memory_size
         good = kept is None if size == 0 else kept is not None and tuple(kept.shape) == (ROWS, size)
         self._require(
@@ -101,18 +125,28 @@ class HookCheck:
             f"Allowed: ({ROWS}, {size}) for {ROWS} rows; without memory hand back what was given.",
         )
 
-    def _check_pure(self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]) -> None:
+    def _check_pure(
+        self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
+    ) -> None:
         """Check that a second call gives the same and that nothing given is changed."""
         params = dict(self._params(np.zeros(1)))
         given = (instant, memory, tuple(params.values()))
         before = copied(tuple(given))
         again = self._call(hook, instant, memory, params)
-        self._require(_apart(given, before) == 0.0, f"{hook} changes its inputs", "Make new arrays; never write in place.")
         self._require(
-            _apart(again, expected) == 0.0, f"{hook} gives another result when called again", "Keep no state: use memory."
+            _apart(given, before) == 0.0,
+            f"{hook} changes its inputs",
+            "Make new arrays; never write in place.",
+        )
+        self._require(
+            _apart(again, expected) == 0.0,
+            f"{hook} gives another result when called again",
+            "Keep no state: use memory.",
         )
 
-    def _check_rows(self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]) -> None:
+    def _check_rows(
+        self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
+    ) -> None:
         """Check that each row alone gives the same, and that a medium of one row stands for all."""
         for row in range(ROWS):
             alone = self._call(
@@ -126,7 +160,11 @@ class HookCheck:
             )
         full = instant._replace(medium=repeated(instant.medium, ROWS))
         apart = _apart(self._call(hook, full, memory, self._params(np.zeros(1))), expected)
-        self._require(apart <= EQUAL, f"{hook} reads a medium of one row as {apart:.1e} off", "Broadcast along axis 0.")
+        self._require(
+            apart <= EQUAL,
+            f"{hook} reads a medium of one row as {apart:.1e} off",
+            "Broadcast along axis 0.",
+        )
 
     def _check_libraries(
         self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
@@ -140,11 +178,13 @@ class HookCheck:
             except Exception as cause:  # whatever a library raises, the law asked for it
                 raise ContractError(
                     f"{self.name}: {hook} fails under {library}: {type(cause).__name__}: {cause}.\n"
-                    "Use functions of the array API from seals.arrays.namespace(x), with Python scalars only."
+                    "Use functions of seals.arrays.namespace(x), and Python scalars only."
                 ) from cause
             apart = _apart(copied(found), expected)
             self._require(
-                apart <= EQUAL, f"{hook} under {library} is {apart:.1e} away from NumPy", "Use one formula for all."
+                apart <= EQUAL,
+                f"{hook} under {library} is {apart:.1e} away from NumPy",
+                "Use one formula for all.",
             )
         return set(likes)
 
@@ -163,14 +203,18 @@ class HookCheck:
             force, torque = (0.0 if part is None else part for part in output)
             power = np.sum(force * relative + torque * motion.angular_velocity, axis=1)
         most = float(power.max())
-        self._require(most <= 1e-12, f"{hook} accounts for {owned} and gives {most:.2g} W to the body", "Turn the sign.")
+        self._require(
+            most <= 1e-12,
+            f"{hook} accounts for {owned} and gives {most:.2g} W to the body",
+            "Turn the sign.",
+        )
 
     def _require(self, kept: bool, broken: str, remedy: str) -> None:
         require(kept, self.name, broken, remedy)
 
 
 def other_libraries() -> Mapping[str, Array]:
-    """Return an array of every further library that is installed: array-api-strict and PyTorch, float64."""
+    """Return a float64 array of every further library installed: array-api-strict, PyTorch."""
     found: dict[str, Array] = {}
     if importlib.util.find_spec("array_api_strict"):
         import array_api_strict
@@ -189,7 +233,7 @@ def _link(effect: Effect) -> str:
 
 
 def _apart(found: Any, expected: Any) -> float:
-    """Largest difference against the larger of 1 and the largest value; infinite when the structure differs."""
+    """Largest difference relative to the largest value or 1; infinite if structures differ."""
     most = 0.0
     pairs = list(zip(leaves(found), leaves(expected), strict=True))
     for a, b in pairs:

@@ -17,7 +17,7 @@ STEP = 0.001
 COUNT = 3000
 """Readings of a noise record; its deviation is then known to 0.75 %."""
 SIGMAS = 4.5
-"""Statistical errors that a record may be off: one sound sensor in a hundred thousand is refused."""
+"""Statistical errors a record may be off: one sound sensor in a hundred thousand is refused."""
 SIDES = {"accelerometer": "specific_force", "gyroscope": "angular_velocity"}
 
 Make = Callable[..., Sensor]
@@ -31,7 +31,7 @@ def felt(
     time: float = 0.0,
     step: float = STEP,
 ) -> Felt:
-    """Return an instant of a level link with the given specific force, spin and its rate, link axes."""
+    """Return an instant of a level link with this specific force, spin and its rate, link axes."""
     force, spin, spin_rate = (np.asarray(x, dtype=float) for x in (force, spin, spin_rate))
     return Felt(time, step, np.zeros(3), np.eye(3), np.zeros(3), spin, force, spin_rate)
 
@@ -48,7 +48,11 @@ def check_inertial(name: str, make: Make, *, seed: int) -> dict[str, float]:
         ContractError: a reading is not what physics, or the declared noise, asks for.
     """
     known = {f.name for f in fields(make())}  # type: ignore[arg-type]
-    quiet = {key: 0.0 for key in known if key.endswith(("_noise", "_walk", "_step")) or key == "bandwidth"}
+    quiet = {
+        key: 0.0
+        for key in known
+        if key.endswith(("_noise", "_walk", "_step")) or key == "bandwidth"
+    }
     check = _Inertial(name, make, quiet, known, seed)
     check.physics()
     for side, channel in SIDES.items():
@@ -62,7 +66,9 @@ def check_inertial(name: str, make: Make, *, seed: int) -> dict[str, float]:
 class _Inertial:
     """A sensor without noise, and with one imperfection at a time."""
 
-    def __init__(self, name: str, make: Make, quiet: Mapping[str, float], known: set[str], seed: int) -> None:
+    def __init__(
+        self, name: str, make: Make, quiet: Mapping[str, float], known: set[str], seed: int
+    ) -> None:
         self.name, self.make, self.quiet, self.known, self.seed = name, make, quiet, known, seed
         self.figures: dict[str, float] = {}
 
@@ -79,17 +85,29 @@ class _Inertial:
         """Check rest, free fall, and the accelerations at a mount off the origin."""
         self._equal("at rest", "specific_force", felt(force=(0.0, 0.0, 9.81)), (0.0, 0.0, 9.81))
         self._equal("in free fall", "specific_force", felt(), (0.0, 0.0, 0.0))
-        self._equal("while turning", "angular_velocity", felt(spin=(0.3, -0.2, 0.1)), (0.3, -0.2, 0.1))
+        self._equal(
+            "while turning", "angular_velocity", felt(spin=(0.3, -0.2, 0.1)), (0.3, -0.2, 0.1)
+        )
         if "position" not in self.known:
             return
         arm = {"position": [0.2, 0.0, 0.1]}
         turning = felt(spin=(0.0, 0.0, 3.0))
-        self._equal("turning at 3 rad/s, 0.2 m off", "specific_force", turning, (-1.8, 0.0, 0.0), **arm)
+        self._equal(
+            "turning at 3 rad/s, 0.2 m off", "specific_force", turning, (-1.8, 0.0, 0.0), **arm
+        )
         starting = felt(spin_rate=(0.0, 0.0, 5.0))
-        self._equal("starting to turn, 0.2 m off", "specific_force", starting, (0.0, 1.0, 0.0), **arm)
+        self._equal(
+            "starting to turn, 0.2 m off", "specific_force", starting, (0.0, 1.0, 0.0), **arm
+        )
         if "rpy" in self.known:
             quarter = {"rpy": [0.0, 0.0, math.pi / 2.0]}
-            self._equal("turned by 90 deg", "specific_force", felt(force=(1.0, 0.0, 0.0)), (0.0, -1.0, 0.0), **quarter)
+            self._equal(
+                "turned by 90 deg",
+                "specific_force",
+                felt(force=(1.0, 0.0, 0.0)),
+                (0.0, -1.0, 0.0),
+                **quarter,
+            )
 
     def noise(self, side: str, channel: str) -> None:
         """Compare the deviation of a long record with density times the root of the rate."""
@@ -100,7 +118,12 @@ class _Inertial:
         self._ratio(f"{side} noise", float(rows.std()), density * math.sqrt(rate), rows.size)
         lag = float(np.mean(rows[1:] * rows[:-1]) / rows.var())
         whiteness = SIGMAS / math.sqrt(rows.size)
-        require(abs(lag) < whiteness, self.name, f"its {side} noise repeats itself by {lag:.2g}", "Draw it anew.")
+        require(
+            abs(lag) < whiteness,
+            self.name,
+            f"its {side} noise repeats itself by {lag:.2g}",
+            "Draw it anew.",
+        )
 
     def walk(self, side: str, channel: str) -> None:
         """Compare the increments of the bias with the random walk declared."""
@@ -111,7 +134,12 @@ class _Inertial:
         steps = np.diff(rows, axis=0)
         self._ratio(f"{side} walk", float(steps.std()), walk / math.sqrt(rate), steps.size)
         block = rows[::25]
-        self._ratio(f"{side} walk over 0.5 s", float(np.diff(block, axis=0).std()), walk * math.sqrt(0.5), block.size)
+        self._ratio(
+            f"{side} walk over 0.5 s",
+            float(np.diff(block, axis=0).std()),
+            walk * math.sqrt(0.5),
+            block.size,
+        )
 
     def limits(self, side: str, channel: str) -> None:
         """Check the largest reading and the steps between readings."""
@@ -120,12 +148,22 @@ class _Inertial:
             strong = felt(**{vectors[channel]: (1e3, -1e3, 0.5)})  # type: ignore[arg-type]
             found = self.record(channel, [strong], **{f"{side}_range": 20.0})[0]
             good = bool(np.allclose(found, [20.0, -20.0, 0.5], atol=1e-12))
-            require(good, self.name, f"reads {found} above its {side} range of 20", "Clip both signs to the range.")
+            require(
+                good,
+                self.name,
+                f"reads {found} above its {side} range of 20",
+                "Clip both signs to the range.",
+            )
         if f"{side}_step" in self.known:
             fine = felt(**{vectors[channel]: (0.13, -0.26, 0.31)})  # type: ignore[arg-type]
             found = self.record(channel, [fine], **{f"{side}_step": 0.1})[0]
             good = bool(np.allclose(found, [0.1, -0.3, 0.3], atol=1e-12))
-            require(good, self.name, f"reads {found} with a {side} step of 0.1", "Round to the nearest step.")
+            require(
+                good,
+                self.name,
+                f"reads {found} with a {side} step of 0.1",
+                "Round to the nearest step.",
+            )
 
     def bandwidth(self) -> None:
         """Compare the response to a jump with that of a first-order low-pass."""
@@ -137,15 +175,29 @@ class _Inertial:
         off = float(np.abs(found - expected).max())
         # where inside a step the jump happened is not known to the filter
         self.figures["response at 10 Hz, largest difference"] = off
-        require(off < 2.0 * math.pi * 10.0 * STEP, self.name, f"answers a jump {off:.2g} off", "First order, -3 dB there.")
+        require(
+            off < 2.0 * math.pi * 10.0 * STEP,
+            self.name,
+            f"answers a jump {off:.2g} off",
+            "First order, -3 dB there.",
+        )
 
-    def _equal(self, where: str, channel: str, instant: Felt, expected: tuple[float, ...], **options: Any) -> None:
+    def _equal(
+        self, where: str, channel: str, instant: Felt, expected: tuple[float, ...], **options: Any
+    ) -> None:
         found = self.record(channel, [instant], **options)[0]
         off = float(np.abs(found - np.array(expected)).max())
-        require(off < 1e-9, self.name, f"reads the {channel} {found} {where}", f"Expected: {expected}.")
+        require(
+            off < 1e-9, self.name, f"reads the {channel} {found} {where}", f"Expected: {expected}."
+        )
 
     def _ratio(self, what: str, found: float, expected: float, count: int) -> None:
         """Compare a standard deviation within its statistical error."""
         ratio, error = found / expected, SIGMAS / math.sqrt(2.0 * count)
         self.figures[f"{what}, measured / declared (+- {error:.3f})"] = ratio
-        require(abs(ratio - 1.0) < error, self.name, f"its {what} is {ratio:.3f} of the declared", "Mind the root of the rate.")
+        require(
+            abs(ratio - 1.0) < error,
+            self.name,
+            f"its {what} is {ratio:.3f} of the declared",
+            "Mind the root of the rate.",
+        )

@@ -45,7 +45,9 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
     )  # fmt: skip
     torque = 0.1 * normal((rows, JOINTS))
     joints = Joints(normal((rows, JOINTS)), normal((rows, JOINTS)))
-    return Instant(motion, _random_medium(rng, 1 if still else rows, rotation), joints, Inputs(0.004, torque))
+    return Instant(
+        motion, _random_medium(rng, 1 if still else rows, rotation), joints, Inputs(0.004, torque)
+    )
 
 
 def _random_medium(rng: np.random.Generator, rows: int, rotation: Floats) -> Medium:
@@ -84,7 +86,9 @@ def repeated(bundle: Any, rows: int) -> Any:
 
 def copied(bundle: Any) -> Any:
     """Return a copy in NumPy, from any array library."""
-    return _mapped(bundle, lambda x: np.array(x if isinstance(x, np.ndarray) else np.from_dlpack(x)))
+    return _mapped(
+        bundle, lambda x: np.array(x if isinstance(x, np.ndarray) else np.from_dlpack(x))
+    )
 
 
 def leaves(bundle: Any) -> list[Any]:

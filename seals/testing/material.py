@@ -29,8 +29,8 @@ def material_effect(
 ) -> Effect:
     """Build an effect whose parameters are large enough to matter.
 
-    A default that is not zero stays: its author chose it. A zero becomes the natural scale of its unit, for instance
-    1 N s/m, slightly different from axis to axis.
+    A default that is not zero stays: its author chose it. A zero becomes the natural scale of its
+    unit, for instance 1 N s/m, slightly different from axis to axis.
 
     Args:
         cls: class of the effect.
@@ -48,7 +48,7 @@ def material_effect(
 
 
 def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
-    """Return the value of a unit in the scales of a small body, or three tolerances of an unknown unit.
+    """Return a unit's value in the scales of a small body; three tolerances of an unknown unit.
 
     Args:
         meta: of the parameter.
@@ -57,7 +57,12 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
     Example:
         >>> from seals.schema import parameters_of
         >>> meta = Parameter(
-        ...     unit="N s^2/m^2", bounds=(0.0, 9.0), tolerance=0.0, relative=False, source="", fit=True
+        ...     unit="N s^2/m^2",
+        ...     bounds=(0.0, 9.0),
+        ...     tolerance=0.0,
+        ...     relative=False,
+        ...     source="",
+        ...     fit=True,
         ... )
         >>> round(natural_scale(meta), 12)
         10.0
@@ -72,7 +77,9 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
         if symbol not in _UNITS:
             low, high = meta.bounds
             return min(3.0 * meta.tolerance or 0.1 * (high - low), 0.5 * (high - low))
-        powers = [p + sign * int(power or 1) * u for p, u in zip(powers, _UNITS[symbol], strict=True)]
+        powers = [
+            p + sign * int(power or 1) * u for p, u in zip(powers, _UNITS[symbol], strict=True)
+        ]
     share = size if powers[0] or powers[1] >= 2 else 1.0
     natural = math.prod(scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True))
     return share * _STATED.get(meta.unit, natural)

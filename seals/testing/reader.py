@@ -39,7 +39,8 @@ class ReaderReport:
 
     def table(self) -> str:
         """Return the figures as text."""
-        return f"{self.name}: {self.logs} logs, {self.rows} rows, {', '.join(self.channels) or 'no source given'}"
+        channels = ", ".join(self.channels) or "no source given"
+        return f"{self.name}: {self.logs} logs, {self.rows} rows, {channels}"
 
 
 def check_reader(
@@ -47,8 +48,8 @@ def check_reader(
 ) -> ReaderReport:
     """Check that a reader keeps the contract of its kind.
 
-    It must refuse a missing, an empty and a senseless source with a `LogError` in words, and turn a good source into
-    logs in SI units with rising time, the same each time.
+    It must refuse a missing, an empty and a senseless source with a `LogError` in words, and turn a
+    good source into logs in SI units with rising time, the same each time.
 
     Args:
         reader: name of an installed reader, or its class.
@@ -61,18 +62,35 @@ def check_reader(
     name, cls = class_of("reader", reader)
     check_declaration(name, cls, headings=False)
     told = [h for h in HEADINGS if h in (inspect.getdoc(cls) or "")]
-    require(len(told) == len(HEADINGS), name, f"its docstring tells {told}", f"Tell: {', '.join(HEADINGS)}")
+    require(
+        len(told) == len(HEADINGS),
+        name,
+        f"its docstring tells {told}",
+        f"Tell: {', '.join(HEADINGS)}",
+    )
     made = cls(**(values or {}))
-    require(isinstance(made, Reader), name, "has no method read(source)", "See seals.logs.reader.Reader.")
+    require(
+        isinstance(made, Reader),
+        name,
+        "has no method read(source)",
+        "See seals.logs.reader.Reader.",
+    )
     _check_refusals(name, made)
     if source is None:
         return ReaderReport(name=name, logs=0, rows=0, channels=())
     logs = made.read(source)
-    require(len(logs) > 0, name, f"finds no log in {source}", "Raise LogError, or return at least one log.")
+    require(
+        len(logs) > 0,
+        name,
+        f"finds no log in {source}",
+        "Raise LogError, or return at least one log.",
+    )
     for log, again in zip(logs, made.read(source), strict=True):
         _check_log(name, log, again)
     channels = tuple(sorted({stem for log in logs for stem in log.channels()}))
-    return ReaderReport(name=name, logs=len(logs), rows=sum(log.rows for log in logs), channels=channels)
+    return ReaderReport(
+        name=name, logs=len(logs), rows=sum(log.rows for log in logs), channels=channels
+    )
 
 
 def _check_refusals(name: str, reader: Reader) -> None:
@@ -82,26 +100,54 @@ def _check_refusals(name: str, reader: Reader) -> None:
         (root / "hollow").mkdir()
         (root / "empty.csv").write_bytes(b"")
         (root / "noise.bin").write_bytes(bytes(range(256)) * 16)
-        for source in (root / "absent.csv", root / "hollow", root / "empty.csv", root / "noise.bin"):
+        for source in (
+            root / "absent.csv",
+            root / "hollow",
+            root / "empty.csv",
+            root / "noise.bin",
+        ):
             try:
                 logs = reader.read(source)
             except LogError as refusal:
-                require("\n" in str(refusal) or "." in str(refusal), name, "refuses without words", "Say what to do.")
+                require(
+                    "\n" in str(refusal) or "." in str(refusal),
+                    name,
+                    "refuses without words",
+                    "Say what to do.",
+                )
                 continue
             except Exception as cause:  # any other error is the breach looked for
-                require(False, name, f"answers {source.name} with {type(cause).__name__}: {cause}", "Raise LogError.")
+                require(
+                    False,
+                    name,
+                    f"answers {source.name} with {type(cause).__name__}: {cause}",
+                    "Raise LogError.",
+                )
             else:
-                require(False, name, f"reads {len(logs)} logs from {source.name}", "Raise LogError.")
+                require(
+                    False, name, f"reads {len(logs)} logs from {source.name}", "Raise LogError."
+                )
 
 
 def _check_log(name: str, log: Log, again: Log) -> None:
     """Check one log: usable, rising time, the same when read again."""
     grave = [finding.message for finding in check_log(log) if finding.severity is Severity.REFUSE]
-    require(not grave, name, f"log '{log.name}' cannot be used: {'; '.join(grave)}", "Convert it at the door.")
+    require(
+        not grave,
+        name,
+        f"log '{log.name}' cannot be used: {'; '.join(grave)}",
+        "Convert it at the door.",
+    )
     same = log.columns.keys() == again.columns.keys() and all(
-        np.array_equal(values, again.columns[key], equal_nan=True) for key, values in log.columns.items()
+        np.array_equal(values, again.columns[key], equal_nan=True)
+        for key, values in log.columns.items()
     )
     require(same, name, f"log '{log.name}' differs when read again", "Keep no state between calls.")
     for number in np.unique(log.segment):
         steps = np.diff(log.time[log.segment == number])
-        require(bool((steps > 0.0).all()), name, f"time does not rise in segment {number}", "Sort, or split segments.")
+        require(
+            bool((steps > 0.0).all()),
+            name,
+            f"time does not rise in segment {number}",
+            "Sort, or split segments.",
+        )

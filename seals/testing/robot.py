@@ -55,33 +55,68 @@ def check_robot(robot: str | Path) -> RobotReport:
     model = build_robot(settings.robot)
     bind_effects(settings.effects, model.links)
     name = settings.robot.name
-    require(bool(settings.robot.summary), name, "has no summary", "Add a line 'summary:' to robot.yaml.")
+    require(
+        bool(settings.robot.summary), name, "has no summary", "Add a line 'summary:' to robot.yaml."
+    )
     _check_masses(name, model)
     _check_joints(name, model)
     volume = 0.0
     for link, hull in zip(model.links, model.hulls, strict=True):
         if hull is not None:
             good = hull.volume > 0.0 and hull.reach > 0.0 and bool(np.isfinite(hull.centroid).all())
-            require(good, name, f"the hull of '{link}' displaces {hull.volume:.2g} m^3", "Give its shapes a size.")
+            require(
+                good,
+                name,
+                f"the hull of '{link}' displaces {hull.volume:.2g} m^3",
+                "Give its shapes a size.",
+            )
             volume += hull.volume
     return RobotReport(
-        name=name, links=len(model.links), joints=model.tree.joints, mass=float(model.mass.sum()), volume=volume
+        name=name,
+        links=len(model.links),
+        joints=model.tree.joints,
+        mass=float(model.mass.sum()),
+        volume=volume,
     )
 
 
 def _check_masses(name: str, model: RobotModel) -> None:
     """Check that the whole has mass, and every link with mass a possible inertia."""
-    require(float(model.mass.sum()) > 0.0, name, "has no mass", "Add <inertial> elements to the URDF.")
+    require(
+        float(model.mass.sum()) > 0.0, name, "has no mass", "Add <inertial> elements to the URDF."
+    )
     for link, mass, inertia in zip(model.links, model.mass, model.inertia, strict=True):
         low, middle, high = np.linalg.eigvalsh(inertia)
-        where = f"the link '{link}' of {mass:.3g} kg has the principal moments {low:.2g}, {middle:.2g}, {high:.2g} kg m^2"
-        require(mass >= 0.0 and low >= -1e-12 * high, name, where, "Mass and moments are not negative.")
-        require(high <= (low + middle) * 1.001 + 1e-15, name, where, "The largest is at most the sum of the others.")
-        require(mass == 0.0 or low > 0.0, name, where, "A link with mass needs an inertia about every axis.")
+        where = (
+            f"the link '{link}' of {mass:.3g} kg has the principal moments "
+            f"{low:.2g}, {middle:.2g}, {high:.2g} kg m^2"
+        )
+        require(
+            mass >= 0.0 and low >= -1e-12 * high, name, where, "Mass and moments are not negative."
+        )
+        require(
+            high <= (low + middle) * 1.001 + 1e-15,
+            name,
+            where,
+            "The largest is at most the sum of the others.",
+        )
+        require(
+            mass == 0.0 or low > 0.0,
+            name,
+            where,
+            "A link with mass needs an inertia about every axis.",
+        )
 
 
 def _check_joints(name: str, model: RobotModel) -> None:
     """Check unit axes and ordered limits."""
     axes = np.linalg.norm(model.tree.axis, axis=1)
-    require(bool(np.allclose(axes, 1.0)), name, f"has joint axes of length {axes}", "Give unit axes.")
-    require(bool((model.lower < model.upper).all()), name, "has a joint without travel", "Make it fixed, or widen it.")
+    require(
+        bool(np.allclose(axes, 1.0)), name, f"has joint axes of length {axes}", "Give unit axes."
+    )
+    require(
+        bool((model.lower < model.upper).all()),
+        name,
+        "has a joint without travel",
+        "Make it fixed, or widen it.",
+    )

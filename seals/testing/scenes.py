@@ -1,4 +1,4 @@
-"""Scenes in which simulator and twin must agree: under water, through the surface, in air; one body, or an arm."""
+"""Scenes in which simulator and twin must agree: under water, through the surface, in air."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.frames import quaternion_of_rpy
 from seals.robot.model import RobotModel
 
 HEIGHTS = {"submerged": -30.0, "surface": 0.2, "air": 60.0}
-"""Start of the base origin against the surface [m]; neither the deep nor the high scene reaches it in 2 s."""
+"""Start of the base origin [m]; neither the deep nor the high scene reaches the surface in 2 s."""
 
 ENVIRONMENT = EnvironmentSettings(water_level=0.0)
 
@@ -52,14 +52,17 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
 
 
 def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
-    """Return weight, lift and light drags on all links, less those that would own the same phenomenon.
+    """Return weight, lift and light drags on all links, less those of the effect's phenomena.
 
     Args:
         effect: under test.
         size: mass of a link against a kilogramme [1].
     """
     options = {"medium": getattr(effect, "medium", MediumKind.any), "links": ["*"]}
-    drag = {f"coefficient_{axis}": share * size for axis, share in zip("xyz", (0.5, 0.6, 0.7), strict=True)}
+    drag = {
+        f"coefficient_{axis}": share * size
+        for axis, share in zip("xyz", (0.5, 0.6, 0.7), strict=True)
+    }
     spin = {name: 1e-2 * value for name, value in drag.items()}
     made: Mapping[str, Effect] = {
         "gravity": registry.get("effect", "gravity").load()(),

@@ -36,14 +36,19 @@ class WavesReport:
 
     def table(self) -> str:
         """Return the figures as text."""
-        return f"{self.name}: " + ", ".join(f"{key} {value:.1e}" for key, value in self.figures.items())
+        return f"{self.name}: " + ", ".join(
+            f"{key} {value:.1e}" for key, value in self.figures.items()
+        )
 
 
-def check_waves(wave: str | type, *, values: Mapping[str, Any] | None = None, seed: int = 0) -> WavesReport:
+def check_waves(
+    wave: str | type, *, values: Mapping[str, Any] | None = None, seed: int = 0
+) -> WavesReport:
     """Check that a wave keeps the contract of its kind.
 
-    Normal and rise must be the derivatives of the elevation; the water at the mean level must follow the surface; its
-    velocity must be free of divergence and fade with depth; its acceleration must be the rate of the velocity.
+    Normal and rise must be the derivatives of the elevation; the water at the mean level must
+    follow the surface; its velocity must be free of divergence and fade with depth; its
+    acceleration must be the rate of the velocity.
 
     Args:
         wave: name of an installed wave, or its class.
@@ -83,18 +88,32 @@ class _WaveCheck:
         self._compare("rise", 0.0 if sea.rise is None else sea.rise, rate / length, 1e-6)
         mean = float(np.mean(sea.elevation))
         largest = float(np.abs(sea.elevation - LEVEL).max(initial=0.0))
-        require(abs(mean - LEVEL) <= largest, self.name, f"has the mean level {mean:.2g} m, told {LEVEL} m", "Use level.")
+        require(
+            abs(mean - LEVEL) <= largest,
+            self.name,
+            f"has the mean level {mean:.2g} m, told {LEVEL} m",
+            "Use level.",
+        )
 
     def water(self) -> None:
-        """Compare the motion of the water with that of the surface, and its acceleration with its velocity."""
+        """Compare the water's motion with the surface's, and its acceleration with its velocity."""
         sea = self.wave.at(self.place, self.time, LEVEL)
         if sea.velocity is None:
             still = sea.acceleration is None and sea.rise is None
-            require(still, self.name, "moves its surface or accelerates water that stands still", "Return None for all.")
+            require(
+                still,
+                self.name,
+                "moves its surface or accelerates water that stands still",
+                "Return None for all.",
+            )
             return
         self._compare("acceleration", sea.acceleration, self._slope(lambda s: s.velocity, 3), 1e-5)
-        spread = sum(self._slope(lambda s, k=axis: s.velocity[:, k : k + 1], axis) for axis in range(3))
-        self._compare("divergence", spread, np.zeros((ROWS, 1)), 1e-5, scale=float(np.abs(sea.velocity).max()))
+        spread = sum(
+            self._slope(lambda s, k=axis: s.velocity[:, k : k + 1], axis) for axis in range(3)
+        )
+        self._compare(
+            "divergence", spread, np.zeros((ROWS, 1)), 1e-5, scale=float(np.abs(sea.velocity).max())
+        )
         at_level = self.place.copy()
         at_level[:, 2] = LEVEL
         top = self.wave.at(at_level, self.time, LEVEL)
@@ -102,7 +121,12 @@ class _WaveCheck:
         self._compare("velocity at the surface", top.velocity[:, 2:3], rate, 1e-5)  # type: ignore[index]
         deep = self.wave.at(at_level - [[0.0, 0.0, 500.0]], self.time, LEVEL)
         share = float(np.abs(deep.velocity).max() / np.abs(top.velocity).max())  # type: ignore[arg-type]
-        require(share < 0.5, self.name, f"still moves {share:.0%} of the surface's speed 500 m below", "Let it fade.")
+        require(
+            share < 0.5,
+            self.name,
+            f"still moves {share:.0%} of the surface's speed 500 m below",
+            "Let it fade.",
+        )
 
     def libraries(self) -> None:
         """Compare other array libraries with NumPy, and each row with the batch."""
@@ -130,8 +154,15 @@ class _WaveCheck:
         slope: Floats = (ends[0] - ends[1]) / (2.0 * SHIFT)
         return slope
 
-    def _compare(self, what: str, found: Any, expected: Floats, most: float, *, scale: float | None = None) -> None:
+    def _compare(
+        self, what: str, found: Any, expected: Floats, most: float, *, scale: float | None = None
+    ) -> None:
         size = max(float(np.abs(expected).max(initial=0.0)) if scale is None else scale, 1e-3)
         off = float(np.abs(found - expected).max(initial=0.0)) / size
         self.figures[what] = off
-        require(off <= most, self.name, f"its {what} is {off:.1e} off", f"Allowed: {most:g} of the largest value.")
+        require(
+            off <= most,
+            self.name,
+            f"its {what} is {off:.1e} off",
+            f"Allowed: {most:g} of the largest value.",
+        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,7 +94,7 @@ def test_a_careless_reader_is_refused() -> None:
         check_reader(ReaderCareless)
 
 
-class WaveLeaning(WaveAiry):
+class WaveLeaning(WaveAiry):  # noqa: D101  that of its parent
     __doc__ = WaveAiry.__doc__
 
     def at(self, position: Any, time: Any, level: float) -> Sea:
@@ -104,7 +103,7 @@ class WaveLeaning(WaveAiry):
         return sea._replace(normal=sea.normal * np.array([[-1.0, -1.0, 1.0]]))
 
 
-class WaveHeavy(WaveAiry):
+class WaveHeavy(WaveAiry):  # noqa: D101  that of its parent
     __doc__ = WaveAiry.__doc__
 
     def at(self, position: Any, time: Any, level: float) -> Sea:
@@ -128,7 +127,7 @@ def test_a_wave_from_any_side_keeps_the_contract(direction: float) -> None:
 
 
 @dataclass(kw_only=True)
-class SensorLoud(SensorImu):
+class SensorLoud(SensorImu):  # noqa: D101  that of its parent
     __doc__ = SensorImu.__doc__
 
     def __post_init__(self) -> None:
@@ -138,7 +137,7 @@ class SensorLoud(SensorImu):
 
 
 @dataclass(kw_only=True)
-class SensorCoordinate(SensorImu):
+class SensorCoordinate(SensorImu):  # noqa: D101  that of its parent
     __doc__ = SensorImu.__doc__
 
     def ideal(self, felt: Any) -> Any:
@@ -165,7 +164,7 @@ def test_a_robot_that_cannot_be_is_refused(pebble: Path) -> None:
 
 
 @pytest.fixture
-def engine() -> Iterator[type]:
+def engine() -> type:
     """A backend that forgets a part of its state in snapshots."""
     from seals.plugins.backends.pybullet import BackendPybullet
 
@@ -174,7 +173,7 @@ def engine() -> Iterator[type]:
             """Restore the engine's state only."""
             self._engine.restoreState(stateId=snapshot[0], physicsClientId=self._client)
 
-    yield Forgetful
+    return Forgetful
 
 
 def test_a_forgetful_backend_is_refused(engine: type) -> None:

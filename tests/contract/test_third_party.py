@@ -17,6 +17,8 @@ from seals import registry
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.config.run import build_run
+from seals.testing import check_effect, check_robot
+from seals.testing.scenes import Case
 
 SOURCE = Path(__file__).parents[1] / "thirdparty" / "coral-seals"
 
@@ -84,3 +86,11 @@ def test_its_names_are_suggested(
     assert "Did you mean 'vortex_shedding'?" in capsys.readouterr().err
     assert main(["run", f"robot={pebble}", "+site=lagon"]) == 2
     assert "Did you mean 'lagoon'?" in capsys.readouterr().err
+
+
+def test_its_plugins_keep_the_contract(coral: Path) -> None:
+    """The shipped checks take the stranger's effect and robot by name, as they take our own."""
+    scene = Case(("surface",), False)
+    report = check_effect("vortex_shedding", steps=(0.004, 0.001), cases=[scene])
+    assert report.scenes[0].moved > 0.02
+    assert check_robot("reef_buoy").mass == 2.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 from dataclasses import dataclass
@@ -129,9 +128,9 @@ class BackendPybullet:
 
 def _engine() -> Any:
     """Import the engine, without the line that its C code prints on the first import."""
-    sys.stdout.flush()
-    kept, silent = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silent, 1)
+    sys.stderr.flush()
+    kept, silent = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silent, 2)
     try:
         import pybullet
     except ImportError as cause:
@@ -140,9 +139,7 @@ def _engine() -> Any:
             "It has wheels for Linux x86-64 and Python 3.10 and 3.11: pip install pybullet==3.2.7"
         ) from cause
     finally:
-        # the line waits in the C library's buffer: let it out while the output is silent
-        ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
+        os.dup2(kept, 2)
         os.close(kept)
         os.close(silent)
     return pybullet

@@ -42,6 +42,7 @@ class InertiaSplit:
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
         self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)
+        self._twice: Floats | None = None
         self._units: dict[str, tuple[Floats, Floats]] = {}
 
     def snapshot(self) -> Any:
@@ -131,6 +132,12 @@ class InertiaSplit:
         force, torque = kirchhoff(inertia, rows[:, :3], rows[:, 3:])
         return np.concatenate((force, torque), axis=1).reshape(batch, links, 6)
 
+    def _engine_twice(self) -> Floats:
+        """The engine's inertias repeated for two velocities, shape (2 L, 6, 6)."""
+        if self._twice is None:
+            self._twice = np.concatenate((self._engine_inertia, self._engine_inertia))
+        return self._twice
+
     def _update(self, dynamics: Dynamics) -> None:
         """Set the engine's masses when the isotropic part of the added inertia has changed."""
         wanted = np.zeros_like(self._iso)
@@ -164,6 +171,7 @@ class InertiaSplit:
             localInertiaDiagonal=(self._loaded.moments[link] + moment).tolist(),
             physicsClientId=self._client,
         )
+        self._twice = None
         inertia = robot.inertia[link] + moment * np.eye(3)
         self._engine_inertia[link] = rigid_inertia(
             float(robot.mass[link] + mass), robot.centre[link], inertia

@@ -66,6 +66,12 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
     index = [names[link] for link in robot.links]
     numbers = sorted((joint_names[j], k) for k, j in enumerate(robot.joints))
     _strip(p, client, body, index, [n for n, _ in numbers])
+    for k, link in enumerate(index):
+        # the engine gives a link without <inertial> a mass of one kilogram
+        if robot.mass[k] == 0.0 and not (link == -1 and robot.tree.fixed_base):
+            p.changeDynamics(
+                body, link, mass=0.0, localInertiaDiagonal=[0.0, 0.0, 0.0], physicsClientId=client
+            )
     info = [p.getDynamicsInfo(body, i, physicsClientId=client) for i in index]
     return Loaded(
         body=int(body),
