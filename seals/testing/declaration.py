@@ -84,11 +84,11 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         f"{', '.join(bound)} can see the object",
         "Make hooks static methods: they are pure.",
     )
-    owned = all(isinstance(phenomenon, str) for phenomenon in cls.accounts_for)
+    owned = getattr(cls, "accounts_for", None)
     require(
-        isinstance(cls.accounts_for, tuple) and owned,
+        isinstance(owned, tuple) and all(isinstance(phenomenon, str) for phenomenon in owned),
         name,
-        f"accounts_for={cls.accounts_for!r} is no tuple of phenomena",
+        f"accounts_for={owned!r} is no tuple of phenomena",
         "Name what the effect owns, for instance ('quadratic drag',).",
     )
     return hooks

@@ -87,6 +87,12 @@ def follow(
     return _stack(rows)
 
 
+def extrapolated(coarse: Track, fine: Track) -> Track:
+    """Return the trajectory at step zero from two of first order, steps as 2 to 1."""
+    position, turn, joints = (2.0 * b - a for a, b in zip(coarse, fine, strict=True))
+    return Track(position, turn / np.linalg.norm(turn, axis=2, keepdims=True), joints)
+
+
 def errors(found: Track, reference: Track) -> Floats:
     """Largest error of position, attitude and joints against the reference's path, shape (B, 3).
 

@@ -40,9 +40,14 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
         plan_area=rng.uniform(0.01, 0.1, (rows, 1)),
     )
     motion = Motion(
-        time=np.array([[0.37]]), position=normal((rows, 3)), rotation=rotation, up=rotation[:, 2, :],
-        velocity=normal((rows, 3)), angular_velocity=normal((rows, 3)), body=body,
-    )  # fmt: skip
+        time=np.array([[0.37]]),
+        position=normal((rows, 3)),
+        rotation=rotation,
+        up=rotation[:, 2, :],
+        velocity=normal((rows, 3)),
+        angular_velocity=normal((rows, 3)),
+        body=body,
+    )
     torque = 0.1 * normal((rows, JOINTS))
     joints = Joints(normal((rows, JOINTS)), normal((rows, JOINTS)))
     return Instant(

@@ -13,9 +13,17 @@ from seals.schema import Parameter, parameters_of
 
 # powers of (mass, length, time) of the units that laws of rigid bodies in fluids are written in
 _UNITS: dict[str, tuple[int, int, int]] = {
-    "1": (0, 0, 0), "rad": (0, 0, 0), "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2),
-    "Hz": (0, 0, -1), "J": (1, 2, -2), "W": (1, 2, -3), "Pa": (1, -1, -2),
-}  # fmt: skip
+    "1": (0, 0, 0),
+    "rad": (0, 0, 0),
+    "kg": (1, 0, 0),
+    "m": (0, 1, 0),
+    "s": (0, 0, 1),
+    "N": (1, 1, -2),
+    "Hz": (0, 0, -1),
+    "J": (1, 2, -2),
+    "W": (1, 2, -3),
+    "Pa": (1, -1, -2),
+}
 MASS, LENGTH, TIME = 1.0, 0.1, 1.0
 """Size of the bodies in the checks [kg, m, s]."""
 _STATED = {"m/s": 1.0, "m^3": 1e-4}
@@ -81,7 +89,9 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
             p + sign * int(power or 1) * u for p, u in zip(powers, _UNITS[symbol], strict=True)
         ]
     share = size if powers[0] or powers[1] >= 2 else 1.0
-    natural = math.prod(scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True))
+    natural: float = math.prod(
+        scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True)
+    )
     return share * _STATED.get(meta.unit, natural)
 
 

@@ -85,7 +85,7 @@ class ReaderCareless:
 
     def read(self, source: Any = None) -> list[Log]:
         """Return a log whatever the source."""
-        return [Log(name="x", columns={"t": [0.0, 1.0]})]
+        return [Log(name="x", columns={"t": np.array([0.0, 1.0])})]
 
 
 def test_a_careless_reader_is_refused() -> None:
@@ -109,6 +109,7 @@ class WaveHeavy(WaveAiry):  # noqa: D101  that of its parent
     def at(self, position: Any, time: Any, level: float) -> Sea:
         """Return the sea with the acceleration of another wave."""
         sea = super().at(position, time, level)
+        assert sea.acceleration is not None
         return sea._replace(acceleration=1.01 * sea.acceleration)
 
 

@@ -146,7 +146,7 @@ def test_memory_has_a_row_for_every_link_and_body() -> None:
 
     @dataclass(kw_only=True)
     class Lagging(Gravity):
-        memory_size = 2  # type: ignore[misc]
+        memory_size = 2
 
     effects = bind_effects({"a": Gravity(correction=True), "b": Lagging(links=["*"])}, LINKS)
     memory = effects.zero_memory(4)

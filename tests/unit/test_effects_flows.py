@@ -7,6 +7,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import build_run
+from seals.frames import matrix_of
 from seals.run import build_twin, build_world
 
 FAR = {"air": "initial.position=[0,0,50]", "water": "initial.position=[0,0,-50]"}
@@ -17,10 +18,9 @@ def acceleration(*options: str) -> np.ndarray:
     run = build_run(compose(["robot=ball", "water=fossen", *options]))
     twin, state = build_twin(run)
     rates = twin.rates(state, 0.0)
-    from seals.frames import matrix_of
-
     turn = matrix_of(state.quaternion)[0]
-    return turn @ (rates.velocity[0] + np.cross(state.spin[0], state.velocity[0]))
+    found: np.ndarray = turn @ (rates.velocity + np.cross(state.spin, state.velocity))[0]
+    return found
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 3.0])

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration, Dynamics, LinkPoses
 from seals.errors import PhysicsError
-from seals.frames import conjugate, exponential, matrix_of, multiply
+from seals.frames import conjugate, matrix_of, multiply
 from seals.plugins.backends.pybullet.inertia import InertiaSplit
 from seals.plugins.backends.pybullet.loading import load_robot
 from seals.robot.model import RobotModel
@@ -19,18 +19,16 @@ FASTEST = 99.0
 
 
 class _Step(NamedTuple):
-    """Native generalised velocities: of the centre of mass of the base, world axes, and of the joints.
+    """Native generalised velocities: of the base's centre of mass, world axes, and of the joints.
 
     Args:
-        now: at the current time, shape (n,).
-        held: what the engine holds, half a step earlier when ``staggered``, shape (n,).
-        staggered: whether the two differ.
+        now: at the current time, as the engine holds it, shape (n,).
+        middle: half a step earlier, shape (n,); None after a start or a contact.
         joints: positions of the joints, shape (J,).
     """
 
     now: Floats
-    held: Floats
-    staggered: bool
+    middle: Floats | None
     joints: Floats
 
 
@@ -41,7 +39,7 @@ class PybulletBody:
         engine: the pybullet module.
         client: physics client.
         robot: what to load.
-        second_order: whether to hold velocities half a step back.
+        second_order: whether to move the pose with the velocity at the middle of a step.
     """
 
     def __init__(self, engine: Any, client: int, robot: RobotModel, *, second_order: bool) -> None:
@@ -59,11 +57,9 @@ class PybulletBody:
         self._touching = False
         self._contact = np.zeros((len(robot.links), 6))
         still = np.zeros(robot.degrees)
-        self._step = _Step(still, still, False, np.zeros(robot.tree.joints))
+        self._step = _Step(still, None, np.zeros(robot.tree.joints))
         self._turned = bool(np.any(self._com_turn[0, :3]))
 
-    # -- state
-    # ---------------------------------------------------------------------------------------
 
     def reset(self, configuration: Configuration) -> None:
         """Place the robot."""
@@ -76,7 +72,7 @@ class PybulletBody:
             np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints
         )
         self._set_velocity(native, c.joints)
-        self._step = _Step(native, native, False, np.asarray(c.joints, dtype=float))
+        self._step = _Step(native, None, np.asarray(c.joints, dtype=float))
         self._contact = np.zeros_like(self._contact)
         self._touching = False
 
@@ -134,15 +130,10 @@ class PybulletBody:
         self._contact = contact.copy()
         self._split.restore(inertia)
 
-    # -- one step
-    # ------------------------------------------------------------------------------------
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step."""
-        held = None
-        if self._step.staggered:
-            held = self._speed(self._step.held, dynamics.kinematics.rotations[0, 0])[None]
-        wrench = self._split.wrenches(dynamics, held, self._contact if self._touching else None)
+        wrench = self._split.wrenches(dynamics, self._contact if self._touching else None)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
         force = np.matmul(rotations, wrench[:, :3, None])[:, :, 0].tolist()
         torque = np.matmul(rotations, wrench[:, 3:, None])[:, :, 0].tolist()
@@ -165,7 +156,12 @@ class PybulletBody:
             )
 
     def after_step(self, step: float) -> None:
-        """Find the velocity at the new time, and shift what the engine holds by half a step."""
+        """Find the velocity at the new time and move the pose as the middle velocity does.
+
+        The engine moved the pose with the velocity after the kick, a step of first order. The middle
+        velocity, half a kick earlier, makes it one of second order (leapfrog); the velocity at the
+        new time is the middle one and half of the last kick.
+        """
         raw, joints = self._raw()
         fastest = max(raw.max(initial=0.0), -raw.min(initial=0.0))
         # written so that a motion that is not a number is refused as well
@@ -179,28 +175,26 @@ class PybulletBody:
         if self._touching:
             self._contact = self._sum_contacts(points)
         if not self._second_order or self._touching or self._at_stop(joints):
-            self._step = _Step(raw, raw, False, joints)
+            self._step = _Step(raw, None, joints)
             return
-        change = raw - self._step.held
-        if self._step.staggered:
-            self._step = _Step(raw + 0.5 * change, raw, True, joints)
-            return
-        held, distance = raw - 0.5 * change, 0.5 * step * change
-        joints = joints - distance[self._base :]
-        self._shift(distance, held, joints)
-        self._step = _Step(raw, held, True, joints)
+        half = 0.5 * (raw - self._step.now)
+        middle = self._step.now + half if self._step.middle is None else self._step.middle + 2.0 * half
+        shift = step * (middle - raw)
+        joints = joints + shift[self._base :]
+        now = middle + half
+        self._place(shift.tolist(), now, joints)
+        self._step = _Step(now, middle, joints)
 
-    def _shift(self, distance: Floats, held: Floats, joints: Floats) -> None:
-        """Move the pose back by a generalised displacement and hold new velocities."""
+    def _place(self, shift: list[float], now: Floats, joints: Floats) -> None:
+        """Move the base by a small displacement [m, rad] and set velocities and joints."""
+        p, client = self._p, self._client
         if self._base:
-            p, client = self._p, self._client
             position, turn = p.getBasePositionAndOrientation(self.body, physicsClientId=client)
-            turn = multiply(exponential(-distance[None, 3:6]), np.array(turn)[None])[0]
-            place = (np.array(position) - distance[:3]).tolist()
+            place = [x + d for x, d in zip(position, shift[:3], strict=True)]
             p.resetBasePositionAndOrientation(
-                self.body, place, turn.tolist(), physicsClientId=client
+                self.body, place, _turned(turn, shift[3:6]), physicsClientId=client
             )
-        self._set_velocity(held, joints)
+        self._set_velocity(now, joints)
 
     def _at_stop(self, q: Floats) -> bool:
         """Whether a joint stands at a limit."""
@@ -208,8 +202,6 @@ class PybulletBody:
             return False
         return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
 
-    # -- engine calls
-    # --------------------------------------------------------------------------------
 
     def _com_pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the base, and attitude of the base link's own frame.
@@ -239,11 +231,13 @@ class PybulletBody:
             self._p.resetBaseVelocity(
                 self.body, native[:3].tolist(), native[3:6].tolist(), physicsClientId=self._client
             )
-        rates = native[self._base :]
-        for j, joint in enumerate(self._joints):
-            k = self._order[j]
-            self._p.resetJointState(
-                self.body, joint, float(joints[k]), float(rates[k]), physicsClientId=self._client
+        if self._joints:
+            self._p.resetJointStatesMultiDof(
+                self.body,
+                self._joints,
+                np.asarray(joints)[self._order, None].tolist(),
+                native[self._base :][self._order, None].tolist(),
+                physicsClientId=self._client,
             )
 
     def _raw(self) -> tuple[Floats, Floats]:
@@ -278,3 +272,19 @@ class PybulletBody:
             out[k, :3] += turn @ force
             out[k, 3:] += turn @ np.cross(np.array(point[5]) - poses.origins[0, k], force)
         return out
+
+
+def _turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:
+    """A quaternion turned further by a small rotation vector in world axes [rad], order x y z w."""
+    x, y, z, w = quaternion
+    a, b, c = (0.5 * v for v in vector)
+    # cos and sin(h)/h of the half angle h to fourth order: h is about 1e-5
+    square = a * a + b * b + c * c
+    d, scale = 1.0 - 0.5 * square, 1.0 - square / 6.0
+    a, b, c = scale * a, scale * b, scale * c
+    return [
+        d * x + a * w + b * z - c * y,
+        d * y + b * w + c * x - a * z,
+        d * z + c * w + a * y - b * x,
+        d * w - a * x - b * y - c * z,
+    ]

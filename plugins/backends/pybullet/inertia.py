@@ -16,7 +16,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly
-from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.spatial import kirchhoff, rigid_inertia
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.robot.model import RobotModel
@@ -42,7 +41,6 @@ class InertiaSplit:
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
         self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)
-        self._twice: Floats | None = None
         self._units: dict[str, tuple[Floats, Floats]] = {}
 
     def snapshot(self) -> Any:
@@ -54,89 +52,36 @@ class InertiaSplit:
         for link in np.flatnonzero((kept != self._iso).any(axis=1)):
             self._set(int(link), *kept[link])
 
-    def wrenches(self, dynamics: Dynamics, held: Floats | None, contact: Floats | None) -> Floats:
-        """Wrenches to apply so that the engine's step follows the full equations at the current velocity.
+    def wrenches(self, dynamics: Dynamics, contact: Floats | None) -> Floats:
+        """Wrenches to apply so that the engine's step follows the full equations.
 
         Args:
             dynamics: of the robot at the current time.
-            held: generalised velocity in the engine, None when it is the current one, shape (1, n).
             contact: contact wrenches of the last step, None without contact, shape (L, 6).
 
         Returns:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6).
         """
         if not dynamics.found.inertias:
-            return (
-                dynamics.wrench[0]
-                if held is None
-                else (dynamics.wrench + self._shift(dynamics, held))[0]
-            )
+            return dynamics.wrench[0]
         self._update(dynamics)
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
         bias = kinematics.bias(moving)
-        load = (
-            dynamics.wrench
-            - self._assembly.velocity_terms(dynamics.motion, dynamics.found)
-            - _times(total, bias)
-        )
+        terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
+        load = dynamics.wrench - terms - _times(total, bias)
         seen = load if contact is None else load + contact[None]
         acceleration = self._assembly.solve(kinematics, total, seen, dynamics.joint_force)
-        twists = moving.twists
-        load = load - _times(total, kinematics.twists(acceleration))
-        if held is not None:
-            before = kinematics.move(held)
-            # the engine integrates the velocity of the centre of mass of the base, see _centripetal
-            acceleration = (
-                acceleration
-                + self._centripetal(kinematics, moving)
-                - self._centripetal(kinematics, before)
-            )
-            twists, bias = before.twists, kinematics.bias(before)
         change = kinematics.twists(acceleration)
-        return (
-            load + _times(self._engine_inertia[None], change + bias) + self._gyroscopic(twists)
-        )[0]
-
-    def _shift(self, dynamics: Dynamics, held: Floats) -> Floats:
-        """Difference of the velocity terms between the engine's velocity and the current one, (1, L, 6)."""
-        kinematics = dynamics.kinematics
-        both = kinematics.move(np.concatenate((held, dynamics.moving.speed)))
-        terms = kinematics.bias(both)
-        if not self._robot.tree.fixed_base:
-            terms = terms - kinematics.twists(self._centripetal(kinematics, both))
-        terms = _times(self._engine_inertia[None], terms) + self._gyroscopic(both.twists)
-        return np.asarray(terms[:1] - terms[1:])
-
-    def _centripetal(self, kinematics: Kinematics, moving: Moving) -> Floats:
-        """Acceleration w x (w x c) of the base's centre of mass, as a generalised one, shape (B, n).
-
-        The engine integrates the velocity of the centre of mass; everything here is about the link
-        origin.
-        """
-        out = np.zeros_like(moving.speed)
-        if not self._robot.tree.fixed_base:
-            w = moving.speed[:, 3:6]
-            c = kinematics.rotations[0, 0] @ self._robot.centre[0]
-            # w x (w x c) = w (w . c) - c (w . w)
-            out[:, :3] = w * (w @ c)[:, None] - c * (w * w).sum(axis=1)[:, None]
-        return out
+        engine = self._engine_inertia[None]
+        own = load - _times(total - engine, change) + _times(engine, bias)
+        return (own + self._gyroscopic(moving.twists))[0]
 
     def _gyroscopic(self, twists: Floats) -> Floats:
-        """Velocity terms of the engine's inertia at the given twists (B, L, 6)."""
-        batch, links = twists.shape[:2]
-        rows = twists.reshape(-1, 6)
-        inertia = (
-            self._engine_inertia if batch == 1 else np.concatenate([self._engine_inertia] * batch)
-        )
-        force, torque = kirchhoff(inertia, rows[:, :3], rows[:, 3:])
-        return np.concatenate((force, torque), axis=1).reshape(batch, links, 6)
-
-    def _engine_twice(self) -> Floats:
-        """The engine's inertias repeated for two velocities, shape (2 L, 6, 6)."""
-        if self._twice is None:
-            self._twice = np.concatenate((self._engine_inertia, self._engine_inertia))
-        return self._twice
+        """Velocity terms of the engine's inertia at the given twists (1, L, 6)."""
+        rows = twists[0]
+        force, torque = kirchhoff(self._engine_inertia, rows[:, :3], rows[:, 3:])
+        return np.concatenate((force, torque), axis=1)[None]
 
     def _update(self, dynamics: Dynamics) -> None:
         """Set the engine's masses when the isotropic part of the added inertia has changed."""
@@ -171,7 +116,6 @@ class InertiaSplit:
             localInertiaDiagonal=(self._loaded.moments[link] + moment).tolist(),
             physicsClientId=self._client,
         )
-        self._twice = None
         inertia = robot.inertia[link] + moment * np.eye(3)
         self._engine_inertia[link] = rigid_inertia(
             float(robot.mass[link] + mass), robot.centre[link], inertia
