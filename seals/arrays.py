@@ -1,4 +1,7 @@
-"""Array type aliases and the one way to find an array's namespace (NumPy, PyTorch, array-api-strict)."""
+"""Array type aliases and the one way to find an array's namespace.
+
+Arrays may come from NumPy, PyTorch or array-api-strict.
+"""
 
 from __future__ import annotations
 

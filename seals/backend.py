@@ -33,7 +33,13 @@ class Configuration(NamedTuple):
 
 
 class LinkPoses(NamedTuple):
-    """All links of a robot: origins (1, L, 3) [m], rotations (1, L, 3, 3), generalised velocity (1, n)."""
+    """Poses of all links of a robot and its generalised velocity.
+
+    Args:
+        origins: of the links, world [m], shape (1, L, 3).
+        rotations: R_WL, shape (1, L, 3, 3).
+        speed: generalised velocity, shape (1, n).
+    """
 
     origins: Array
     rotations: Array
@@ -86,7 +92,10 @@ class RigidBody(Protocol):
         ...
 
     def contact_wrenches(self) -> Floats:
-        """Return contact forces of the last step about the link origins, link axes [N, N m], shape (L, 6)."""
+        """Return the contact wrenches of the last step, shape (L, 6).
+
+        They act about the link origins and are given in link axes [N, N m].
+        """
         ...
 
 

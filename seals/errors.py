@@ -1,4 +1,7 @@
-"""Every error SEALS raises on purpose: what was given, what is allowed, the nearest name, the next step."""
+"""Every error SEALS raises on purpose.
+
+Each says what was given, what is allowed, the nearest name and the next step.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,10 @@ from collections.abc import Iterable
 
 
 class SealsError(Exception):
-    """Base of all refusals that a user can act upon; the command line prints it without a traceback."""
+    """Base of all refusals that a user can act upon.
+
+    The command line prints it without a traceback.
+    """
 
     exit_code = 2
 

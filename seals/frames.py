@@ -111,7 +111,7 @@ def cross_last(a: Array, b: Array) -> Array:
 
 
 def skew_last(vector: Array) -> Array:
-    """Cross-product matrices over the last axis: skew(a) b = a x b, shape (..., 3) to (..., 3, 3)."""
+    """Cross-product matrices, skew(a) b = a x b, shape (..., 3) to (..., 3, 3)."""
     xp = namespace(vector)
     flat = xp.matmul(vector, as_like(_SKEW, vector))
     return xp.reshape(flat, (*vector.shape, 3))
@@ -136,7 +136,7 @@ def multiply(p: Array, q: Array) -> Array:
 
 
 def quaternion_rate(quaternion: Array, angular_velocity: Array) -> Array:
-    """Time derivative of q_WB_xyzw for the angular velocity w_WB_B in body axes: q' = q (w, 0) / 2."""
+    """Time derivative of q_WB_xyzw for w_WB_B [rad/s] in body axes: q' = q (w, 0) / 2."""
     x, y, z, w = (quaternion[:, i] for i in range(4))
     a, b, c = (0.5 * angular_velocity[:, i] for i in range(3))
     return columns(
@@ -163,7 +163,7 @@ def exponential(rotation_vector: Array) -> Array:
 
 
 def rotation_vector(quaternion: Array) -> Array:
-    """Rotation vectors [rad] of unit quaternions (x, y, z, w), the shorter way round, shape (N, 3)."""
+    """Rotation vectors [rad] of unit quaternions (x, y, z, w), the shorter way, shape (N, 3)."""
     xp = namespace(quaternion)
     sign = xp.where(
         quaternion[:, 3:4] < 0, quaternion[:, 3:4] * 0.0 - 1.0, quaternion[:, 3:4] * 0.0 + 1.0
@@ -182,7 +182,10 @@ def conjugate(quaternion: Array) -> Array:
 
 
 def quaternion_of_rpy(rpy: Array) -> Array:
-    """Quaternions (x, y, z, w) of fixed-axis roll, pitch, yaw [rad] (URDF order), shape (N, 3) to (N, 4)."""
+    """Quaternions (x, y, z, w) of fixed-axis roll, pitch, yaw [rad], shape (N, 3) to (N, 4).
+
+    The order of the turns is that of URDF.
+    """
     xp = namespace(rpy)
     half = 0.5 * rpy
     cr, cp, cy = (xp.cos(half[:, i]) for i in range(3))

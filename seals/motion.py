@@ -1,8 +1,8 @@
 """What a physical law may know: the motion of the links and the air or water around them.
 
 Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a
-log.
-Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says world.
+log. Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says
+world.
 """
 
 from __future__ import annotations
@@ -54,8 +54,7 @@ class Medium(NamedTuple):
     """Air and water around the links, as one effect sees them.
 
     ``share``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own medium;
-    the rest is the
-    same for all effects.
+    the rest is the same for all effects.
 
     Args:
         share: weight of the effect's medium, s in water, 1 - s in air, 1 for any [1], shape (N, 1).
@@ -104,7 +103,12 @@ class Inputs(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """Force [N] and torque [N m] about the link origin, link axes, shape (N, 3); None stands for zero."""
+    """A wrench about the link origin in link axes; None stands for zero.
+
+    Args:
+        force: [N], shape (N, 3).
+        torque: [N m], shape (N, 3).
+    """
 
     force: Array | None
     torque: Array | None

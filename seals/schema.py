@@ -1,4 +1,4 @@
-"""Typed parameters: the field of a plug-in dataclass carries unit, bounds, tolerance and source once.
+"""Typed parameters: a field of a plug-in carries unit, bounds, tolerance and source once.
 
 The command line's help, the documentation table, the range check and parameter identification all
 read the metadata written here.
@@ -70,7 +70,8 @@ def param(
     meta = Parameter(
         unit=unit, bounds=bounds, tolerance=tolerance, relative=relative, source=source, fit=fit
     )
-    return cast(float, dataclasses.field(default=default, metadata={_KEY: meta}))
+    field: float = dataclasses.field(default=default, metadata={_KEY: meta})
+    return field
 
 
 def parameters_of(plugin: type | object) -> dict[str, Parameter]:
@@ -100,7 +101,8 @@ def check_value(key: str, value: Any, meta: Parameter) -> None:
     if not number or not math.isfinite(value) or not low <= value <= high:
         raise ConfigError(
             f"{key}={value} is not allowed.\n"
-            f"Allowed: a finite number from {low:g} to {high:g} {meta.unit} (default source: {meta.source})"
+            f"Allowed: a finite number from {low:g} to {high:g} {meta.unit} "
+            f"(default source: {meta.source})"
         )
 
 

@@ -20,8 +20,7 @@ class Felt(NamedTuple):
         velocity: of the link origin, link axes [m/s], shape (3,).
         spin: angular velocity, link axes [rad/s], shape (3,).
         specific_force: mean acceleration of the link origin over the last step minus gravity, link
-            axes
-            [m/s^2], shape (3,).
+            axes [m/s^2], shape (3,).
         spin_rate: mean angular acceleration over the last step, link axes [rad/s^2], shape (3,).
     """
 
@@ -37,7 +36,7 @@ class Felt(NamedTuple):
 
 @runtime_checkable
 class Sensor(Protocol):
-    """A sensor: a keyword-only dataclass with explicit memory and a random state that is passed in."""
+    """A sensor: a keyword-only dataclass with explicit memory and a random state passed in."""
 
     link: str
     rate: float

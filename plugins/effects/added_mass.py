@@ -25,13 +25,12 @@ _EYE = np.eye(6)[None]
 
 @dataclass(kw_only=True)
 class AddedMass(Effect):
-    """Added mass as inertia of the link, with its Coriolis and Munk terms and the impulse of wetting.
+    """Added mass as inertia of the link, with Coriolis and Munk terms and the impulse of wetting.
 
     Equation:
         (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
-        w). The part
-        s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load and acts
-        only while s rises.
+        w). The part s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load
+        and acts only while s rises.
 
     Args:
         mass_x: along body x [kg].
@@ -41,8 +40,7 @@ class AddedMass(Effect):
         inertia_y: about body y [kg m^2].
         inertia_z: about body z [kg m^2].
         coupling: symmetric 6x6 matrix with a zero diagonal, order [linear, angular], for bodies
-            without three
-            planes of symmetry [kg, kg m, kg m^2]; empty for none.
+            without three planes of symmetry [kg, kg m, kg m^2]; empty for none.
         medium: water.
         links: links it acts on, the root by default.
         correction: see `seals.effects.Effect`.
@@ -83,13 +81,16 @@ class AddedMass(Effect):
         if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or np.any(np.diag(matrix)):
             raise ConfigError(
                 f"added_mass.coupling of shape {matrix.shape} is not allowed.\n"
-                "Allowed: a symmetric 6x6 matrix with a zero diagonal; the diagonal is mass_x ... inertia_z."
+                "Allowed: a symmetric 6x6 matrix with a zero diagonal; "
+                "the diagonal is mass_x ... inertia_z."
             )
         lowest = float(np.linalg.eigvalsh(matrix + np.diag(self._diagonal()))[0])
         if lowest < -1e-12:
             raise ConfigError(
-                f"added_mass is not positive semi-definite: its smallest eigenvalue is {lowest:.3g}.\n"
-                "Allowed: couplings small enough against mass_x ... inertia_z; reduce them or raise the diagonal."
+                "added_mass is not positive semi-definite: "
+                f"its smallest eigenvalue is {lowest:.3g}.\n"
+                "Allowed: couplings small enough against mass_x ... inertia_z; "
+                "reduce them or raise the diagonal."
             )
 
     def _diagonal(self) -> list[float]:

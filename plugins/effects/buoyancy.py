@@ -18,9 +18,8 @@ class Buoyancy(Effect):
 
     Equation:
         F = rho (V + dV) s (g up + a_water) at the centroid r_b of the submerged volume; T = r_b x
-        F about the
-        link origin. The second term is the pressure gradient of accelerating water, zero in still
-        water.
+        F about the link origin. The second term is the pressure gradient of accelerating water,
+        zero in still water.
 
     Args:
         volume_change: dV, change of the displaced volume against the hull's, same shape [m^3].
@@ -30,8 +29,7 @@ class Buoyancy(Effect):
 
     Assumptions:
         The pressure is that of the undisturbed water; the surface is plane over the hull; the
-        density is that
-        at the link.
+        density is that at the link.
 
     Valid range:
         Hulls small against the wave length and the depth over which the density changes.

@@ -17,8 +17,7 @@ class DragLinear(Effect):
 
     Equation:
         F_i = -c_i v_r,i with v_r the velocity of the link origin relative to the medium; times the
-        share of
-        the medium.
+        share of the medium.
 
     Args:
         coefficient_x: c along body x [N s/m].

@@ -17,8 +17,7 @@ class DragQuadratic(Effect):
 
     Equation:
         F_i = -c_i abs(v_r,i) v_r,i with c_i = rho C_d A_i / 2 and v_r the velocity of the link
-        origin
-        relative to the medium; times the share of the medium.
+        origin relative to the medium; times the share of the medium.
 
     Args:
         coefficient_x: c along body x [N s^2/m^2].

@@ -17,8 +17,7 @@ class Slamming(Effect):
 
     Equation:
         F = rho C_s A w_n^2 / 2 * 4 s (1 - s) along the water normal, only while w_n > 0; w_n is
-        the sinking
-        speed of the link origin and A the plan area of the hull.
+        the sinking speed of the link origin and A the plan area of the hull.
 
     Args:
         coefficient: C_s [1].
@@ -28,8 +27,7 @@ class Slamming(Effect):
 
     Assumptions:
         The force acts on the link origin; its course over the entry follows 4 s (1 - s), whose
-        mean over s
-        is 2/3.
+        mean over s is 2/3.
 
     Valid range:
         Entry at moderate deadrise; impulse good to a few per cent, the peak only in size.

@@ -127,6 +127,7 @@ class SensorImu:
         self._centred = not np.any(self.position)
         self._range = np.array([[self.accelerometer_range], [self.gyroscope_range]])
         self._step = np.array([[self.accelerometer_step], [self.gyroscope_step]])
+        self._coarse = int((self._step > 0.0).sum())
         self._grid = np.where(self._step > 0.0, self._step, 1.0)
         density = np.array([[self.accelerometer_noise], [self.gyroscope_noise]])
         self._sigma = density * math.sqrt(self.rate)
@@ -167,7 +168,9 @@ class SensorImu:
         bias = bias + self._walk * math.sqrt(1.0 / self.rate) * noise[0]
         reading = true + bias + self._sigma * noise[1]
         reading = np.minimum(np.maximum(reading, -self._range), self._range)
-        reading = np.where(self._step > 0.0, np.rint(reading / self._grid) * self._grid, reading)
+        if self._coarse:
+            whole = np.rint(reading / self._grid) * self._grid
+            reading = whole if self._coarse == 2 else np.where(self._step > 0.0, whole, reading)
         return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
             bias, filtered
         )

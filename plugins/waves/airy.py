@@ -17,8 +17,8 @@ class WaveAiry:
 
     Equation:
         eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g;
-        orbital velocity
-        a w exp(k z) (cos b cos theta, sin b cos theta, sin theta), z below the mean level.
+        orbital velocity a w exp(k z) (cos b cos theta, sin b cos theta, sin theta), z below the
+        mean level.
 
     Args:
         amplitude: a [m].
@@ -57,7 +57,8 @@ class WaveAiry:
         steepness = self.wavenumber * self.amplitude
         if steepness > 0.3:
             raise ConfigError(
-                f"a wave of amplitude {self.amplitude} m and period {self.period} s has the steepness {steepness:.2f}.\n"
+                f"a wave of amplitude {self.amplitude} m and period {self.period} s "
+                f"has the steepness {steepness:.2f}.\n"
                 "Allowed: k a up to 0.3; lower the amplitude or raise the period."
             )
 

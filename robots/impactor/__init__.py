@@ -1,1 +1,1 @@
-"""A hemisphere-nosed impactor of 44.45 mm diameter, as dropped into water with an accelerometer inside."""
+"""A hemisphere-nosed impactor of 44.45 mm, dropped into water with an accelerometer inside."""

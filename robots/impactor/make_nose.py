@@ -1,10 +1,8 @@
 """Writes ``nose.obj``: the effective nose of the impactor, a half ellipsoid.
 
 Water rises around an entering sphere, so that the wetted radius grows like sqrt(3 R h) and not
-like the geometric
-sqrt(2 R h) (Wagner 1932; Korobkin and Pukhnachov 1988). The nose that meets the water is therefore
-as wide as the
-sphere but 2/3 as high.
+like the geometric sqrt(2 R h) (Wagner 1932; Korobkin and Pukhnachov 1988). The nose that meets the
+water is therefore as wide as the sphere but 2/3 as high.
 """
 
 from __future__ import annotations

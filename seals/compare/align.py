@@ -20,8 +20,7 @@ def clock_offset(
 
     Returns:
         Lag [s], positive when the measurement is late, and the correlation at that lag [1]; (0,
-        correlation) when the
-        channel does not move enough to tell.
+        correlation) when the channel does not move enough to tell.
     """
     good = np.isfinite(measured)
     if good.sum() < 16:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from seals.compare.ladder import Rung, climb
 from seals.compare.result import Comparison, Group, as_data
 from seals.config.compare import CompareOptions, CompareSettings
 from seals.config.run import build_run
-from seals.errors import ConfigError
+from seals.errors import ConfigError, suggestion
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
@@ -64,7 +65,7 @@ def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Gro
 
 def _step(cases: Sequence[Case]) -> float:
     """A step no longer than the sampling and than 10 ms."""
-    return min(0.01, min(float(np.median(np.diff(c.time))) for c in cases))
+    return min(0.01, *(float(np.median(np.diff(c.time))) for c in cases))
 
 
 def _offsets(
@@ -110,12 +111,13 @@ def settings_of(cfg: Any) -> CompareSettings:
     from seals.config.build import build
 
     run = build_run(cfg)
-    own = {
+    own: dict[str, Any] = {
         key: OmegaConf.to_object(cfg[key]) if OmegaConf.is_config(cfg[key]) else cfg[key]
-        for key in ("log", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
+        for key in ("log", "only", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
     }
     own["reader"] = None if cfg.reader is None else build(cfg.reader, where="reader")
-    return CompareSettings(**{k: getattr(run, k) for k in run.__dataclass_fields__}, **own)
+    model: dict[str, Any] = {k: getattr(run, k) for k in run.__dataclass_fields__}
+    return CompareSettings(**model, **own)
 
 
 def read_logs(settings: CompareSettings) -> list[Log]:
@@ -132,16 +134,23 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     logs: list[Log] = []
     for source in sources:
         logs += settings.reader.read(source)
-    return _wanted(logs, settings)
+    kept = _only(logs, settings.only)
+    return _judged(kept, settings)
 
 
-def _wanted(logs: list[Log], settings: CompareSettings) -> list[Log]:
+def _only(logs: list[Log], patterns: Sequence[str]) -> list[Log]:
+    """Logs whose name matches a pattern, all without patterns."""
+    names = [log.name for log in logs]
+    for pattern in patterns:
+        if not fnmatch.filter(names, pattern):
+            present = suggestion(pattern, names, label="Present")
+            raise ConfigError(f"only: no log is called '{pattern}'.\n{present}")
+    return [log for log in logs if not patterns or any(fnmatch.fnmatch(log.name, p) for p in patterns)]
+
+
+def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:
     """Logs of which a segment is named by ``train`` or ``held_out``, or all."""
-    import fnmatch
-
     patterns = [str(p) for p in (*settings.train, *settings.held_out)]
-    if not patterns:
-        return logs
 
     def named(log: Log) -> bool:
         names = [log.name, *(f"{log.name}/{int(n)}" for n in np.unique(log.segment))]
@@ -169,4 +178,4 @@ def print_ladder(comparison: Comparison) -> None:
 def _unit(channel: str) -> str:
     from seals.logs.channels import unit_of
 
-    return "rad" if channel == "orientation" else unit_of(channel)
+    return "rad" if channel == "orientation" else unit_of(channel) or ""

@@ -26,8 +26,7 @@ class Start:
         joints: [rad or m], shape (J,).
         rates: [rad/s or m/s], shape (J,).
         sigma: one standard deviation of the deviations [position, attitude, velocity, spin,
-            joints, rates], shape
-            (12 + 2 J,); 0 holds a component.
+            joints, rates], shape (12 + 2 J,); 0 holds a component.
         source: in words.
     """
 

@@ -50,7 +50,8 @@ def _matching(key: str, patterns: Sequence[object], names: list[str]) -> set[str
         hits = fnmatch.filter(names, str(pattern))
         if not hits:
             raise ConfigError(
-                f"{key}: no log or segment is called '{pattern}'.\n{suggestion(str(pattern), names, label='Present')}"
+                f"{key}: no log or segment is called '{pattern}'.\n"
+                f"{suggestion(str(pattern), names, label='Present')}"
             )
         found.update(hits)
     return found
@@ -182,7 +183,10 @@ def _sigma(log: Log, channel: str) -> Floats:
 
 
 def _as_vector(log: Log, channel: str) -> Floats:
-    """Samples whose scatter is that of the residual; twice the vector part of an attitude is a rotation."""
+    """Samples whose scatter is that of the residual.
+
+    Twice the vector part of an attitude is a rotation.
+    """
     values = log.channel(channel)
     if channel != "orientation":
         return values

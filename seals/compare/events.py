@@ -1,4 +1,4 @@
-"""Finds what happens in a drop from the accelerometer alone: release, water entry, catch at the bottom."""
+"""Finds what happens in a drop from the accelerometer alone: release, water entry, catch."""
 
 from __future__ import annotations
 
@@ -47,9 +47,8 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     """Find the events of one drop.
 
     The free fall is the longest stretch in which the specific force is near zero and which starts
-    at rest; the entry is
-    its end; the catch is the strongest shock after it. A drop may be held in the hand, tossed, or
-    bounce at the bottom.
+    at rest; the entry is its end; the catch is the strongest shock after it. A drop may be held in
+    the hand, tossed, or bounce at the bottom.
 
     Args:
         time: [s], shape (rows,).
@@ -62,13 +61,14 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     force = specific_force if specific_force.ndim == 2 else specific_force[:, None]
     size = np.sqrt(np.nansum(force**2, axis=1))
     step = float(np.median(np.diff(time)))
-    calm = _running_median(size, max(3, int(round(SMOOTHING / step)) | 1)) < FREE * gravity
+    calm = _running_median(size, max(3, round(SMOOTHING / step) | 1)) < FREE * gravity
     found = [run for run in _runs(calm) if SHORTEST <= time[run[1]] - time[run[0]] <= LONGEST]
     found = [run for run in found if _rest_before(size, run[0], step, gravity)]
     if not found:
         raise LogError(
             "no free fall from rest was found in the specific force.\n"
-            f"Expected: about {gravity:.2f} m/s^2 at rest, then at least {SHORTEST} s below {FREE * gravity:.1f} m/s^2."
+            f"Expected: about {gravity:.2f} m/s^2 at rest, "
+            f"then at least {SHORTEST} s below {FREE * gravity:.1f} m/s^2."
         )
     first, last = max(found, key=lambda run: run[1] - run[0])
     axis = int(

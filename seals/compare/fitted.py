@@ -52,7 +52,8 @@ def _resolve(key: str, effects: Mapping[str, Effect]) -> FitKey:
     for parameter in tied:
         if parameter not in known:
             raise ConfigError(
-                f"fit: effect '{name}' has no parameter '{parameter}' that may be fitted.\n{suggestion(parameter, known)}"
+                f"fit: effect '{name}' has no parameter '{parameter}' that may be fitted.\n"
+                f"{suggestion(parameter, known)}"
             )
     return FitKey(
         key=key,

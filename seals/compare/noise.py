@@ -17,8 +17,8 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
 
     Equation:
         sigma = 1.4826 median(abs(D3 y)) / sqrt(20); third differences remove motion up to a
-        parabola, the median
-        removes impacts, and sqrt(1 + 9 + 9 + 1) is the gain of D3 for white noise.
+        parabola, the median removes impacts, and sqrt(1 + 9 + 9 + 1) is the gain of D3 for white
+        noise.
 
     Args:
         values: samples in time order, shape (rows, k); NaN is skipped.

@@ -17,8 +17,15 @@ from seals.robot.model import RobotModel
 from seals.twin import Rates, Twin, TwinState
 
 PREDICTABLE = (
-    "position", "orientation", "velocity", "angular_velocity", "specific_force", "depth", "joint_position", "joint_velocity",
-)  # fmt: skip
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "specific_force",
+    "depth",
+    "joint_position",
+    "joint_velocity",
+)
 
 
 class Job(NamedTuple):
@@ -120,7 +127,10 @@ class Predictor:
 
 
 def residuals(case: Case, predicted: dict[str, Floats]) -> dict[str, Floats]:
-    """Measured less predicted, channel to shape (rows, k); attitude as a rotation vector in body axes [rad]."""
+    """Measured less predicted, channel to shape (rows, k).
+
+    An attitude becomes a rotation vector in body axes [rad].
+    """
     out = {}
     for channel, measured in case.measured.items():
         if channel == "orientation":

@@ -90,7 +90,7 @@ def sections_of(comparison: Comparison) -> list[Section]:
 
 
 def _summary(comparison: Comparison) -> Section:
-    facts = {}
+    facts: dict[str, str] = {}
     rows = []
     for group in comparison.groups:
         for channel in _channels(group):
@@ -112,13 +112,10 @@ def _summary(comparison: Comparison) -> Section:
                 ]
             )
             if len(facts) < 6:
-                facts[
-                    f"{group.name}: {channel}, {'held-out' if held else 'fitted'} error [{_unit(channel)}]"
-                ] = (
-                    f"{before:.3g} → {score.rms:.3g}"
-                    if len(group.rungs) > 1
-                    else f"{score.rms:.3g}"
-                )
+                judged = "held-out" if held else "fitted"
+                fall = f"{before:.3g} → " if len(group.rungs) > 1 else ""
+                key = f"{group.name}: {channel}, {judged} error [{_unit(channel)}]"
+                facts[key] = f"{fall}{score.rms:.3g}"
     table = Table(
         head=[
             "set",
@@ -134,8 +131,9 @@ def _summary(comparison: Comparison) -> Section:
         right=(2, 3, 4, 7),
     )
     lead = (
-        "Error is the root mean square of measurement less model, on stretches that the fit never saw where there are "
-        "any. The noise floor comes from the data alone (third differences), never from a fit."
+        "Error is the root mean square of measurement less model, on stretches that the fit never "
+        "saw where there are any. The noise floor comes from the data alone (third differences), "
+        "never from a fit."
     )
     return Section(title="In short", lead=lead, blocks=[Facts(values=facts), table], wide=True)
 
@@ -145,6 +143,7 @@ def _ladder_table(group: Group) -> Table:
     for rung in group.rungs:
         for channel in _channels(group):
             train, held = (pooled(rung.scores, held_out=h).get(channel) for h in (False, True))
+            best = held or train
             rows.append(
                 [
                     rung.name,
@@ -152,9 +151,9 @@ def _ladder_table(group: Group) -> Table:
                     _figure(train.rms if train else math.nan),
                     _figure(held.rms if held else math.nan),
                     _unit(channel),
-                    _figure((held or train).ratio if held or train else math.nan),
+                    _figure(best.ratio if best else math.nan),
                     _fitted_words(rung),
-                ]  # fmt: skip
+                ]
             )
     return Table(
         head=["model", "channel", "fitted", "held out", "unit", "× noise floor", "fitted values"],
@@ -173,19 +172,32 @@ def _fitted_words(rung: Rung) -> str:
     return ", ".join(words)
 
 
+def best_rung(group: Group) -> Rung:
+    """Return the rung with the smallest error on held-out stretches, or on all without any."""
+    held = any(c.held_out for c in group.cases)
+
+    def size(rung: Rung) -> float:
+        scores = [s.total for s in rung.scores if s.held_out or not held]
+        return sum(scores) / len(scores)
+
+    return min(group.rungs, key=size)
+
+
 def case_charts(group: Group, k: int) -> list[Chart]:
     """Return overlay and residual of every measured component of one stretch."""
-    case, first, last = group.cases[k], group.rungs[0], group.rungs[-1]
+    case, first, best = group.cases[k], group.rungs[0], best_rung(group)
     out = []
     for channel in case.measured:
         for axis in range(case.measured[channel].shape[1]):
             if channel != "orientation" and np.isfinite(case.measured[channel][:, axis]).any():
-                out.append(_overlay(case, channel, axis, group.rungs, k))
-        out.append(_residual(case, channel, first, last, k))
+                out.append(_overlay(case, channel, axis, group.rungs, best, k))
+        out.append(_residual(case, channel, first, best, k))
     return out
 
 
-def _overlay(case: Case, channel: str, axis: int, rungs: Sequence[Rung], k: int) -> Chart:
+def _overlay(
+    case: Case, channel: str, axis: int, rungs: Sequence[Rung], best: Rung, k: int
+) -> Chart:
     measured = case.measured[channel][:, axis]
     good = np.isfinite(measured)
     sigma = float(case.sigma[channel][axis])
@@ -198,10 +210,10 @@ def _overlay(case: Case, channel: str, axis: int, rungs: Sequence[Rung], k: int)
             band=np.full(int(good.sum()), 2.0 * sigma),
         )
     ]
-    shown = rungs if len(rungs) <= 2 else (rungs[0], rungs[-1])
+    shown = (rungs[0], best) if best is not rungs[0] else (best,)
     for rung in shown:
         y = rung.predicted[k][channel][:, axis]
-        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not rungs[-1]))
+        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not best))
     return Chart(
         title=f"{case.name}: {_component(channel, axis, case)}",
         y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
@@ -328,7 +340,7 @@ def _component(channel: str, axis: int, case: Case) -> str:
 
 
 def _unit(channel: str) -> str:
-    return "rad" if channel == "orientation" else unit_of(channel)
+    return "rad" if channel == "orientation" else unit_of(channel) or ""
 
 
 def _figure(value: float) -> str:

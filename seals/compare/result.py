@@ -53,7 +53,7 @@ class Comparison:
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
     """Return the result as JSON-ready data, without the samples."""
-    return _plain(
+    out: dict[str, Any] = _plain(
         {
             "name": comparison.name,
             "model": comparison.model,
@@ -63,6 +63,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             "groups": [_group(g) for g in comparison.groups],
         }
     )
+    return out
 
 
 def _group(group: Group) -> dict[str, Any]:

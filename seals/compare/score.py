@@ -1,8 +1,12 @@
-"""Figures of a comparison: root mean square, multiples of the noise floor, by channel, regime and horizon."""
+"""Figures of a comparison: root mean square and multiples of the noise floor.
+
+They are split by channel, regime and horizon.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,7 +104,7 @@ def by_horizon(
     out = {}
     for channel, r in residuals(case, predicted).items():
         times, sizes = [], []
-        for a, b in zip(edges[:-1], edges[1:], strict=True):
+        for a, b in pairwise(edges):
             values = r[(case.time >= a) & (case.time < b)]
             values = values[np.isfinite(values)]
             if values.size:

@@ -99,7 +99,10 @@ class Solver:
     def _normal(
         self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]
     ) -> tuple[Floats, Floats]:
-        """Normal matrix and gradient; unknowns are the free parameters, then the starts case by case."""
+        """Normal matrix and gradient.
+
+        The unknowns are the free parameters, then the starts case by case.
+        """
         sizes = [len(c.start.free) for c in self.cases]
         offset = np.concatenate([[len(free)], len(free) + np.cumsum(sizes)])
         n = int(offset[-1])
@@ -121,7 +124,7 @@ class Solver:
     ) -> list[Floats]:
         """Whitened sensitivities of every case, shape (samples, unknowns of the case)."""
         jobs, sizes = [], []
-        for i, case in enumerate(self.cases):
+        for i in range(len(self.cases)):
             for k, step in self._differences(i, x, free):
                 values, deviation = x.values.copy(), x.deviations[i].copy()
                 (values if k < 0 else deviation)[-k - 1 if k < 0 else k] += step
@@ -160,7 +163,7 @@ class Solver:
         return np.where(values + steps > self.bounds[:, 1], -steps, steps) if len(values) else steps
 
     def _tuned(self, values: Floats, p: int, trial: float) -> float:
-        """Scale a trial step so that the change is small against the noise, yet far above rounding."""
+        """Scale a trial step: the change is small against the noise, yet far above rounding."""
         moved = values.copy()
         moved[p] += trial
         zero = [np.zeros_like(c.start.sigma) for c in self.cases]

@@ -18,7 +18,9 @@ WIDE = {"position": 1.0, "attitude": 0.2, "velocity": 2.0, "spin": 2.0, "joints"
 
 
 def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
-    """Start from the first samples of the pose; components that the log lacks come from the settings and are held.
+    """Start from the first samples of the pose.
+
+    Components that the log lacks come from the settings and are held.
 
     Args:
         log: one segment.
@@ -102,14 +104,18 @@ def start_of_drop(
         rates=np.zeros(joints),
         sigma=sigma,
         source=(
-            f"release from rest {events.fall:.3f} s before the entry: {speed:.2f} +- {gravity * events.spread:.3f} m/s at "
-            f"first contact, which is known to {1e3 * events.spread:.2f} ms"
+            f"release from rest {events.fall:.3f} s before the entry: "
+            f"{speed:.2f} +- {gravity * events.spread:.3f} m/s at first contact, "
+            f"which is known to {1e3 * events.spread:.2f} ms"
         ),
     )
 
 
 def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
-    """Height of the lowest hull point of a link above the base origin, joints at zero, by bisection."""
+    """Height [m] of a link's lowest hull point above the base origin, joints at zero.
+
+    Found by bisection on the wetted volume.
+    """
     from seals.dynamics.tree import forward
 
     origins, rotations = forward(
@@ -139,7 +145,10 @@ def _first(log: Log, stem: str, width: int) -> Floats:
 
 
 def _slope(log: Log, stem: str, width: int, samples: int = 7) -> Floats:
-    """Rate of each component at the first row by a parabola through the first samples; NaN where there are too few."""
+    """Rate of each component at the first row, by a parabola through the first samples.
+
+    NaN where there are too few of them.
+    """
     out = np.full(width, np.nan)
     if not log.has(stem):
         return out
@@ -160,7 +169,8 @@ def _attitude(log: Log) -> Floats | None:
     if not good.size:
         return None
     w, x, y, z = values[good[0]]
-    return np.array([x, y, z, w]) / np.linalg.norm(values[good[0]])
+    out: Floats = np.array([x, y, z, w]) / np.linalg.norm(values[good[0]])
+    return out
 
 
 def _filled(measured: Floats, fallback: list[float], sigma: Floats, wide: float) -> Floats:

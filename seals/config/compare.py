@@ -59,10 +59,11 @@ class CompareSettings(RunSettings):
     Args:
         log: folder, file or name of the measurement, a list of them, or None for all of the
             reader's own data.
+        only: names (shell patterns) of the logs to keep of those that are read; empty for all.
         reader: plug-in that reads the measurement.
         fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``;
-            ``axes`` of one
-            stem may be tied: ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
+            ``axes`` of one stem may be tied:
+            ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
         train: names (shell patterns) of the logs or segments that are fitted; empty for all.
         held_out: names (shell patterns) of the logs or segments that only judge the fit.
         per_log: fit every log by itself instead of all together.
@@ -74,6 +75,7 @@ class CompareSettings(RunSettings):
 
     name: str = "compare"
     log: Any = None
+    only: list[str] = field(default_factory=list)
     reader: Any = None
     fit: list[str] = field(default_factory=list)
     train: list[Any] = field(default_factory=list)

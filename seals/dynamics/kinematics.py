@@ -7,6 +7,7 @@ of the base, joint rates], the first two in world axes; a fixed base has only th
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -58,19 +59,29 @@ class Kinematics:
         self._sliding = any(tree.prismatic)
         upper, lower = [], []
         if self._lead:
-            eye = self._arm[:, :, :, None] * 0.0 + as_like(_EYE, self._arm)
-            upper += [eye, -skew_last(self._arm)]
-            lower += [eye * 0.0, eye]
+            eye, zero = self._base_blocks()
+            upper += [eye, skew_last(-self._arm)]
+            lower += [zero, eye]
         if tree.joints:
             linear, angular = self._joint_columns()
             upper.append(linear)
             lower.append(angular)
         self._size = tree.joints + self._lead
         self._world = xp.concat((*upper, *lower), axis=3)
-        turned = xp.matmul(self._back, self._world)
-        self.jacobian = xp.concat(
-            (turned[:, :, :, : self._size], turned[:, :, :, self._size :]), axis=2
-        )
+
+    def _base_blocks(self) -> tuple[Array, Array]:
+        """Identity and zero for every link, (B, L, 3, 3)."""
+        if type(self._arm) is np.ndarray and len(self._arm) == 1:
+            return self.tree.identity, self.tree.nothing
+        zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
+        return zero + as_like(_EYE, self._arm), zero
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Map from the generalised velocity to the twists of all links in link axes, (B, L, 6, n)."""
+        turned = namespace(self.origins).matmul(self._back, self._world)
+        parts = (turned[:, :, :, : self._size], turned[:, :, :, self._size :])
+        return namespace(self.origins).concat(parts, axis=2)
 
     def _joint_columns(self) -> tuple[Array, Array]:
         """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""
@@ -101,9 +112,16 @@ class Kinematics:
         """Return the velocities of all links for a generalised velocity (B, n)."""
         xp = namespace(speed)
         column = speed[:, None, :, None]
-        linear = xp.matmul(self._world[:, :, :, : self._size], column)[:, :, :, 0]
-        angular = xp.matmul(self._world[:, :, :, self._size :], column)[:, :, :, 0]
-        return Moving(speed, linear, angular, xp.matmul(self.jacobian, column)[:, :, :, 0])
+        linear = xp.matmul(self._world[:, :, :, : self._size], column)
+        angular = xp.matmul(self._world[:, :, :, self._size :], column)
+        twists = self._in_links(linear, angular)
+        return Moving(speed, linear[:, :, :, 0], angular[:, :, :, 0], twists)
+
+    def _in_links(self, linear: Array, angular: Array) -> Array:
+        """World vectors of all links (B, L, 3, 1) as [linear, angular] in link axes, (B, L, 6)."""
+        xp = namespace(linear)
+        both = xp.matmul(self._back, xp.concat((linear, angular), axis=3))
+        return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
 
     def bias(self, moving: Moving) -> Array:
         """Return the rate of the twists, taken in link axes, when the generalised acceleration is zero, (B, L, 6).
@@ -117,7 +135,7 @@ class Kinematics:
             acceleration cancels
             against the change of the link axes.
         """
-        xp, lead = namespace(moving.speed), self._lead
+        lead = self._lead
         if self.tree.joints:
             linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
         elif lead:
@@ -126,8 +144,7 @@ class Kinematics:
             linear = angular - cross_last(base[:, :, 3:6], base[:, :, 0:3])
         else:
             return moving.twists * 0.0
-        both = xp.matmul(self._back, xp.stack((linear, angular), axis=3))
-        return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
+        return self._in_links(linear[:, :, :, None], angular[:, :, :, None])
 
     def _joint_bias(self, moving: Moving, rates: Array) -> tuple[Array, Array]:
         """What the joints add to the bias, world axes, each (B, L, 3)."""

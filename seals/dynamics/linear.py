@@ -13,13 +13,11 @@ def solve_symmetric(
     """Solve M x = b for symmetric positive definite matrices by L D L^T without pivoting.
 
     Every entry is a vector over the batch, so that the cost is a few hundred vector operations
-    whatever
-    the batch: several times faster than one factorisation per matrix.
+    whatever the batch: several times faster than one factorisation per matrix.
 
     Args:
         matrix: lower triangle, ``matrix[i][j]`` for j <= i, each shape (1 or N,); None for an
-            entry that is
-            zero in the whole batch.
+            entry that is zero in the whole batch.
         right: b, one vector (N,) per row.
 
     Returns:
@@ -30,7 +28,7 @@ def solve_symmetric(
     scaled: list[list[Array | None]] = [[None] * size for _ in range(size)]
     inverse: list[Array] = []
     for j in range(size):
-        pivot = matrix[j][j]
+        pivot: Array = matrix[j][j]
         for k in range(j):
             pivot = _less(pivot, lower[j][k], scaled[j][k])
         inverse.append(1.0 / pivot)

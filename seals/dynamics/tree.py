@@ -59,9 +59,19 @@ class Tree:
 
     @cached_property
     def moves_twice(self) -> Floats:
-        """`moves` beside itself and a column for the base, 1 when it is free, shape (L, 2 J + 1)."""
+        """`moves` twice and a column for the base, 1 when it is free, shape (L, 2 J + 1)."""
         base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
         return np.concatenate((self.moves, self.moves, base), axis=1)
+
+    @cached_property
+    def identity(self) -> Floats:
+        """Identity for every link, shape (1, L, 3, 3)."""
+        return np.broadcast_to(np.eye(3), (1, self.links, 3, 3)).copy()
+
+    @cached_property
+    def nothing(self) -> Floats:
+        """Zero for every link, shape (1, L, 3, 3)."""
+        return np.zeros((1, self.links, 3, 3))
 
     @cached_property
     def parent_of_joint(self) -> tuple[int, ...]:

@@ -140,8 +140,10 @@ def refuse_double_counting(
                 )
                 if clash is not None:
                     raise ConfigError(
-                        f"'{clash}' and '{b.name}' both account for {phenomenon} on link '{links[k]}'.\n"
-                        f"Remove one of them, or say effects.{b.name}.correction=true if it is meant as an addition."
+                        f"'{clash}' and '{b.name}' both account for {phenomenon} "
+                        f"on link '{links[k]}'.\n"
+                        f"Remove one of them, or say effects.{b.name}.correction=true "
+                        "if it is meant as an addition."
                     )
                 owner[phenomenon, b.kind, k] = b.name
 
@@ -154,7 +156,8 @@ def _link_indices(name: str, wanted: Sequence[str], links: Sequence[str]) -> tup
     for link in wanted:
         if link not in (*links, "root"):
             raise ConfigError(
-                f"effects.{name}.links: there is no link '{link}'.\n{suggestion(link, [*links, 'root', '*'])}"
+                f"effects.{name}.links: there is no link '{link}'.\n"
+                f"{suggestion(link, [*links, 'root', '*'])}"
             )
         found.add(0 if link == "root" else list(links).index(link))
     return tuple(sorted(found))
@@ -163,7 +166,10 @@ def _link_indices(name: str, wanted: Sequence[str], links: Sequence[str]) -> tup
 def _params(
     effect: Effect, values: Mapping[str, Any], like: Array, links: int, batch: int
 ) -> dict[str, Array]:
-    """Parameter arrays of one effect: (1, k) when constant, (links x batch, k) when one value is batched."""
+    """Parameter arrays of one effect.
+
+    Their shape is (1, k) when constant, (links x batch, k) when one value is batched.
+    """
     names = parameters_of(effect)
     single = {n: _row(values.get(n, getattr(effect, n)), like, links, batch) for n in names}
     out = {key: as_like(value, like) for key, value in effect.constants().items()}

@@ -11,7 +11,10 @@ from seals.arrays import Array, Floats
 from seals.motion import AddedInertia, Inputs, Joints, Medium, Motion, Wrench
 
 Parameters: TypeAlias = Mapping[str, Array]
-"""Parameter arrays: scalars of shape (1 or N, 1); ``stem_x, _y, _z`` joined into ``stem`` of shape (1 or N, 3)."""
+"""Parameter arrays: scalars of shape (1 or N, 1).
+
+``stem_x``, ``stem_y``, ``stem_z`` are joined into ``stem`` of shape (1 or N, 3).
+"""
 
 
 class MediumKind(Enum):
@@ -24,16 +27,15 @@ class MediumKind(Enum):
 
 @dataclass(kw_only=True)
 class Effect:
-    """Base of all effect plug-ins: a keyword-only dataclass whose hooks are pure, batch-first functions.
+    """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.
 
     A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new
     memory)``:
 
     - ``loads``: `Wrench` about the link origin, link axes [N, N m], each shape (N, 3).
     - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes,
-      and its weight; the
-      integrator makes the Coriolis and Munk terms from it, relative to the flow of the effect's
-      medium.
+      and its weight; the integrator makes the Coriolis and Munk terms from it, relative to the flow
+      of the effect's medium.
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
 
     ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
@@ -42,8 +44,7 @@ class Effect:
     Args:
         links: link names; ``root`` is the base link and ``*`` every link.
         correction: True for a deliberate addition to an effect of the same kind on the same link,
-            for example
-            a change found by comparison with measurements.
+            for example a change found by comparison with measurements.
     """
 
     links: list[str] = field(default_factory=lambda: ["root"])

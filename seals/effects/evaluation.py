@@ -86,7 +86,7 @@ class Evaluator:
         self, sample: Sample, motion: Motion, inputs: Inputs, memory: Memory, new: dict[str, Array]
     ) -> Sample:
         """Add the flow effects to the velocity of water and air."""
-        water, air = sample.water_velocity, sample.air_velocity
+        flows: dict[MediumKind, Array] = {}
         seen: dict[Any, tuple[Motion, Medium]] = {}
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
@@ -94,11 +94,13 @@ class Evaluator:
             _keep(new, b, kept)
             if rows is not None:
                 velocity = _spread(velocity, rows, motion.position)
-            own = unrotate(motion.rotation, velocity)
-            if b.kind is not MediumKind.air:
-                water = water + own
-            if b.kind is not MediumKind.water:
-                air = air + own
+            for kind in (MediumKind.water, MediumKind.air) if b.kind is MediumKind.any else (b.kind,):
+                flows[kind] = flows[kind] + velocity if kind in flows else velocity
+        water, air = sample.water_velocity, sample.air_velocity
+        if MediumKind.water in flows:
+            water = water + unrotate(motion.rotation, flows[MediumKind.water])
+        if MediumKind.air in flows:
+            air = air + unrotate(motion.rotation, flows[MediumKind.air])
         return sample._replace(water_velocity=water, air_velocity=air)
 
     def _seen(

@@ -116,7 +116,7 @@ class Log:
             for number in ordered
         ]
 
-    def select(self, mask: ArrayLike) -> Log:
+    def select(self, mask: ArrayLike | slice) -> Log:
         """Return the rows that a boolean mask, a slice or an index array picks.
 
         Raises:

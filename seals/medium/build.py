@@ -14,7 +14,10 @@ from seals.waves import Waves
 
 
 def hulls_of(robot: RobotModel) -> list[Hull]:
-    """Return one hull per link; a small sphere at the origin tells whether a link without hull is wet."""
+    """Return one hull per link.
+
+    A small sphere at the origin tells whether a link without hull is wet.
+    """
     return [HullSphere(radius=POINT_RADIUS) if hull is None else hull for hull in robot.hulls]
 
 

@@ -34,7 +34,12 @@ class Wetting(Protocol):
     """Finds the submerged part of every hull."""
 
     def wet(self, normal: Array, level: Array) -> Wet:
-        """Return the part where normal . x <= level; normal (N, 3) in link axes, level (N, 1) [m]."""
+        """Return the part where normal . x <= level.
+
+        Args:
+            normal: in link axes [1], shape (N, 3).
+            level: [m], shape (N, 1).
+        """
         ...
 
 

@@ -19,7 +19,7 @@ from seals.hulls import (
     hull_from_mesh,
 )
 from seals.robot.model import RobotModel
-from seals.robot.urdf import Urdf, read_urdf
+from seals.robot.urdf import Urdf, UrdfJoint, read_urdf
 
 
 def build_robot(settings: RobotSettings) -> RobotModel:
@@ -61,7 +61,8 @@ def build_robot(settings: RobotSettings) -> RobotModel:
 def _tree(urdf: Urdf, fixed_base: bool) -> tuple[Tree, tuple[str, ...]]:
     """Structure of the links and names of the movable joints."""
     index = {link.name: k for k, link in enumerate(urdf.links)}
-    parent, joint, moving = [-1], [-1], []
+    parent, joint = [-1], [-1]
+    moving: list[UrdfJoint] = []
     for above in urdf.joints:
         parent.append(index[above.parent])
         joint.append(len(moving) if above.moves else -1)
@@ -111,7 +112,8 @@ def _shape(settings: RobotSettings, link: str, shape: ShapeSettings) -> Hull:
         folder = Path(settings.folder).resolve()
         if not (folder / shape.file).resolve().is_relative_to(folder):
             raise RobotError(
-                f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\nKeep meshes in the robot's folder."
+                f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\n"
+                "Keep meshes in the robot's folder."
             )
         return hull_from_mesh(folder / shape.file, position=shape.position, rpy=shape.rpy).hull
     need = {"sphere": 1, "box": 3, "cylinder": 2, "capsule": 2}[kind]

@@ -16,7 +16,9 @@ from seals.motion import Body
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """Mass properties, joints and hulls of a robot; link 0 is the base, parents come before children.
+    """Mass properties, joints and hulls of a robot.
+
+    Link 0 is the base; parents come before children.
 
     Args:
         name: of the robot.
@@ -58,7 +60,10 @@ class RobotModel:
         return self.tree.joints + (0 if self.tree.fixed_base else 6)
 
     def bodies(self, like: Array, batch: int = 1) -> Body:
-        """Return the constant properties of all links, rows link by link, in the library of ``like``."""
+        """Return the constant properties of all links, in the library of ``like``.
+
+        Rows are link by link: all bodies of the batch for the first link, then for the next.
+        """
         volume = np.array([0.0 if h is None else h.volume for h in self.hulls])
         plan = np.array([0.0 if h is None else h.plan_area for h in self.hulls])
         table = (self.mass[:, None], self.centre, volume[:, None], plan[:, None])

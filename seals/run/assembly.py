@@ -127,7 +127,8 @@ def _matrix(quaternion: Any) -> Any:
 def _joint_values(key: str, values: list[float], robot: RobotModel) -> Any:
     if values and len(values) != robot.tree.joints:
         raise ConfigError(
-            f"initial.{key} has {len(values)} values, robot '{robot.name}' has {robot.tree.joints} joints.\n"
+            f"initial.{key} has {len(values)} values, "
+            f"robot '{robot.name}' has {robot.tree.joints} joints.\n"
             f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
         )
     return np.asarray(values, dtype=float) if values else np.zeros(robot.tree.joints)

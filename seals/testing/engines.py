@@ -44,7 +44,7 @@ def simulate(
     engine.open(ENVIRONMENT, step)
     count, every = round(duration / step), round(SAMPLE / step)
     actors = {
-        str(k): Actor(robot, effects, {}, engine, ENVIRONMENT, _still(), steps=count + 1)
+        str(k): Actor(robot, effects, {}, engine, ENVIRONMENT, waves=_still(), steps=count + 1)
         for k in range(len(starts))
     }
     world = World(engine, actors, ENVIRONMENT, step=step, seed=0)

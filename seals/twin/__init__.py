@@ -1,4 +1,4 @@
-"""The batched twin: a floating-base or bolted robot with moving joints, for fitting and for thousands at once."""
+"""The batched twin: a free or bolted robot with moving joints, for fitting and for thousands."""
 
 from seals.twin.model import Twin
 from seals.twin.state import Rates, TwinState

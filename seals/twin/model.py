@@ -21,7 +21,9 @@ from seals.waves import Waves
 
 
 class Twin:
-    """A batch of robots under the same effects as the simulator, integrated by the classic Runge-Kutta method.
+    """A batch of robots under the same effects as the simulator.
+
+    Integrated by the classic Runge-Kutta method of fourth order.
 
     Args:
         robot: the robot.

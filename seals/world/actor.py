@@ -49,8 +49,8 @@ class Actor:
         sensors: Mapping[str, Sensor],
         backend: Backend,
         environment: EnvironmentSettings,
-        waves: Waves,
         *,
+        waves: Waves,
         steps: int,
     ) -> None:
         """Add the robot to the scene."""
@@ -122,11 +122,10 @@ class Actor:
         if not self.sensors:
             return
         kinematics, moving = self._look()
-        turn = kinematics.rotations[0]
         for name, sensor in self.sensors.items():
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
-            felt = self._felt(time, step, kinematics.origins[0, k], turn[k], moving, k)
+            felt = self._felt(time, step, kinematics, moving, k)
             reading, self._sense_memory[name] = sensor.sense(
                 felt, self._sense_memory[name], rng, due=due
             )
@@ -135,9 +134,10 @@ class Actor:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
 
     def _felt(
-        self, time: float, step: float, position: Floats, turn: Floats, moving: Moving, link: int
+        self, time: float, step: float, kinematics: Kinematics, moving: Moving, link: int
     ) -> Felt:
         """Motion of one link with its mean accelerations over the last step."""
+        position, turn = kinematics.origins[0, link], kinematics.rotations[0, link]
         twist = moving.twists[0, link]
         force, rate = self.gravity * turn[2], self._still
         if self._before is not None and step > 0.0:
@@ -164,6 +164,7 @@ def _carrier(name: str, sensor: Sensor, robot: RobotModel) -> int:
         return 0
     if sensor.link not in robot.links:
         raise ConfigError(
-            f"sensors.{name}.link: there is no link '{sensor.link}'.\n{suggestion(sensor.link, [*robot.links, 'root'])}"
+            f"sensors.{name}.link: there is no link '{sensor.link}'.\n"
+            f"{suggestion(sensor.link, [*robot.links, 'root'])}"
         )
     return robot.links.index(sensor.link)

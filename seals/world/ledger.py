@@ -54,7 +54,7 @@ class Ledger:
             self._time = np.concatenate([self._time, np.zeros_like(self._time)])
             self._table = np.concatenate([self._table, np.zeros_like(self._table)])
         self._time[self.rows] = time
-        row = self._table[self.rows]
+        row: Floats = self._table[self.rows]
         self.rows += 1
         return row
 
@@ -75,12 +75,16 @@ class Ledger:
             target[picked, 3:] = wrench.torque
 
     def rewind(self, rows: int) -> None:
-        """Forget all but the first ``rows`` rows."""
+        """Forget all but the first ``rows`` rows; rows that were forgotten before do not come back."""
+        rows = min(rows, self.rows)
         self._table[rows : self.rows] = 0.0
         self.rows = rows
 
     def columns(self) -> dict[str, Floats]:
-        """Return the ledger as named columns, ``effect.link.component``, leaving out those that are zero throughout."""
+        """Return the ledger as named columns, ``effect.link.component``.
+
+        Those that are zero throughout are left out.
+        """
         out = {"t": self.time}
         for e, effect in enumerate(self.effects):
             for k, link in enumerate(self.links):

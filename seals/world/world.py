@@ -17,8 +17,8 @@ class Snapshot(NamedTuple):
     """An opaque copy of a world: time, random state, scene, actors."""
 
     time: float
-    count: int
-    random: dict[str, Any]
+    steps: int
+    random: Mapping[str, Any]
     scene: Any
     actors: tuple[Any, ...]
 
@@ -27,8 +27,7 @@ class World:
     """Robots under effects in one scene.
 
     One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the
-    sums to the backend,
-    advance, then take the sensor readings that are due.
+    sums to the backend, advance, then take the sensor readings that are due.
 
     Args:
         backend: open rigid-body scene.
@@ -58,7 +57,7 @@ class World:
         self.rng = np.random.default_rng(seed)
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
-        """Place all robots, set time to zero, start the random state anew and take the first readings.
+        """Place all robots, set time to zero, reseed the random state and take first readings.
 
         Raises:
             PhysicsError: a configuration is not finite or faster than the backend can follow.
@@ -91,7 +90,7 @@ class World:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put the world back into the state of a snapshot of this world."""
-        self.time, self._count = snapshot.time, snapshot.count
+        self.time, self._count = snapshot.time, snapshot.steps
         self.rng.bit_generator.state = snapshot.random
         self.backend.restore(snapshot.scene)
         for actor, kept in zip(self.actors.values(), snapshot.actors, strict=True):

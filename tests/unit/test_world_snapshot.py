@@ -56,7 +56,7 @@ def world(tmp_path: Path) -> Iterator[World]:
     engine = BackendPybullet()
     engine.open(environment, 0.004)
     sensors = {"imu": SensorImu(link="fore", bandwidth=20.0)}
-    actor = Actor(robot, effects, sensors, engine, environment, WaveStill(), steps=10)
+    actor = Actor(robot, effects, sensors, engine, environment, waves=WaveStill(), steps=10)
     out = World(engine, {"arm": actor}, environment, step=0.004, seed=3)
     out.reset({"arm": start_of(robot, "surface", 0)})
     yield out

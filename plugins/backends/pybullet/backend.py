@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import weakref
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,14 +17,12 @@ from seals.robot.model import RobotModel
 
 @dataclass(kw_only=True)
 class BackendPybullet:
-    """Rigid bodies by PyBullet's multi-body solver, with two additions: second-order steps and added mass.
+    """Rigid bodies by PyBullet's multi-body solver, with second-order steps and added mass.
 
     Equation:
         Featherstone's articulated-body algorithm with semi-implicit Euler steps. Velocities are
-        kept half a step
-        back (leapfrog) while nothing touches, which makes the positions second-order accurate; a
-        contact or a
-        joint stop falls back to the plain first-order step.
+        kept half a step back (leapfrog) while nothing touches, which makes the positions
+        second-order accurate; a contact or a joint stop falls back to the plain first-order step.
 
     Args:
         solver_iterations: iterations of the contact solver.
@@ -107,14 +106,15 @@ class BackendPybullet:
             body.after_step(self.step)
 
     def snapshot(self) -> Any:
-        """Return the engine's own state and the half-step velocities."""
-        state = self._engine.saveState(physicsClientId=self._client)
+        """Return the engine's own state and the middle velocities."""
+        state = _State(self._engine, self._client)
         return state, [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
         """Put the scene back into the state of a snapshot."""
-        self._engine.restoreState(stateId=snapshot[0], physicsClientId=self._client)
-        for body, kept in zip(self._bodies, snapshot[1], strict=True):
+        state, bodies = snapshot
+        self._engine.restoreState(stateId=state.number, physicsClientId=self._client)
+        for body, kept in zip(self._bodies, bodies, strict=True):
             body.restore(kept)
 
     def close(self) -> None:
@@ -124,6 +124,19 @@ class BackendPybullet:
         self._client = -1
         self._bodies.clear()
         self._ground.clear()
+
+
+class _State:
+    """A state saved inside the engine, given back when nobody holds it any more."""
+
+    def __init__(self, engine: Any, client: int) -> None:
+        self.number = engine.saveState(physicsClientId=client)
+        weakref.finalize(self, _forget, engine, client, self.number)
+
+
+def _forget(engine: Any, client: int, number: int) -> None:
+    if engine.isConnected(physicsClientId=client):
+        engine.removeState(number, physicsClientId=client)
 
 
 def _engine() -> Any:

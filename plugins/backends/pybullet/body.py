@@ -59,6 +59,7 @@ class PybulletBody:
         still = np.zeros(robot.degrees)
         self._step = _Step(still, None, np.zeros(robot.tree.joints))
         self._turned = bool(np.any(self._com_turn[0, :3]))
+        self._centred = not np.any(self._com)
 
 
     def reset(self, configuration: Configuration) -> None:
@@ -97,17 +98,18 @@ class PybulletBody:
             states = self._p.getLinkStates(
                 self.body, self._children, computeForwardKinematics=1, physicsClientId=self._client
             )
-            origins[1:] = [s[4] for s in states]
-            turns[1:] = [s[5] for s in states]
+            both = np.array([s[4] + s[5] for s in states])
+            origins[1:], turns[1:] = both[:, :3], both[:, 3:]
         rotations = matrix_of(turns)
-        origins[0] -= rotations[0] @ self._com
+        if not self._centred:
+            origins[0] -= rotations[0] @ self._com
         return LinkPoses(
             origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None]
         )
 
     def _speed(self, native: Floats, turn: Floats) -> Floats:
         """Generalised velocity about the base origin from native velocities."""
-        if self._base == 0:
+        if self._base == 0 or self._centred:
             return native
         speed = native.copy()
         w, c = native[3:6], turn @ self._com

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from seals.frames import conjugate
 from seals.robot.model import RobotModel
 
 
-class Loaded(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class Loaded:
     """A loaded robot.
 
     Args:
@@ -60,7 +62,8 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         joint_names[info[1].decode()] = i
     if set(names) != set(robot.links):
         raise RobotError(
-            f"PyBullet sees the links {sorted(names)} in {robot.urdf}, the robot has {sorted(robot.links)}.\n"
+            f"PyBullet sees the links {sorted(names)} in {robot.urdf}, "
+            f"the robot has {sorted(robot.links)}.\n"
             "Give every link a unique name."
         )
     index = [names[link] for link in robot.links]
