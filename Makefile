@@ -1,9 +1,10 @@
 # make demo   install the core into .venv and run the demonstration
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
+# make validate   the long comparisons with measurements and the slow verifications
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint clean python
+.PHONY: help demo test validate lint clean
 
 # The jobs of the demonstration, one a line, in order; the last prints where the report is.
 # A job behind '?' needs a measurement: without network and offline folder it says so and is left out.
@@ -27,7 +28,7 @@ CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % 
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,2s/^# //p' Makefile
+	@sed -n '1,3s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -45,6 +46,9 @@ test: .venv-test/installed lint
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
 	@.venv-test/bin/pytest -q -c pyproject.toml --rootdir . --doctest-modules --pyargs seals
 	@.venv-test/bin/pytest -n 2
+
+validate: .venv-test/installed
+	@.venv-test/bin/pytest -m "slow or validation"
 
 lint: .venv-test/installed
 	@.venv-test/bin/ruff check .

@@ -28,9 +28,8 @@ class SensorImu:
 
     Equation:
         f = R_SL (f_o + w' x r + w x (w x r)), with f_o the specific force of the link origin (+g
-        at rest, 0 in free
-        fall); w_S = R_SL w. Then first-order bandwidth, bias with random walk, white noise, range,
-        quantisation.
+        at rest, 0 in free fall); w_S = R_SL w. Then first-order bandwidth, bias with random walk,
+        white noise, range, quantisation.
 
     Args:
         link: link that carries the sensor; ``root`` is the base.
@@ -119,7 +118,8 @@ class SensorImu:
         for name in ("position", "rpy"):
             if len(getattr(self, name)) != 3 or not np.all(np.isfinite(getattr(self, name))):
                 raise ConfigError(
-                    f"imu.{name}={getattr(self, name)} is not allowed.\nAllowed: three finite numbers."
+                    f"imu.{name}={getattr(self, name)} is not allowed.\n"
+                    "Allowed: three finite numbers."
                 )
         self._arm = np.asarray(self.position, dtype=float)
         self._turn = matrix_of(quaternion_of_rpy(np.asarray([self.rpy], dtype=float)))[0].T

@@ -22,6 +22,9 @@ from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 
+# settings of the comparison itself; the others are those of a run
+OWN = ("log", "only", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
+
 
 def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
     """Compare a model with measurements.
@@ -76,8 +79,8 @@ def _offsets(
     for channel, measured in case.measured.items():
         if options.offset <= 0.0 or channel == "orientation":
             continue
-        spread = np.nan_to_num(np.nanstd(measured, axis=0))
-        axis = int(np.argmax(spread))
+        columns = (c[np.isfinite(c)] for c in measured.T)
+        axis = int(np.argmax([c.std() if c.size else 0.0 for c in columns]))
         out[channel] = clock_offset(
             case.time, measured[:, axis], rung.predicted[k][channel][:, axis], most=options.offset
         )
@@ -113,7 +116,7 @@ def settings_of(cfg: Any) -> CompareSettings:
     run = build_run(cfg)
     own: dict[str, Any] = {
         key: OmegaConf.to_object(cfg[key]) if OmegaConf.is_config(cfg[key]) else cfg[key]
-        for key in ("log", "only", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
+        for key in OWN
     }
     own["reader"] = None if cfg.reader is None else build(cfg.reader, where="reader")
     model: dict[str, Any] = {k: getattr(run, k) for k in run.__dataclass_fields__}
@@ -145,7 +148,9 @@ def _only(logs: list[Log], patterns: Sequence[str]) -> list[Log]:
         if not fnmatch.filter(names, pattern):
             present = suggestion(pattern, names, label="Present")
             raise ConfigError(f"only: no log is called '{pattern}'.\n{present}")
-    return [log for log in logs if not patterns or any(fnmatch.fnmatch(log.name, p) for p in patterns)]
+    if not patterns:
+        return logs
+    return [log for log in logs if any(fnmatch.fnmatch(log.name, p) for p in patterns)]
 
 
 def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:

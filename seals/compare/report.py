@@ -187,17 +187,17 @@ def case_charts(group: Group, k: int) -> list[Chart]:
     """Return overlay and residual of every measured component of one stretch."""
     case, first, best = group.cases[k], group.rungs[0], best_rung(group)
     out = []
+    shown = (best,) if best is first else (first, best)
     for channel in case.measured:
         for axis in range(case.measured[channel].shape[1]):
             if channel != "orientation" and np.isfinite(case.measured[channel][:, axis]).any():
-                out.append(_overlay(case, channel, axis, group.rungs, best, k))
+                out.append(_overlay(case, channel, axis, shown, k))
         out.append(_residual(case, channel, first, best, k))
     return out
 
 
-def _overlay(
-    case: Case, channel: str, axis: int, rungs: Sequence[Rung], best: Rung, k: int
-) -> Chart:
+def _overlay(case: Case, channel: str, axis: int, shown: Sequence[Rung], k: int) -> Chart:
+    """Measurement and models, the last of which is drawn solid."""
     measured = case.measured[channel][:, axis]
     good = np.isfinite(measured)
     sigma = float(case.sigma[channel][axis])
@@ -210,10 +210,9 @@ def _overlay(
             band=np.full(int(good.sum()), 2.0 * sigma),
         )
     ]
-    shown = (rungs[0], best) if best is not rungs[0] else (best,)
     for rung in shown:
         y = rung.predicted[k][channel][:, axis]
-        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not best))
+        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not shown[-1]))
     return Chart(
         title=f"{case.name}: {_component(channel, axis, case)}",
         y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",

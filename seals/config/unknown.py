@@ -25,9 +25,9 @@ def refuse_unknown(node: Any, *, where: str) -> None:
             refuse_unknown(node._get_node(index), where=f"{where}[{index}]")
     if not isinstance(node, DictConfig) or _empty(node):
         return
-    schema = OmegaConf.get_type(node)
+    schema: Any = OmegaConf.get_type(node)
     typed = isinstance(schema, type) and dataclasses.is_dataclass(schema)
-    allowed = [field.name for field in dataclasses.fields(schema)] if typed else []  # type: ignore[arg-type]
+    allowed = [field.name for field in dataclasses.fields(schema)] if typed else []
     for key in map(str, node):
         full_key = f"{where}.{key}" if where else key
         if typed and key not in allowed:

@@ -9,13 +9,12 @@ from seals.motion import AddedInertia, Medium, Motion
 
 
 def added_terms(added: AddedInertia, medium: Medium, motion: Motion) -> tuple[Array, Array]:
-    """Velocity-dependent part of the reaction of an added inertia, about the link origin, link axes.
+    """Velocity-dependent reaction of an added inertia about the link origin, link axes [N, N m].
 
     Equation:
         weight A (w x u - a, 0) + Kirchhoff terms of weight A at (v - u, w), with u the velocity
-        and a the
-        acceleration of the medium: what remains of d/dt (weight A nu_r) when (v', w') = 0 and
-        weight is held.
+        and a the acceleration of the medium: what remains of d/dt (weight A nu_r) when
+        (v', w') = 0 and weight is held.
     """
     spin = motion.angular_velocity
     relative = motion.velocity - medium.velocity

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from seals.arrays import Array, namespace
 from seals.dynamics.added import added_terms
 from seals.dynamics.kinematics import Kinematics, Moving
@@ -16,8 +18,7 @@ class Assembly:
 
     Equation:
         (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with
-        b the rate of the
-        link twists at zero generalised acceleration.
+        b the rate of the link twists at zero generalised acceleration.
 
     Args:
         inertia: of the links about their origins, link axes, shape (L, 6, 6).
@@ -54,7 +55,7 @@ class Assembly:
     def solve(
         self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array
     ) -> Array:
-        """Solve for the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
+        """Return the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
         xp = namespace(force)
         transposed = xp.permute_dims(kinematics.jacobian, (0, 1, 3, 2))
         matrix = xp.sum(xp.matmul(transposed, xp.matmul(total, kinematics.jacobian)), axis=1)
@@ -102,7 +103,7 @@ class Assembly:
             torque = torque + self._everywhere(more[1], rows, batch)
         return by_batch(xp.concat((force, torque), axis=1), self.links)
 
-    def _everywhere(self, values: Array, rows: object, batch: int) -> Array:
+    def _everywhere(self, values: Array, rows: Any, batch: int) -> Array:
         """Values on some rows as values on all rows, zero elsewhere."""
         xp = namespace(values)
         count = self.links * batch
@@ -115,12 +116,15 @@ class Assembly:
         return scatter(values, rows, count)
 
 
-def scatter(values: Array, rows: object, count: int) -> Array:
-    """Place values on ``rows`` (a slice or an index array) of ``count`` rows of zeros, without writing in place."""
+def scatter(values: Array, rows: Any, count: int) -> Array:
+    """Place values on ``rows`` (a slice or an index array) of ``count`` rows of zeros.
+
+    Nothing is written in place, so that every array library can follow.
+    """
     import numpy as np
 
     xp = namespace(values)
-    index = np.arange(count)[rows]  # type: ignore[index]
+    index = np.arange(count)[rows]
     source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)
     source[index] = np.arange(len(index)) if values.shape[0] > 1 else 0
     inside[index] = 1.0

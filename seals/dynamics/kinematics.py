@@ -1,8 +1,8 @@
 """Velocities, Jacobians and velocity-product accelerations of all links of a tree at given poses.
 
 Arrays are ordered (batch, links, ...). The generalised velocity is [velocity of the base origin,
-angular velocity
-of the base, joint rates], the first two in world axes; a fixed base has only the joint rates.
+angular velocity of the base, joint rates], the first two in world axes; a fixed base has only the
+joint rates.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Kinematics:
 
     @cached_property
     def jacobian(self) -> Array:
-        """Map from the generalised velocity to the twists of all links in link axes, (B, L, 6, n)."""
+        """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
         turned = namespace(self.origins).matmul(self._back, self._world)
         parts = (turned[:, :, :, : self._size], turned[:, :, :, self._size :])
         return namespace(self.origins).concat(parts, axis=2)
@@ -105,7 +105,10 @@ class Kinematics:
         return xp.take(values, xp.asarray(links, device=getattr(values, "device", None)), axis=1)
 
     def twists(self, speed: Array) -> Array:
-        """Return the twists [linear, angular] of all links in link axes for a generalised velocity: (B, L, 6)."""
+        """Return the twists of all links for a generalised velocity (B, n), shape (B, L, 6).
+
+        Order [linear, angular], link axes.
+        """
         return namespace(speed).matmul(self.jacobian, speed[:, None, :, None])[:, :, :, 0]
 
     def move(self, speed: Array) -> Moving:
@@ -124,16 +127,17 @@ class Kinematics:
         return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
 
     def bias(self, moving: Moving) -> Array:
-        """Return the rate of the twists, taken in link axes, when the generalised acceleration is zero, (B, L, 6).
+        """Return the rate of the twists at zero generalised acceleration, shape (B, L, 6).
+
+        The rate is taken in link axes.
 
         Equation:
-            With W, V the link velocities, a_j the joint axes, s_j their anchors and alpha_j =
-            W_parent x a_j q_j':
-            angular = sum alpha_j; linear = (sum alpha_j) x r - sum (alpha_j x s_j + a_j q_j' x
-            V_child) - w x v of the
+            With W, V the link velocities, a_j the joint axes, s_j their anchors and
+            alpha_j = W_parent x a_j q_j':
+            angular = sum alpha_j;
+            linear = (sum alpha_j) x r - sum (alpha_j x s_j + a_j q_j' x V_child) - w x v of the
             base; a sliding joint adds alpha_j to linear only. The term W x V of the world
-            acceleration cancels
-            against the change of the link axes.
+            acceleration cancels against the change of the link axes.
         """
         lead = self._lead
         if self.tree.joints:

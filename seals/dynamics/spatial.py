@@ -1,4 +1,7 @@
-"""Six-dimensional inertia, momentum and Kirchhoff terms of one body, link axes about the link origin."""
+"""Inertia, momentum and Kirchhoff terms of one body in six dimensions.
+
+All are about the link origin in link axes.
+"""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Tree:
     @cached_property
     def identity(self) -> Floats:
         """Identity for every link, shape (1, L, 3, 3)."""
-        return np.broadcast_to(np.eye(3), (1, self.links, 3, 3)).copy()
+        return np.tile(np.eye(3), (1, self.links, 1, 1))
 
     @cached_property
     def nothing(self) -> Floats:

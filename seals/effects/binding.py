@@ -32,6 +32,11 @@ class BoundEffect:
     kind: MediumKind
     params: Mapping[str, Array]
 
+    @property
+    def hooks(self) -> Any:
+        """The effect as the caller of its hooks, of which each is optional."""
+        return self.effect
+
 
 class EffectSet:
     """The effects of a scene in the order of the configuration, sorted by hook."""

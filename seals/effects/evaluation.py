@@ -1,4 +1,7 @@
-"""Evaluates the effects of a scene or a batch at one instant: the same code for simulator, twin and screen."""
+"""Evaluates the effects of a scene or a batch at one instant.
+
+Simulator, twin and screen use the same code.
+"""
 
 from __future__ import annotations
 
@@ -68,16 +71,16 @@ class Evaluator:
         loads, inertias, joint_loads = [], [], []
         for b in self.effects.inertias:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            added, kept = b.effect.inertia(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
             inertias.append((b, rows, added, medium))
             _keep(new, b, kept)
         for b in self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            wrench, kept = b.effect.loads(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            wrench, kept = b.hooks.loads(part, medium, inputs, memory.get(b.name), b.params)
             loads.append((b, rows, wrench))
             _keep(new, b, kept)
         for b in self.effects.joint_loads:
-            force, kept = b.effect.joint_loads(joints, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            force, kept = b.hooks.joint_loads(joints, inputs, memory.get(b.name), b.params)
             joint_loads.append((b, force))
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new)
@@ -90,11 +93,12 @@ class Evaluator:
         seen: dict[Any, tuple[Motion, Medium]] = {}
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            velocity, kept = b.effect.flow(part, medium, inputs, memory.get(b.name), b.params)  # type: ignore[attr-defined]
+            velocity, kept = b.hooks.flow(part, medium, inputs, memory.get(b.name), b.params)
             _keep(new, b, kept)
             if rows is not None:
                 velocity = _spread(velocity, rows, motion.position)
-            for kind in (MediumKind.water, MediumKind.air) if b.kind is MediumKind.any else (b.kind,):
+            both = (MediumKind.water, MediumKind.air)
+            for kind in both if b.kind is MediumKind.any else (b.kind,):
                 flows[kind] = flows[kind] + velocity if kind in flows else velocity
         water, air = sample.water_velocity, sample.air_velocity
         if MediumKind.water in flows:
@@ -116,7 +120,10 @@ class Evaluator:
 
 
 def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
-    """Rows of some links in link-by-link order: None for all, a slice when contiguous, else an index array."""
+    """Rows of some links in link-by-link order.
+
+    None stands for all; contiguous links make a slice, others an index array.
+    """
     if len(links) == count:
         return None
     if links == tuple(range(links[0], links[0] + len(links))):
@@ -136,7 +143,7 @@ def take_motion(motion: Motion, rows: Any) -> Motion:
     if rows is None:
         return motion
     picked = [_pick(x, rows) for x in motion[:-1]]
-    return Motion(*picked, body=take(motion.body, rows))
+    return Motion._make((*picked, take(motion.body, rows)))
 
 
 def _pick(x: Array, rows: Any) -> Array:

@@ -36,7 +36,10 @@ class WaterColumn:
         salinity: Sequence[Sequence[float]],
         density: float | None,
     ) -> WaterColumn:
-        """Build the column from [depth m, degC] and [depth m, g/kg] rows; a stated density rules over them."""
+        """Build the column from rows [depth m, degC] and [depth m, g/kg].
+
+        A stated density [kg/m^3] rules over them.
+        """
         t, s = (np.atleast_2d(np.asarray(rows, dtype=float)) for rows in (temperature, salinity))
         depth = np.unique(np.concatenate([[0.0], t[:, 0], s[:, 0]]))
         warm, salt = np.interp(depth, t[:, 0], t[:, 1]), np.interp(depth, s[:, 0], s[:, 1])
@@ -150,7 +153,10 @@ class Surroundings:
 
 
 class _Profile:
-    """Piecewise-linear function of depth on any array library; constant below the last and above the first node."""
+    """Piecewise-linear function of depth on any array library.
+
+    It is constant below the last node and above the first.
+    """
 
     def __init__(self, depth: Floats, value: Floats, like: Array) -> None:
         self._first = as_like([[value[0]]], like)

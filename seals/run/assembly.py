@@ -43,7 +43,7 @@ def build_world(settings: RunSettings) -> World:
         settings.sensors,
         settings.backend,
         settings.environment,
-        settings.wave,
+        waves=settings.wave,
         steps=steps,
     )
     world = World(

@@ -92,7 +92,13 @@ class _BackendCheck:
         engine.open(ENVIRONMENT, STEP)
         still = registry.get("wave", "still").load()()
         actor = Actor(
-            robot, bind_effects(effects, robot.links), {}, engine, ENVIRONMENT, waves=still, steps=1000
+            robot,
+            bind_effects(effects, robot.links),
+            {},
+            engine,
+            ENVIRONMENT,
+            waves=still,
+            steps=1000,
         )
         world = World(engine, {"it": actor}, ENVIRONMENT, step=STEP, seed=0)
         world.reset({"it": start_of(robot, "air", 0)})

@@ -84,7 +84,8 @@ class Actor:
         self.joint_torque = np.zeros_like(self.joint_torque)
         self.ledger.rewind(0)
         self._sense_memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
-        self._next = dict.fromkeys(self.sensors, 0.0)
+        # the first reading comes after one period: before it, nothing was felt
+        self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
         self.readings = dict.fromkeys(self.sensors)
         self._before, self._now = None, None
 

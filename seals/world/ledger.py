@@ -75,7 +75,7 @@ class Ledger:
             target[picked, 3:] = wrench.torque
 
     def rewind(self, rows: int) -> None:
-        """Forget all but the first ``rows`` rows; rows that were forgotten before do not come back."""
+        """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""
         rows = min(rows, self.rows)
         self._table[rows : self.rows] = 0.0
         self.rows = rows

@@ -57,7 +57,9 @@ class World:
         self.rng = np.random.default_rng(seed)
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
-        """Place all robots, set time to zero, reseed the random state and take first readings.
+        """Place all robots, set time to zero and reseed the random state.
+
+        The first reading of a sensor comes after one of its periods.
 
         Raises:
             PhysicsError: a configuration is not finite or faster than the backend can follow.
@@ -67,8 +69,6 @@ class World:
         for name, actor in self.actors.items():
             _check(name, configurations[name])
             actor.reset(configurations[name], self.rng)
-        for actor in self.actors.values():
-            actor.sense(0.0, 0.0, self.rng)
 
     def step(self) -> None:
         """Advance by one step."""

@@ -76,8 +76,9 @@ class BackendPybullet:
         # weight
         p.setGravity(0.0, 0.0, 0.0, physicsClientId=self._client)
         self.step = step
-        for level in {environment.ground_level, environment.tank_bottom} - {None}:
-            self._ground.append(self._plane(float(level), environment))  # type: ignore[arg-type]
+        levels = {environment.ground_level, environment.tank_bottom}
+        for level in (level for level in levels if level is not None):
+            self._ground.append(self._plane(level, environment))
 
     def _plane(self, level: float, environment: EnvironmentSettings) -> int:
         """Horizontal ground."""

@@ -61,7 +61,6 @@ class PybulletBody:
         self._turned = bool(np.any(self._com_turn[0, :3]))
         self._centred = not np.any(self._com)
 
-
     def reset(self, configuration: Configuration) -> None:
         """Place the robot."""
         c = configuration
@@ -111,7 +110,7 @@ class PybulletBody:
         """Generalised velocity about the base origin from native velocities."""
         if self._base == 0 or self._centred:
             return native
-        speed = native.copy()
+        speed: Floats = native.copy()
         w, c = native[3:6], turn @ self._com
         speed[0] -= w[1] * c[2] - w[2] * c[1]
         speed[1] -= w[2] * c[0] - w[0] * c[2]
@@ -131,7 +130,6 @@ class PybulletBody:
         self._step, contact, self._touching, inertia = kept
         self._contact = contact.copy()
         self._split.restore(inertia)
-
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step."""
@@ -160,9 +158,9 @@ class PybulletBody:
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time and move the pose as the middle velocity does.
 
-        The engine moved the pose with the velocity after the kick, a step of first order. The middle
-        velocity, half a kick earlier, makes it one of second order (leapfrog); the velocity at the
-        new time is the middle one and half of the last kick.
+        The engine moved the pose with the velocity after the kick, a step of first order. The
+        middle velocity, half a kick earlier, makes it one of second order (leapfrog); the velocity
+        at the new time is the middle one and half of the last kick.
         """
         raw, joints = self._raw()
         fastest = max(raw.max(initial=0.0), -raw.min(initial=0.0))
@@ -179,8 +177,8 @@ class PybulletBody:
         if not self._second_order or self._touching or self._at_stop(joints):
             self._step = _Step(raw, None, joints)
             return
-        half = 0.5 * (raw - self._step.now)
-        middle = self._step.now + half if self._step.middle is None else self._step.middle + 2.0 * half
+        before, half = self._step, 0.5 * (raw - self._step.now)
+        middle = before.now + half if before.middle is None else before.middle + 2.0 * half
         shift = step * (middle - raw)
         joints = joints + shift[self._base :]
         now = middle + half
@@ -203,7 +201,6 @@ class PybulletBody:
         if not self._limits:
             return False
         return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
-
 
     def _com_pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the base, and attitude of the base link's own frame.
@@ -256,7 +253,10 @@ class PybulletBody:
         return velocity, joints
 
     def contact_wrenches(self) -> Floats:
-        """Return contact forces of the last step about the link origins, link axes [N, N m], shape (L, 6)."""
+        """Return the contact wrenches of the last step, shape (L, 6).
+
+        They act about the link origins and are given in link axes [N, N m].
+        """
         return self._contact if self._touching else np.zeros_like(self._contact)
 
     def _sum_contacts(self, points: Any) -> Floats:

@@ -1,10 +1,9 @@
 """Added mass in an engine that knows only a scalar mass and principal moments.
 
 The largest isotropic part of the added inertia goes into the engine, where contacts see it. The
-rest acts as a wrench
-made from the acceleration that the full equations predict; contact forces of the last step enter
-the prediction, so that
-a body at rest on the ground feels exactly the applied force.
+rest acts as a wrench made from the acceleration that the full equations predict; contact forces of
+the last step enter the prediction, so that a body at rest on the ground feels exactly the applied
+force.
 """
 
 from __future__ import annotations
@@ -63,7 +62,8 @@ class InertiaSplit:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6).
         """
         if not dynamics.found.inertias:
-            return dynamics.wrench[0]
+            given: Floats = dynamics.wrench[0]
+            return given
         self._update(dynamics)
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
@@ -75,13 +75,15 @@ class InertiaSplit:
         change = kinematics.twists(acceleration)
         engine = self._engine_inertia[None]
         own = load - _times(total - engine, change) + _times(engine, bias)
-        return (own + self._gyroscopic(moving.twists))[0]
+        out: Floats = (own + self._gyroscopic(moving.twists))[0]
+        return out
 
     def _gyroscopic(self, twists: Floats) -> Floats:
         """Velocity terms of the engine's inertia at the given twists (1, L, 6)."""
         rows = twists[0]
         force, torque = kirchhoff(self._engine_inertia, rows[:, :3], rows[:, 3:])
-        return np.concatenate((force, torque), axis=1)[None]
+        both: Floats = np.concatenate((force, torque), axis=1)
+        return both[None]
 
     def _update(self, dynamics: Dynamics) -> None:
         """Set the engine's masses when the isotropic part of the added inertia has changed."""
@@ -94,7 +96,10 @@ class InertiaSplit:
             self._set(int(link), *wanted[link])
 
     def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
-        """Isotropic mass and moment of an added inertia of weight one, shape (n, 2); kept until the matrix changes."""
+        """Isotropic mass [kg] and moment [kg m^2] of an added inertia of weight one, shape (n, 2).
+
+        They are kept until the matrix changes.
+        """
         kept = self._units.get(name)
         if kept is not None and (kept[0] is matrix or np.array_equal(kept[0], matrix)):
             return kept[1]
