@@ -31,7 +31,7 @@ OVERRIDES = [
 
 
 def height(t: np.ndarray, drag: float, start: float) -> np.ndarray:
-    """Fall from rest with quadratic drag: z = z0 - (m/c) ln cosh(g t / v_t), v_t = sqrt(m g / c)."""
+    """Fall from rest, quadratic drag: z = z0 - (m/c) ln cosh(g t / v_t), v_t = sqrt(m g / c)."""
     if drag == 0.0:
         return start - 0.5 * GRAVITY * t**2
     terminal = np.sqrt(MASS * GRAVITY / drag)
@@ -60,7 +60,7 @@ def compared(log: Log, *more: str) -> Comparison:
 
 
 def test_a_hidden_drag_is_found_and_the_held_out_error_falls_to_the_noise() -> None:
-    """The coefficient is within three standard deviations; the unseen drop is explained to the noise."""
+    """The coefficient is within three standard deviations, the unseen drop down to the noise."""
     group = compared(falls(DRAG)).groups[0]
     gravity, drag = group.rungs
     fitted = drag.fitted[0]

@@ -14,7 +14,7 @@ from seals.plugins.readers.impack import ReaderImpack
 pytestmark = pytest.mark.validation
 
 LIGHT = {
-    # held-out error with linear drag found by an independent script: fit on drop 1, judged on drop 2 [m]
+    # held-out error [m] with linear drag by an independent script: fit on drop 1, judged on drop 2
     "blue_basketball": 0.183,
     "green_basketball": 0.100,
     "volleyball": 0.136,
@@ -89,7 +89,7 @@ def test_slamming_and_drag_explain_the_water_entry(measurements: None) -> None:
 
 @pytest.mark.slow
 def test_viscous_friction_explains_the_pendulum_and_coulomb_does_not(measurements: None) -> None:
-    """Viscous friction brings the held-out angle below 0.013 rad; Coulomb friction brings nothing."""
+    """Viscous friction brings the held-out angle below 0.013 rad; Coulomb friction does not."""
     group = groups("experiment=single_pendulum")["single_pendulum"]
     undamped, viscous, coulomb = held_out(group, "joint_position")
     assert undamped > 0.03
