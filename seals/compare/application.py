@@ -103,8 +103,14 @@ def execute(cfg: Any) -> int | None:
 
     paths = write_report(comparison, as_data(comparison), folder)
     print_ladder(comparison)
-    print(f"report: {paths['report']}")
+    print(f"report: {_shown(paths['report'])}")
     return None
+
+
+def _shown(path: Path) -> Path:
+    """A path as short as it is unambiguous."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def settings_of(cfg: Any) -> CompareSettings:
