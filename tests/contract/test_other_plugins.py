@@ -172,7 +172,7 @@ def engine() -> type:
     class Forgetful(BackendPybullet):
         def restore(self, snapshot: Any) -> None:
             """Restore the engine's state only."""
-            self._engine.restoreState(stateId=snapshot[0], physicsClientId=self._client)
+            self._engine.restoreState(stateId=snapshot[0].number, physicsClientId=self._client)
 
     return Forgetful
 
