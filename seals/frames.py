@@ -55,6 +55,10 @@ def matrix_of(quaternion: Array) -> Array:
     return xp.permute_dims(entries, (2, 0, 1))
 
 
+FEW = 48
+"""Number of rows below which one small matrix product per row beats column operations."""
+
+
 def rotate(rotation: Array, vector: Array) -> Array:
     """Turn vectors by matrices: R v, shapes (N, 3, 3) and (N, 3)."""
     return (
@@ -66,6 +70,8 @@ def rotate(rotation: Array, vector: Array) -> Array:
 
 def unrotate(rotation: Array, vector: Array) -> Array:
     """Turn vectors back by matrices: R^T v, shapes (N, 3, 3) and (N, 3)."""
+    if type(rotation) is np.ndarray and len(rotation) < FEW:
+        return np.matmul(vector[:, None, :], rotation)[:, 0, :]
     return (
         rotation[:, 0, :] * vector[:, 0:1]
         + rotation[:, 1, :] * vector[:, 1:2]

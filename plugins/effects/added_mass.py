@@ -120,11 +120,10 @@ class AddedMass(Effect):
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
         """Impulse of wetting, -(ds/dt) M_A nu_r while s rises [N, N m]."""
-        xp = namespace(medium.submersion_rate)
-        rate = -xp.clip(medium.submersion_rate, 0.0, None)
+        rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
         relative = motion.velocity - medium.velocity
         force, torque = momentum(_matrix(params), relative, motion.angular_velocity)
-        return Wrench(rate * force, rate * torque), memory
+        return Wrench(-rising * force, -rising * torque), memory
 
 
 def _matrix(params: Parameters) -> Array:

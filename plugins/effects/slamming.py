@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -62,7 +62,7 @@ class Slamming(Effect):
     ) -> tuple[Wrench, Array]:
         """Force along the water normal while entering [N]."""
         s = medium.submersion
-        entering = namespace(s).clip(medium.sinking_speed, 0.0, None)
+        entering = 0.5 * (medium.sinking_speed + abs(medium.sinking_speed))
         scale = medium.density * motion.body.plan_area * params["coefficient"]
         pressure = entering * entering * (2.0 * s * (1.0 - s))
         return Wrench(medium.normal * (scale * pressure), None), memory

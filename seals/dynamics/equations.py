@@ -57,9 +57,13 @@ class Assembly:
     ) -> Array:
         """Return the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
         xp = namespace(force)
-        transposed = xp.permute_dims(kinematics.jacobian, (0, 1, 3, 2))
-        matrix = xp.sum(xp.matmul(transposed, xp.matmul(total, kinematics.jacobian)), axis=1)
-        right = xp.sum(xp.matmul(transposed, force[:, :, :, None])[:, :, :, 0], axis=1)
+        jacobian = kinematics.jacobian
+        batch, links, _, size = jacobian.shape
+        # the sum over links is part of the product when their rows stand below each other
+        rows = (batch, 6 * links, size)
+        across = xp.permute_dims(xp.reshape(jacobian, rows), (0, 2, 1))
+        matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
+        right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)

@@ -22,14 +22,14 @@ class BoundEffect:
         name: instance name in the configuration.
         effect: the plug-in object.
         links: indices of its links, increasing.
-        kind: medium in which it acts.
+        kind: medium in which it acts; None for an effect that knows no medium, such as gravity.
         params: parameter arrays, shape (1 or N, k), see `seals.effects.effect.Parameters`.
     """
 
     name: str
     effect: Effect
     links: tuple[int, ...]
-    kind: MediumKind
+    kind: MediumKind | None
     params: Mapping[str, Array]
 
     @property
@@ -102,7 +102,7 @@ def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectS
     bound = []
     for name, effect in effects.items():
         chosen = _link_indices(name, effect.links, links)
-        kind = getattr(effect, "medium", MediumKind.any)
+        kind = getattr(effect, "medium", None)
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
     refuse_double_counting(bound, links)
@@ -134,7 +134,8 @@ def refuse_double_counting(
             continue
         for phenomenon in b.effect.accounts_for:
             for k in b.links:
-                kinds = list(MediumKind) if b.kind is MediumKind.any else [b.kind, MediumKind.any]
+                own = b.kind or MediumKind.any
+                kinds = list(MediumKind) if own is MediumKind.any else [own, MediumKind.any]
                 clash = next(
                     (
                         owner[phenomenon, kind, k]
@@ -150,7 +151,7 @@ def refuse_double_counting(
                         f"Remove one of them, or say effects.{b.name}.correction=true "
                         "if it is meant as an addition."
                     )
-                owner[phenomenon, b.kind, k] = b.name
+                owner[phenomenon, own, k] = b.name
 
 
 def _link_indices(name: str, wanted: Sequence[str], links: Sequence[str]) -> tuple[int, ...]:

@@ -27,8 +27,11 @@ class Sample(NamedTuple):
     air_viscosity: Array
     one: Array
 
-    def view(self, kind: MediumKind) -> Medium:
-        """Return the surroundings as seen by an effect of the medium ``kind``."""
+    def view(self, kind: MediumKind | None) -> Medium:
+        """Return the surroundings as seen by an effect of the medium ``kind``.
+
+        An effect that knows no medium gets the share 1 and the fields of the air.
+        """
         s = self.submersion
         if kind is MediumKind.water:
             own = (
@@ -46,6 +49,9 @@ class Sample(NamedTuple):
                 self.air_density,
                 self.air_viscosity,
             )
+        elif kind is None:
+            air = self.air_velocity
+            own = (self.one, air, air, self.air_density, self.air_viscosity)
         else:
             dry = 1.0 - s
             own = (

@@ -135,17 +135,16 @@ class PybulletBody:
         """Set forces and joint torques for the next step."""
         wrench = self._split.wrenches(dynamics, self._contact if self._touching else None)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
-        force = np.matmul(rotations, wrench[:, :3, None])[:, :, 0].tolist()
-        torque = np.matmul(rotations, wrench[:, 3:, None])[:, :, 0].tolist()
+        # rows force and torque of every link, turned into the world at once
+        both = np.matmul(wrench.reshape(-1, 2, 3), rotations.transpose(0, 2, 1)).tolist()
         points = origins.tolist()
         p, frame, client = self._p, self._p.WORLD_FRAME, self._client
         for k, link in enumerate(self._index):
             if k == 0 and self._base == 0:
                 continue
-            p.applyExternalForce(
-                self.body, link, force[k], points[k], frame, physicsClientId=client
-            )
-            p.applyExternalTorque(self.body, link, torque[k], frame, physicsClientId=client)
+            force, torque = both[k]
+            p.applyExternalForce(self.body, link, force, points[k], frame, physicsClientId=client)
+            p.applyExternalTorque(self.body, link, torque, frame, physicsClientId=client)
         if self._joints:
             p.setJointMotorControlArray(
                 self.body,
@@ -163,13 +162,9 @@ class PybulletBody:
         at the new time is the middle one and half of the last kick.
         """
         raw, joints = self._raw()
-        fastest = max(raw.max(initial=0.0), -raw.min(initial=0.0))
-        # written so that a motion that is not a number is refused as well
-        if not fastest <= FASTEST:
-            raise PhysicsError(
-                f"robot '{self.robot.name}' moves at {fastest:.0f} m/s or rad/s.\n"
-                f"Allowed: up to {FASTEST:g}; take a smaller time.step or check forces and masses."
-            )
+        # written so that a motion that is not a number is looked at as well
+        if not raw @ raw <= FASTEST**2:
+            self._refuse_speed(float(np.abs(raw).max()))
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
         self._touching = len(points) > 0
         if self._touching:
@@ -184,6 +179,14 @@ class PybulletBody:
         now = middle + half
         self._place(shift.tolist(), now, joints)
         self._step = _Step(now, middle, joints)
+
+    def _refuse_speed(self, fastest: float) -> None:
+        """Refuse a motion that the engine would clamp, or that is not a number."""
+        if not fastest <= FASTEST:
+            raise PhysicsError(
+                f"robot '{self.robot.name}' moves at {fastest:.0f} m/s or rad/s.\n"
+                f"Allowed: up to {FASTEST:g}; take a smaller time.step or check forces and masses."
+            )
 
     def _place(self, shift: list[float], now: Floats, joints: Floats) -> None:
         """Move the base by a small displacement [m, rad] and set velocities and joints."""
