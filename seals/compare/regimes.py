@@ -61,22 +61,3 @@ def regimes_of_height(
     out[cut & (climb <= 0.0)] = Regime.entry
     out[cut & (climb > 0.0)] = Regime.exit
     return out
-
-
-def at_rest(
-    specific_force: Floats, spin: Floats | None, *, gravity: float, width: int = 25
-) -> NDArray[np.bool_]:
-    """Samples at which the body neither turns nor accelerates.
-
-    Args:
-        specific_force: [m/s^2], shape (rows, 3).
-        spin: [rad/s], shape (rows, 3), or None.
-        gravity: [m/s^2].
-        width: samples over which it must hold.
-    """
-    size = np.sqrt(np.nansum(specific_force**2, axis=1))
-    calm = np.abs(size - gravity) < 0.03 * gravity
-    if spin is not None:
-        calm &= np.sqrt(np.nansum(spin**2, axis=1)) < 0.05
-    kernel = np.ones(min(width, len(calm))) / min(width, len(calm))
-    return np.asarray(np.convolve(calm.astype(float), kernel, mode="same") > 0.999)

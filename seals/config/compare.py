@@ -35,8 +35,6 @@ class CompareOptions:
         after: time kept after the water entry of a drop [s].
         margin: time cut before the catch of a drop [s].
         offset: search for a clock offset up to this size [s]; 0 for none.
-        windows: starts per segment for the error-against-horizon curve of logs with pose.
-        horizon: longest horizon of that curve [s].
         iterations: most Gauss-Newton steps.
     """
 
@@ -47,8 +45,6 @@ class CompareOptions:
     after: float = param(0.08, "s", bounds=(0.001, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
     margin: float = param(0.015, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
     offset: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    windows: int = 8
-    horizon: float = param(1.0, "s", bounds=(0.01, 1e4), tolerance=0.0, source=_CHOSEN, fit=False)
     iterations: int = 12
 
 
