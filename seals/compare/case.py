@@ -11,7 +11,17 @@ from seals.arrays import Floats
 from seals.compare.regimes import Regimes
 from seals.frames import exponential, multiply
 
-BLOCKS = ("position", "attitude", "velocity", "spin", "joints", "rates")
+
+def start_names(joints: int) -> list[str]:
+    """Return the names of the components of a start, in order.
+
+    Example:
+        >>> start_names(1)[-2:]
+        ['joints_1', 'rates_1']
+    """
+    blocks = ("position", "attitude", "velocity", "spin")
+    names = [f"{block}_{axis}" for block in blocks for axis in "xyz"]
+    return names + [f"{block}_{k + 1}" for block in ("joints", "rates") for k in range(joints)]
 
 
 @dataclass(frozen=True, kw_only=True)

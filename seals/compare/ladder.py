@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +53,7 @@ class Rung:
         scores: one per case.
         predicted: samples of the model, one dict per case.
         deviations: of the starts, one per case.
+        start_sigma: their standard deviations, one per case; 0 where held.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Rung:
     scores: list[CaseScore]
     predicted: list[dict[str, Floats]]
     deviations: list[Floats]
+    start_sigma: list[Floats]
 
     def rms(self, channel: str, *, held_out: bool) -> float:
         """Root mean square of one channel over the training or the held-out stretches."""
@@ -103,7 +106,7 @@ def _rung(
 
     train = [c for c in cases if not c.held_out]
     rest = [c for c in cases if c.held_out]
-    found: dict[str, tuple[dict[str, Floats], Floats]] = {}
+    found: dict[str, _Found] = {}
     fitted: list[FittedValue] = []
     if train:
         solution = solver(train).solve(values, free=range(len(keys)))
@@ -116,9 +119,10 @@ def _rung(
         name=name,
         effects=list(effects),
         fitted=fitted,
-        scores=[score_case(c, found[c.name][0]) for c in cases],
-        predicted=[p for p, _ in ordered],
-        deviations=[d for _, d in ordered],
+        scores=[score_case(c, found[c.name].predicted) for c in cases],
+        predicted=[f.predicted for f in ordered],
+        deviations=[f.deviation for f in ordered],
+        start_sigma=[f.sigma for f in ordered],
     )
 
 
@@ -131,13 +135,17 @@ def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict
     return {n: e for n, e in effects.items() if n in active}
 
 
-def _keep(
-    found: dict[str, tuple[dict[str, Floats], Floats]], cases: Sequence[Case], solution: Solution
-) -> None:
-    for case, predicted, deviation in zip(
-        cases, solution.predicted, solution.deviations, strict=True
-    ):
-        found[case.name] = (predicted, deviation)
+class _Found(NamedTuple):
+    """What one stretch got: samples of the model, deviation of its start and its spread."""
+
+    predicted: dict[str, Floats]
+    deviation: Floats
+    sigma: Floats
+
+
+def _keep(found: dict[str, _Found], cases: Sequence[Case], solution: Solution) -> None:
+    parts = zip(solution.predicted, solution.deviations, solution.start_sigma, strict=True)
+    found.update({case.name: _Found(*part) for case, part in zip(cases, parts, strict=True)})
 
 
 def _fitted(keys: Sequence[FitKey], solution: Solution) -> list[FittedValue]:

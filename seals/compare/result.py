@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from seals.compare.case import Case
+from seals.compare.case import Case, start_names
 from seals.compare.ladder import Rung
 from seals.compare.score import pooled
 from seals.logs.finding import Finding
@@ -74,17 +74,26 @@ def _group(group: Group) -> dict[str, Any]:
                 "name": c.name,
                 "held_out": c.held_out,
                 "rows": len(c.time),
-                "start": c.start.source,
+                "start": _start(c, group.rungs[-1], k),
                 "noise": {k: v.tolist() for k, v in c.sigma.items()},
                 "notes": c.notes,
                 "clock_offset": {
                     k: {"lag": a, "correlation": b} for k, (a, b) in group.offsets[c.name].items()
                 },
             }
-            for c in group.cases
+            for k, c in enumerate(group.cases)
         ],
         "ladder": [_rung(r) for r in group.rungs],
     }
+
+
+def _start(case: Case, rung: Rung, k: int) -> dict[str, Any]:
+    """Where the start comes from, and how the data moved it: [value, standard deviation]."""
+    names = start_names(len(case.start.joints))
+    pairs = zip(names, rung.deviations[k], rung.start_sigma[k], strict=True)
+    free = set(case.start.free)
+    moved = {n: [float(d), float(s)] for i, (n, d, s) in enumerate(pairs) if i in free}
+    return {"source": case.start.source, "moved_by": moved}
 
 
 def _rung(rung: Rung) -> dict[str, Any]:

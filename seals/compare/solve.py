@@ -22,6 +22,7 @@ class Solution:
         values: of the fitted parameters, shape (P,).
         sigma: their standard deviations from the curvature, scaled by the misfit, shape (P,).
         deviations: of the starts, one (12 + 2 J,) per case.
+        start_sigma: standard deviations of the starts, like ``deviations``; 0 where held.
         predicted: samples of the model, one dict per case.
         chi2: sum of squared whitened residuals, priors of the starts included.
         at_bound: whether a parameter stands on a bound, shape (P,).
@@ -31,6 +32,7 @@ class Solution:
     values: Floats
     sigma: Floats
     deviations: list[Floats]
+    start_sigma: list[Floats]
     predicted: list[dict[str, Floats]]
     chi2: float
     at_bound: list[bool]
@@ -224,14 +226,14 @@ class Solver:
         converged: bool,
     ) -> Solution:
         sigma = np.zeros(len(x.values))
-        if free:
-            normal, _ = self._normal(x, predicted, free)
-            samples = sum(
-                int(np.isfinite(m).sum()) for c in self.cases for m in c.measured.values()
-            )
-            scale = cost / max(samples - normal.shape[0], 1)
-            covariance = np.linalg.pinv(normal) * scale
-            sigma[free] = np.sqrt(np.maximum(np.diag(covariance)[: len(free)], 0.0))
+        spread = self._spread(x, predicted, cost, free)
+        sigma[free] = spread[: len(free)]
+        starts, at = [], len(free)
+        for case in self.cases:
+            own = np.zeros_like(case.start.sigma)
+            own[case.start.free] = spread[at : at + len(case.start.free)]
+            at += len(case.start.free)
+            starts.append(own)
         on = [
             bool(p in free and (v <= b[0] or v >= b[1]))
             for p, (v, b) in enumerate(zip(x.values, self.bounds, strict=True))
@@ -240,11 +242,23 @@ class Solver:
             values=x.values,
             sigma=sigma,
             deviations=x.deviations,
+            start_sigma=starts,
             predicted=predicted,
             chi2=cost,
             at_bound=on,
             converged=converged,
         )
+
+    def _spread(
+        self, x: _Unknown, predicted: list[dict[str, Floats]], cost: float, free: list[int]
+    ) -> Floats:
+        """Standard deviations of all unknowns from the curvature, scaled by the misfit."""
+        normal, _ = self._normal(x, predicted, free)
+        if not normal.size:
+            return np.zeros(0)
+        samples = sum(int(np.isfinite(m).sum()) for c in self.cases for m in c.measured.values())
+        covariance = np.linalg.pinv(normal) * cost / max(samples - normal.shape[0], 1)
+        return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
 @dataclass(frozen=True)
