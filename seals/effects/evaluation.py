@@ -98,7 +98,7 @@ class Evaluator:
             if rows is not None:
                 velocity = _spread(velocity, rows, motion.position)
             both = (MediumKind.water, MediumKind.air)
-            for kind in both if b.kind is MediumKind.any else (b.kind,):
+            for kind in [k for k in both if b.kind in (k, None, MediumKind.any)]:
                 flows[kind] = flows[kind] + velocity if kind in flows else velocity
         water, air = sample.water_velocity, sample.air_velocity
         if MediumKind.water in flows:
