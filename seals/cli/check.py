@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from seals.errors import ConfigError
 
@@ -31,12 +31,25 @@ def check(arguments: list[str]) -> int:
     with refusals(arguments):
         settings = cast("RobotSettings", OmegaConf.to_object(config.robot))
     check_tree(settings, where="robot")
+    _check_parts(config)
 
     from seals.robot.check import check_robot
 
     findings = check_robot(settings)
     show(str(config.robot.name), findings)
     return 1 if any(finding.verdict.value == "fail" for finding in findings) else 0
+
+
+def _check_parts(config: Any) -> None:
+    """Refuse effects and sensors of the robot that a run would refuse."""
+    from seals.config.run import build_run
+    from seals.run.assembly import build_model
+    from seals.world.actor import carrier_of
+
+    settings = build_run(config)
+    robot, _ = build_model(settings)
+    for name, sensor in settings.sensors.items():
+        carrier_of(name, sensor, robot)
 
 
 def show(robot: str, findings: list[RobotFinding]) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, SealsError
+from seals.errors import ConfigError, SealsError, suggestion
 
 Task = Callable[[Any], "int | None"]
 
@@ -47,12 +47,19 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.config.source import install
 
     _refuse_flags(arguments)
+    _refuse_other_verb(root, arguments)
     install()
     outcome = _Outcome(task)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
-    with _hydra_process(root, arguments), refusals(overrides, root=root):
-        application(outcome)()
+    try:
+        with _hydra_process(root, arguments), refusals(overrides, root=root):
+            application(outcome)()
+    except OSError as error:
+        raise ConfigError(
+            f"the run folder cannot be made: {error}.\n"
+            "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."
+        ) from error
     if outcome.error is not None:
         raise outcome.error
     return outcome.code
@@ -120,10 +127,35 @@ def _compare_task(config: Any) -> int | None:
     return result
 
 
+_FLAGS = (
+    "--multirun",
+    "--cfg",
+    "--resolve",
+    "--package",
+    "--config-dir",
+    "--config-path",
+    "--config-name",
+    "--info",
+    "--help",
+    "--hydra-help",
+    "--version",
+)
+
+
 def _refuse_flags(arguments: list[str]) -> None:
     """Let Hydra's parser judge the flags, and say its verdict in two lines."""
     from hydra._internal.utils import get_args_parser
 
+    for word in arguments:
+        flag, _, value = word.partition("=")
+        # Hydra would take an abbreviation: --experiment for --experimental-rerun
+        if flag.startswith("--") and flag not in _FLAGS:
+            hint = (
+                f"Write {flag[2:]}={value} without dashes." if value else suggestion(flag, _FLAGS)
+            )
+            raise ConfigError(f"{word}: there is no flag {flag}.\n{hint}")
+    if "--resolve" in arguments and not {"--cfg", "-c"} & {w.partition("=")[0] for w in arguments}:
+        raise ConfigError("--resolve prints nothing by itself.\nWrite: --cfg job --resolve")
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
@@ -134,6 +166,20 @@ def _refuse_flags(arguments: list[str]) -> None:
             f"{' '.join(arguments)}: {verdict}.\n"
             "Allowed: KEY=VALUE, --multirun, --cfg job|hydra|all, --package KEY, --config-dir DIR"
         ) from stop
+
+
+def _refuse_other_verb(root: str, arguments: list[str]) -> None:
+    """Refuse an experiment that belongs to the other verb."""
+    from seals.config.recipes import experiments
+
+    for word in arguments:
+        key, _, name = word.partition("=")
+        verb = experiments().get(name, root) if key == "experiment" else root
+        if verb != root:
+            raise ConfigError(
+                f"experiment '{name}' is not one for seals {root}.\n"
+                f"Write: seals {verb} experiment={name}"
+            )
 
 
 @contextlib.contextmanager

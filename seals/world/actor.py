@@ -74,7 +74,7 @@ class Actor:
         self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
         self._still = np.zeros(3)
         self._carriers = {
-            name: _carrier(name, sensor, robot) for name, sensor in self.sensors.items()
+            name: carrier_of(name, sensor, robot) for name, sensor in self.sensors.items()
         }
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
@@ -160,7 +160,12 @@ class Actor:
         self.ledger.rewind(rows)
 
 
-def _carrier(name: str, sensor: Sensor, robot: RobotModel) -> int:
+def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:
+    """Return the index of the link that carries a sensor.
+
+    Raises:
+        ConfigError: the robot has no such link.
+    """
     if sensor.link == "root":
         return 0
     if sensor.link not in robot.links:

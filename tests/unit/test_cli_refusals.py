@@ -206,3 +206,48 @@ def test_debug_shows_the_traceback(
     monkeypatch.setenv("SEALS_DEBUG", "1")
     assert main(["run", "robot=bal"]) == 2
     assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["run", "--experiment=drop_test"], "experiment=drop_test without dashes"),
+        (["run", "--resolve"], "--cfg job --resolve"),
+        (["run", "--multirn"], "--multirun"),
+        (["run", "experiment=falling_balls"], "seals compare experiment=falling_balls"),
+        (["compare", "experiment=drop_test"], "seals run experiment=drop_test"),
+    ],
+)
+def test_flags_and_verbs_are_answered_in_two_lines(
+    words: list[str],
+    hint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A flag that does not exist, or the wrong verb: exit code 2 and what to write instead."""
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 2
+    assert hint in said[1]
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_said_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file in the place of the run folder: exit code 2, no traceback."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").write_text("in the way", encoding="utf-8")
+    assert main(["run", "experiment=drop_test"]) == 2
+    assert "cannot be made" in capsys.readouterr().err
+
+
+def test_check_refuses_what_a_run_refuses(pebble: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A negative drag in robot.yaml is refused by the check, too."""
+    text = (pebble / "robot.yaml").read_text(encoding="utf-8")
+    broken = text.replace("coefficient_x: 3.1", "coefficient_x: -3.1")
+    (pebble / "robot.yaml").write_text(broken, encoding="utf-8")
+    assert main(["check", f"robot={pebble}"]) == 2
+    assert "effects.hull_drag.coefficient_x" in capsys.readouterr().err
