@@ -147,7 +147,7 @@ class SensorImu:
         if not self._centred:
             r = self._arm
             force = force + np.cross(felt.spin_rate, r) + np.cross(spin, np.cross(spin, r))
-        both = np.stack((force, spin))
+        both = np.array((force, spin))
         return both if self._aligned else both @ self._turn.T
 
     def sense(

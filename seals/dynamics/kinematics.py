@@ -50,24 +50,17 @@ class Kinematics:
     """
 
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
-        """Assemble the Jacobians; positions are kept relative to the base origin."""
+        """Find axes and anchors of the joints; positions are kept relative to the base origin."""
         xp = namespace(origins)
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6
         self._back = xp.permute_dims(rotations, (0, 1, 3, 2))
         self._arm = origins - origins[:, :1, :]
         self._sliding = any(tree.prismatic)
-        upper, lower = [], []
-        if self._lead:
-            eye, zero = self._base_blocks()
-            upper += [eye, skew_last(-self._arm)]
-            lower += [zero, eye]
         if tree.joints:
-            linear, angular = self._joint_columns()
-            upper.append(linear)
-            lower.append(angular)
-        self._size = tree.joints + self._lead
-        self._world = xp.concat((*upper, *lower), axis=3)
+            turned = self._of_links(rotations, tree.child)
+            self.axes = xp.matmul(turned, as_like(tree.axis[:, :, None], origins))[:, :, :, 0]
+            self._anchors = self._of_links(self._arm, tree.child)
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
@@ -79,16 +72,23 @@ class Kinematics:
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
-        turned = namespace(self.origins).matmul(self._back, self._world)
-        parts = (turned[:, :, :, : self._size], turned[:, :, :, self._size :])
-        return namespace(self.origins).concat(parts, axis=2)
+        xp = namespace(self.origins)
+        upper, lower = [], []
+        if self._lead:
+            eye, zero = self._base_blocks()
+            upper += [eye, skew_last(-self._arm)]
+            lower += [zero, eye]
+        if self.tree.joints:
+            linear, angular = self._joint_columns()
+            upper.append(linear)
+            lower.append(angular)
+        turned = xp.matmul(self._back, xp.concat((*upper, *lower), axis=3))
+        size = turned.shape[3] // 2
+        return xp.concat((turned[:, :, :, :size], turned[:, :, :, size:]), axis=2)
 
     def _joint_columns(self) -> tuple[Array, Array]:
         """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""
         xp, tree = namespace(self.origins), self.tree
-        turned = self._of_links(self.rotations, tree.child)
-        self.axes = xp.matmul(turned, as_like(tree.axis[:, :, None], self.origins))[:, :, :, 0]
-        self._anchors = self._of_links(self._arm, tree.child)
         arm = self._arm[:, :, None, :] - self._anchors[:, None, :, :]
         angular = self.axes[:, None] * as_like(tree.moves[:, :, None], arm)
         linear = cross_last(angular, arm)
@@ -112,13 +112,34 @@ class Kinematics:
         return namespace(speed).matmul(self.jacobian, speed[:, None, :, None])[:, :, :, 0]
 
     def move(self, speed: Array) -> Moving:
-        """Return the velocities of all links for a generalised velocity (B, n)."""
-        xp = namespace(speed)
-        column = speed[:, None, :, None]
-        linear = xp.matmul(self._world[:, :, :, : self._size], column)
-        angular = xp.matmul(self._world[:, :, :, self._size :], column)
-        twists = self._in_links(linear, angular)
-        return Moving(speed, linear[:, :, :, 0], angular[:, :, :, 0], twists)
+        """Return the velocities of all links for a generalised velocity (B, n).
+
+        Equation:
+            W = w + sum a_j q_j', V = v + W x r - sum (a_j q_j') x s_j over the joints between the
+            base and the link; a sliding joint adds a_j q_j' to V only.
+        """
+        xp, tree, lead = namespace(speed), self.tree, self._lead
+        base = speed[:, None, :]
+        if not tree.joints:
+            angular = base[:, :, 3:6] + self._arm * 0.0 if lead else self._arm * 0.0
+            linear = cross_last(angular, self._arm)
+        else:
+            turning, slide = self.axes * speed[:, lead:, None], None
+            moves = as_like(tree.moves, speed)
+            if self._sliding:
+                slides = as_like(tree.slides, speed)
+                slide, turning = turning * slides, turning * (1.0 - slides)
+            angular = xp.matmul(moves, turning)
+            if lead:
+                angular = angular + base[:, :, 3:6]
+            linear = cross_last(angular, self._arm)
+            linear = linear - xp.matmul(moves, cross_last(turning, self._anchors))
+            if slide is not None:
+                linear = linear + xp.matmul(moves, slide)
+        if lead:
+            linear = linear + base[:, :, 0:3]
+        twists = self._in_links(linear[:, :, :, None], angular[:, :, :, None])
+        return Moving(speed, linear, angular, twists)
 
     def _in_links(self, linear: Array, angular: Array) -> Array:
         """World vectors of all links (B, L, 3, 1) as [linear, angular] in link axes, (B, L, 6)."""

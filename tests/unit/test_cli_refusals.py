@@ -100,7 +100,8 @@ def test_the_installed_command_refuses_the_same_way(
     command = [word.replace("FOLDER", str(pebble)) for word in command]
     start = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert time.perf_counter() - start < 2.0
+    # a guard against hanging, not a benchmark: a loaded machine starts Python slowly
+    assert time.perf_counter() - start < 10.0
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 2
     assert not list(elsewhere.iterdir())

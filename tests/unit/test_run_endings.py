@@ -17,7 +17,7 @@ from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.world import World
 
-LINE = ["run", "experiment=drop_test"]
+LINE = ["run", "experiment=drop_test", "time.step=0.004"]
 WHOLE = {
     "run.json",
     "log.parquet",

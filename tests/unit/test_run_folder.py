@@ -69,7 +69,7 @@ def only_run(folder: Path) -> Path:
 
 def test_run_fills_its_folder(elsewhere: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """All files are there, none is half, and the last line names the report."""
-    assert main(["run", "experiment=drop_test", "time.duration=0.6"]) == 0
+    assert main(["run", "experiment=drop_test", "time.step=0.004", "time.duration=0.6"]) == 0
     run = only_run(elsewhere)
     names = {path.name for path in run.iterdir()} - {"plots"}
     wanted = "run.json log.parquet meta.yaml vehicle.urdf ledger.parquet report.html .hydra"
@@ -79,7 +79,7 @@ def test_run_fills_its_folder(elsewhere: Path, capsys: pytest.CaptureFixture[str
     facts = json.loads((run / "run.json").read_text())
     assert (facts["state"], facts["steps"], facts["seed"]) == ("done", 150, 0)
     assert facts["versions"]["numpy"] == np.__version__
-    assert facts["overrides"] == ["experiment=drop_test", "time.duration=0.6"]
+    assert facts["overrides"] == ["experiment=drop_test", "time.step=0.004", "time.duration=0.6"]
     assert len(facts["robot"]["files"]["ball.urdf"]) == 64
 
 
@@ -93,7 +93,7 @@ def test_pictures_are_written(elsewhere: Path) -> None:
 
 def test_run_reads_like_a_measurement(elsewhere: Path) -> None:
     """The native reader takes the folder, and the check of logs refuses nothing."""
-    assert main(["run", "experiment=drop_test"]) == 0
+    assert main(["run", "experiment=drop_test", "time.step=0.004"]) == 0
     log = read_native(only_run(elsewhere))
     assert [f for f in check_log(log) if f.severity is Severity.REFUSE] == []
     assert (log.rows, log.time[-1]) == (376, 1.5)
@@ -185,7 +185,7 @@ def test_baseline_names_the_installed_effects(pebble: Path) -> None:
 
 def test_ledger_holds_every_effect(elsewhere: Path) -> None:
     """The ledger has one row a step and the weight of the ball in it."""
-    assert main(["run", "experiment=drop_test", "time.duration=0.1"]) == 0
+    assert main(["run", "experiment=drop_test", "time.step=0.004", "time.duration=0.1"]) == 0
     ledger = read_parquet(only_run(elsewhere) / "ledger.parquet")
     assert ledger["t"].size == 25
     assert ledger["gravity.base.force_z"] == pytest.approx(np.full(25, -0.3 * GRAVITY))
@@ -193,7 +193,7 @@ def test_ledger_holds_every_effect(elsewhere: Path) -> None:
 
 def test_report_says_what_happened(elsewhere: Path) -> None:
     """The report names the robot, the moment of the splash, the effects and how to repeat it."""
-    assert main(["run", "experiment=drop_test"]) == 0
+    assert main(["run", "experiment=drop_test", "time.step=0.004"]) == 0
     run = only_run(elsewhere)
     html = (run / "report.html").read_text(encoding="utf-8").split("plotly.js v")[0]
     # a ball of 0.05 m radius falls 0.95 m: sqrt(2 h / g) = 0.440 s, felt one step later
