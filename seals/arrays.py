@@ -47,3 +47,10 @@ def as_like(value: Any, like: Array) -> Array:
         return np.asarray(value, dtype=like.dtype)
     xp = namespace(like)
     return xp.asarray(value, dtype=like.dtype, device=like.device)
+
+
+def column_of(value: Any, like: Array) -> Array:
+    """Return a number as an array (1, 1) of the library of ``like``; an array (N, 1) stays."""
+    if isinstance(value, int | float):
+        return as_like([[value]], like)
+    return as_like(value, like)

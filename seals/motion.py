@@ -95,11 +95,62 @@ class Inputs(NamedTuple):
 
     Args:
         step: time since the memory was last updated [s].
-        joint_torque: commanded generalised force of the joints [N m or N], shape (N, J).
+        joint_torque: commanded generalised force of the joints [N m or N], shape (1 or B, J).
+        drive: state of every actuator after its lag, in the order of the actuators: rotor speed
+            [rad/s] or thruster force [N], shape (1 or B, n); None when there is none.
+        voltage: terminal voltage of the battery [V], shape (1 or B, 1); None when not known.
+        joint_command: commanded joint positions [rad or m], shape (1 or B, J); None for none.
     """
 
     step: float
     joint_torque: Array
+    drive: Array | None = None
+    voltage: Array | None = None
+    joint_command: Array | None = None
+
+
+class Drives(NamedTuple):
+    """What the actuators on one link do; n actuators, about the link origin, link axes.
+
+    Args:
+        position: of the hubs [m], shape (n, 3).
+        axis: direction of positive thrust, unit vectors [1], shape (n, 3).
+        radius: of the rotor discs, zero where there is none [m], shape (n,).
+        thrust: along the axes [N], shape (N, n).
+        torque: reaction of the drive about the axes [N m], shape (N, n).
+    """
+
+    position: Array
+    axis: Array
+    radius: Array
+    thrust: Array
+    torque: Array
+
+
+class Timing(NamedTuple):
+    """Changes of the timing of commands and of the inertial sensors, shape (1 or N, 1) or numbers.
+
+    Args:
+        command_delay: further delay between command and actuator [s].
+        lag: change of the actuators' first-order time constant [s].
+        sensor_delay: further delay of gyroscope and accelerometer [s].
+    """
+
+    command_delay: Array | float = 0.0
+    lag: Array | float = 0.0
+    sensor_delay: Array | float = 0.0
+
+
+class Reading(NamedTuple):
+    """What an inertial sensor reports, sensor axes, shape (N, 3).
+
+    Args:
+        angular_velocity: [rad/s].
+        specific_force: [m/s^2].
+    """
+
+    angular_velocity: Array
+    specific_force: Array
 
 
 class Wrench(NamedTuple):

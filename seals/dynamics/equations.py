@@ -21,13 +21,15 @@ class Assembly:
         b the rate of the link twists at zero generalised acceleration.
 
     Args:
-        inertia: of the links about their origins, link axes, shape (L, 6, 6).
+        inertia: of the links about their origins, link axes, shape (1 or B, L, 6, 6).
+        armature: inertia of the drives about their joints [kg m^2 or kg], shape (J,); None for
+            none.
     """
 
-    def __init__(self, inertia: Array) -> None:
+    def __init__(self, inertia: Array, armature: Array | None = None) -> None:
         """Keep the inertia."""
-        self.inertia = inertia
-        self.links = inertia.shape[0]
+        self.inertia, self.armature = inertia, armature
+        self.links = inertia.shape[1]
 
     def accelerations(
         self,
@@ -67,11 +69,20 @@ class Assembly:
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
+        if self.armature is not None:
+            matrix = matrix + self._armature(size, matrix)
         return xp.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+
+    def _armature(self, size: int, like: Array) -> Array:
+        """Inertia of the drives on the diagonal of the joints, shape (1, n, n)."""
+        xp = namespace(like)
+        lead = xp.zeros((size - self.armature.shape[0],), dtype=like.dtype)
+        diagonal = xp.concat((lead, self.armature))
+        return (xp.eye(size, dtype=like.dtype) * diagonal)[None]
 
     def total_inertia(self, found: Evaluation, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
-        total = self.inertia[None]
+        total = self.inertia
         for _, rows, added, _ in found.inertias:
             matrix = added.weight[:, :, None] * added.matrix
             total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
@@ -94,12 +105,9 @@ class Assembly:
         """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
-        inertia = self.inertia
-        if batch > 1:
-            inertia = xp.reshape(
-                xp.broadcast_to(inertia[:, None], (self.links, batch, 6, 6)),
-                (self.links * batch, 6, 6),
-            )
+        each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
+        each = xp.broadcast_to(each, (self.links, batch, 6, 6))
+        inertia = xp.reshape(each, (self.links * batch, 6, 6))
         force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
         for _, rows, added, medium in found.inertias:
             more = added_terms(added, medium, take_motion(motion, rows))

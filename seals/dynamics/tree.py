@@ -22,6 +22,8 @@ class Tree:
         origin: of each link in its parent at joint zero [m], shape (L, 3).
         rotation: of each link in its parent at joint zero, shape (L, 3, 3).
         fixed_base: whether the base is bolted to the world.
+        drive_inertia: inertia of each joint's drive about the joint [kg m^2 or kg], shape (J,);
+            empty for none.
     """
 
     parent: tuple[int, ...]
@@ -31,6 +33,7 @@ class Tree:
     origin: Floats
     rotation: Floats
     fixed_base: bool
+    drive_inertia: tuple[float, ...] = ()
 
     @property
     def links(self) -> int:

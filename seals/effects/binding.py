@@ -9,7 +9,20 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
-from seals.effects.effect import Effect, FlowField, Inertia, JointLoads, Loads, MediumKind
+from seals.effects.effect import (
+    Actuated,
+    Actuation,
+    DriveLoads,
+    Effect,
+    FlowField,
+    Inertia,
+    JointLoads,
+    Loads,
+    Measure,
+    MediumKind,
+    Nominal,
+    Timed,
+)
 from seals.errors import ConfigError, suggestion
 from seals.schema import parameters_of, vector_groups
 
@@ -48,8 +61,21 @@ class EffectSet:
         self.inertias = tuple(b for b in bound if isinstance(b.effect, Inertia))
         self.loads = tuple(b for b in bound if isinstance(b.effect, Loads))
         self.joint_loads = tuple(b for b in bound if isinstance(b.effect, JointLoads))
+        self.actuators = tuple(b for b in bound if isinstance(b.effect, Actuated))
+        self.actuations = tuple(b for b in bound if isinstance(b.effect, Actuation))
+        self.drive_loads = tuple(b for b in bound if isinstance(b.effect, DriveLoads))
+        self.nominals = tuple(b for b in bound if isinstance(b.effect, Nominal))
+        self.measures = tuple(b for b in bound if isinstance(b.effect, Measure))
+        self.timings = tuple(b for b in bound if isinstance(b.effect, Timed))
         self.names = tuple(b.name for b in bound)
         self.index = {b.name: k for k, b in enumerate(bound)}
+
+    @property
+    def wrenching(self) -> tuple[str, ...]:
+        """Names of all effects that make wrenches, in the order of the configuration."""
+        makers = (*self.nominals, *self.loads, *self.actuators, *self.drive_loads)
+        made = {b.name for b in makers}
+        return tuple(name for name in self.names if name in made)
 
     def zero_memory(self, batch: int = 1) -> dict[str, Floats]:
         """Return zeroed memory of every effect, shape (links x batch, memory size)."""

@@ -8,7 +8,18 @@ from enum import Enum
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
-from seals.motion import AddedInertia, Inputs, Joints, Medium, Motion, Wrench
+from seals.motion import (
+    AddedInertia,
+    Body,
+    Drives,
+    Inputs,
+    Joints,
+    Medium,
+    Motion,
+    Reading,
+    Timing,
+    Wrench,
+)
 
 Parameters: TypeAlias = Mapping[str, Array]
 """Parameter arrays: scalars of shape (1 or N, 1).
@@ -38,8 +49,17 @@ class Effect:
       of the effect's medium.
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
 
-    ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
-    on the joints.
+    - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
+
+    Hooks of other signatures:
+
+    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
+      on the joints.
+    - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
+    - ``timing(params) -> Timing``: later commands, slower actuators, late sensors.
+    - ``measure(reading, params) -> Reading``: what the inertial sensors really report.
+    - ``nominal(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about its
+      origin; weight and centre of mass follow from it.
 
     Args:
         links: link names; ``root`` is the base link and ``*`` every link.
@@ -109,4 +129,73 @@ class JointLoads(Protocol):
         joints: Joints, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Array, Array]:
         """Generalised force on every joint."""
+        ...
+
+
+@runtime_checkable
+class Actuation(Protocol):
+    """An effect with the hook ``actuation``."""
+
+    @staticmethod
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts and reaction torques as they really are."""
+        ...
+
+
+@runtime_checkable
+class DriveLoads(Protocol):
+    """An effect with the hook ``drive_loads``."""
+
+    @staticmethod
+    def drive_loads(
+        drives: Drives,
+        motion: Motion,
+        medium: Medium,
+        inputs: Inputs,
+        memory: Array,
+        params: Parameters,
+    ) -> tuple[Wrench, Array]:
+        """Wrench about the link origin, link axes, that goes with the actuators' thrust."""
+        ...
+
+
+@runtime_checkable
+class Nominal(Protocol):
+    """An effect with the hook ``nominal``."""
+
+    @staticmethod
+    def nominal(body: Body, params: Parameters) -> Array:
+        """Change of the rigid inertia about the link origin, shape (N, 6, 6)."""
+        ...
+
+
+@runtime_checkable
+class Measure(Protocol):
+    """An effect with the hook ``measure``."""
+
+    @staticmethod
+    def measure(reading: Reading, params: Parameters) -> Reading:
+        """Reading of the inertial sensors as it really is."""
+        ...
+
+
+@runtime_checkable
+class Timed(Protocol):
+    """An effect with the hook ``timing``."""
+
+    @staticmethod
+    def timing(params: Parameters) -> Timing:
+        """Change of delays and lags."""
+        ...
+
+
+@runtime_checkable
+class Actuated(Protocol):
+    """An actuator: an effect that turns the state of its drives into thrust."""
+
+    @staticmethod
+    def drives(inputs: Inputs, params: Parameters) -> Drives:
+        """Thrusts and reaction torques of its drives."""
         ...

@@ -13,10 +13,20 @@ import numpy as np
 from seals.arrays import Array, namespace
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
-from seals.frames import unrotate
+from seals.effects.rigid import weight_of
+from seals.frames import cross, unrotate
 from seals.medium.sample import Sample
 from seals.medium.surroundings import Surroundings
-from seals.motion import AddedInertia, Body, Inputs, Joints, Medium, Motion, Wrench
+from seals.motion import (
+    AddedInertia,
+    Body,
+    Drives,
+    Inputs,
+    Joints,
+    Medium,
+    Motion,
+    Wrench,
+)
 
 Memory = Mapping[str, Array]
 Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
@@ -27,7 +37,8 @@ class Evaluation(NamedTuple):
 
     Args:
         sample: the surroundings at all rows.
-        loads: (effect, rows, wrench about the link origin, link axes).
+        loads: (effect, rows, wrench about the link origin, link axes); those of actuators are
+            among them.
         inertias: (effect, rows, added inertia, medium of the effect).
         joint_loads: (effect, generalised force (batch, J)).
         memory: new memory by effect name.
@@ -48,13 +59,22 @@ class Evaluator:
         surroundings: of all rows.
         links: number of links.
         batch: rows per link.
+        folded: whether changes of the rigid inertia are part of the bodies already; otherwise they
+            are evaluated as added inertia with a weight.
     """
 
     def __init__(
-        self, effects: EffectSet, surroundings: Surroundings, *, links: int, batch: int
+        self,
+        effects: EffectSet,
+        surroundings: Surroundings,
+        *,
+        links: int,
+        batch: int,
+        folded: bool = False,
     ) -> None:
         """Find the rows of each effect once."""
         self.effects, self.surroundings = effects, surroundings
+        self.nominals = () if folded else effects.nominals
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
@@ -74,16 +94,50 @@ class Evaluator:
             added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
             inertias.append((b, rows, added, medium))
             _keep(new, b, kept)
+        for b in self.nominals:
+            rows, part, medium = self._seen(b, motion, sample, seen)
+            added, wrench = _nominal(b, part, medium)
+            inertias.append((b, rows, added, _still(medium)))
+            loads.append((b, rows, wrench))
         for b in self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
             wrench, kept = b.hooks.loads(part, medium, inputs, memory.get(b.name), b.params)
             loads.append((b, rows, wrench))
             _keep(new, b, kept)
+        if self.effects.actuators and inputs.drive is not None:
+            for b in self.effects.actuators:
+                loads += self._driven(b, motion, sample, inputs, memory, new, seen)
         for b in self.effects.joint_loads:
             force, kept = b.hooks.joint_loads(joints, inputs, memory.get(b.name), b.params)
             joint_loads.append((b, force))
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new)
+
+    def _driven(
+        self,
+        actuator: BoundEffect,
+        motion: Motion,
+        sample: Sample,
+        inputs: Inputs,
+        memory: Memory,
+        new: dict[str, Array],
+        seen: dict[Any, tuple[Motion, Medium]],
+    ) -> list[tuple[BoundEffect, Any, Wrench]]:
+        """Wrenches of one actuator and of the effects that go with its thrust."""
+        drives = actuator.hooks.drives(inputs, actuator.params)
+        for b in self.effects.actuations:
+            if b.links == actuator.links:
+                _, part, medium = self._seen(b, motion, sample, seen)
+                drives = b.hooks.actuation(drives, part, medium, inputs, b.params)
+        out = [(actuator, self.rows[actuator.name], thrust_wrench(drives))]
+        for b in self.effects.drive_loads:
+            if b.links == actuator.links:
+                rows, part, medium = self._seen(b, motion, sample, seen)
+                own = memory.get(b.name)
+                wrench, kept = b.hooks.drive_loads(drives, part, medium, inputs, own, b.params)
+                _keep(new, b, kept)
+                out.append((b, rows, wrench))
+        return out
 
     def _with_flows(
         self, sample: Sample, motion: Motion, inputs: Inputs, memory: Memory, new: dict[str, Array]
@@ -117,6 +171,25 @@ class Evaluator:
         if pair is None:
             pair = seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
         return rows, *pair
+
+
+def thrust_wrench(drives: Drives) -> Wrench:
+    """Sum of thrusts and reaction torques about the link origin, link axes [N, N m]."""
+    arm = cross(drives.position, drives.axis)
+    force = drives.thrust @ drives.axis
+    return Wrench(force, drives.thrust @ arm + drives.torque @ drives.axis)
+
+
+def _nominal(b: BoundEffect, motion: Motion, medium: Medium) -> tuple[AddedInertia, Wrench]:
+    """A change of the rigid inertia as inertia that moves with the link, and its weight."""
+    matrix = b.hooks.nominal(motion.body, b.params)
+    one = motion.velocity[:, 0:1] * 0.0 + 1.0
+    return AddedInertia(matrix, one), weight_of(matrix, motion, medium.gravity)
+
+
+def _still(medium: Medium) -> Medium:
+    """The medium of inertia that has none: at rest in the world."""
+    return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 
 def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:

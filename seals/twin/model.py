@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like
+from seals.arrays import Array, as_like, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator
+from seals.effects.evaluation import Evaluator, take
+from seals.effects.rigid import changed
 from seals.medium.build import build_surroundings, tables_of
-from seals.motion import Inputs
+from seals.motion import Body, Inputs
 from seals.robot.model import RobotModel
 from seals.twin.rigid import RigidBody
 from seals.twin.state import Rates, TwinState, advance, runge_kutta
@@ -63,10 +64,16 @@ class Twin:
         surroundings = build_surroundings(
             robot, environment, waves, wetting, like=like, batch=batch
         )
-        self.evaluator = Evaluator(self.effects, surroundings, links=len(robot.links), batch=batch)
+        links = len(robot.links)
+        self.evaluator = Evaluator(
+            self.effects, surroundings, links=links, batch=batch, folded=True
+        )
+        change = nominal_change(self.effects, bodies, self.evaluator.rows)
+        if change is not None:
+            bodies = changed(bodies, change)
         single = len(robot.links) == 1 and not robot.tree.fixed_base
         self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(
-            robot, self.evaluator, bodies, environment
+            robot, self.evaluator, bodies, environment, change
         )
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
@@ -88,7 +95,7 @@ class Twin:
 
         Args:
             state: of the batch.
-            time: [s], a number.
+            time: [s], a number or an array (B, 1).
             inputs: joint torques and the time since the memory was updated.
         """
         inputs = Inputs(0.0, self._torque) if inputs is None else inputs
@@ -97,7 +104,7 @@ class Twin:
     def step(
         self, state: TwinState, time: float, step: float, joint_torque: Array | None = None
     ) -> tuple[TwinState, Rates]:
-        """Advance the batch by one step.
+        """Advance the batch by one step under held inputs.
 
         Args:
             state: at ``time``.
@@ -109,11 +116,46 @@ class Twin:
             The state at ``time + step`` and the rates at ``time``.
         """
         inputs = Inputs(step, self._torque if joint_torque is None else joint_torque)
-        k1, memory = self.body.rates(state, time, inputs, self.memory)
-        held = Inputs(0.0, inputs.joint_torque)
+        return self.advance(state, time, step, (inputs, inputs, inputs))
+
+    def advance(
+        self, state: TwinState, time: Any, step: Any, inputs: tuple[Inputs, Inputs, Inputs]
+    ) -> tuple[TwinState, Rates]:
+        """Advance the batch by one step under inputs known at its start, middle and end.
+
+        Args:
+            state: at ``time``.
+            time: [s], a number or an array (B, 1).
+            step: [s], a number or an array (B, 1).
+            inputs: at the start, in the middle and at the end of the step.
+
+        Returns:
+            The state at ``time + step`` and the rates at ``time``.
+        """
+        k1, memory = self.body.rates(state, time, inputs[0], self.memory)
+        middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step
-        k2, _ = self.body.rates(advance(state, k1, half).normal(), time + half, held, self.memory)
-        k3, _ = self.body.rates(advance(state, k2, half).normal(), time + half, held, self.memory)
-        k4, _ = self.body.rates(advance(state, k3, step).normal(), time + step, held, self.memory)
+        k2, _ = self.body.rates(advance(state, k1, half).normal(), time + half, middle, self.memory)
+        k3, _ = self.body.rates(advance(state, k2, half).normal(), time + half, middle, self.memory)
+        k4, _ = self.body.rates(advance(state, k3, step).normal(), time + step, end, self.memory)
         self.memory = memory
         return runge_kutta(state, (k1, k2, k3, k4), step), k1
+
+
+def nominal_change(effects: EffectSet, bodies: Body, rows: Mapping[str, Any]) -> Array | None:
+    """Sum of all changes of rigid inertia, rows as the bodies', shape (N, 6, 6); None for none."""
+    total = None
+    for b in effects.nominals:
+        part = take(bodies, rows[b.name])
+        matrix = b.hooks.nominal(part, b.params)
+        if rows[b.name] is not None:
+            xp = namespace(bodies.mass)
+            full = xp.zeros((bodies.mass.shape[0], 6, 6), dtype=bodies.mass.dtype)
+            # one-off, outside the hot path: an index by mask keeps torch and numpy alike
+            index = np.zeros(bodies.mass.shape[0], dtype=bool)
+            index[rows[b.name]] = True
+            picked = xp.asarray(np.cumsum(index) * index - index, dtype=xp.int64)
+            spread = xp.take(matrix + xp.zeros((int(index.sum()), 1, 1)), picked, axis=0)
+            matrix = full + spread * xp.asarray(index[:, None, None], dtype=bodies.mass.dtype)
+        total = matrix if total is None else total + matrix
+    return total

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, columns, namespace
+from seals.arrays import Array, as_like, column_of, columns, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.added import added_terms
 from seals.dynamics.linear import solve_symmetric
@@ -27,6 +27,7 @@ class RigidBody:
         evaluator: of its effects.
         bodies: constant properties of its link.
         environment: gravity.
+        change: of the rigid inertia about the origin, shape (1 or B, 6, 6); None for none.
     """
 
     def __init__(
@@ -35,11 +36,14 @@ class RigidBody:
         evaluator: Evaluator,
         bodies: Body,
         environment: EnvironmentSettings,
+        change: Array | None = None,
     ) -> None:
         """Convert the inertia once."""
         self.evaluator, self.bodies, self.gravity = evaluator, bodies, environment.gravity
-        self._dense: Floats = robot.spatial_inertia[:1]
-        self._inertia = as_like(self._dense, bodies.mass)
+        self._inertia = as_like(robot.spatial_inertia[:1], bodies.mass)
+        if change is not None:
+            self._inertia = self._inertia + change
+        self._used = set(_pattern(self._inertia))
 
     def rates(
         self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
@@ -47,7 +51,7 @@ class RigidBody:
         """Return the time derivative of the state and the new memory."""
         rotation = matrix_of(state.quaternion)
         motion = Motion(
-            time=as_like([[time]], self.bodies.mass),
+            time=column_of(time, self.bodies.mass),
             position=state.position,
             rotation=rotation,
             up=rotation[:, 2, :],
@@ -87,7 +91,7 @@ class RigidBody:
     def _accelerations(self, found: Evaluation, force: Array, torque: Array) -> tuple[Array, Array]:
         """Solve (M + sum s M_A) (v', w') = (force, torque)."""
         matrix = [
-            [self._inertia[:, i, j] if self._dense[0, i, j] else None for j in range(i + 1)]
+            [self._inertia[:, i, j] if (i, j) in self._used else None for j in range(i + 1)]
             for i in range(6)
         ]
         for _, _, added, _ in found.inertias:

@@ -88,12 +88,12 @@ class Rates(NamedTuple):
     specific_force: Array
 
 
-def advance(state: TwinState, rates: Rates, step: float) -> TwinState:
+def advance(state: TwinState, rates: Rates, step: Any) -> TwinState:
     """Return state + step * rates."""
     return TwinState(*(x + step * dx for x, dx in zip(state, rates[:6], strict=True)))
 
 
-def runge_kutta(state: TwinState, k: tuple[Rates, Rates, Rates, Rates], step: float) -> TwinState:
+def runge_kutta(state: TwinState, k: tuple[Rates, Rates, Rates, Rates], step: Any) -> TwinState:
     """Return the classic fourth-order combination, with the quaternion scaled to unit length."""
     sixth = step / 6.0
     parts = zip(state, *(r[:6] for r in k), strict=True)

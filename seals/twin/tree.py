@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seals.arrays import Array, as_like, namespace
+import numpy as np
+
+from seals.arrays import Array, as_like, column_of, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.equations import Assembly
 from seals.dynamics.kinematics import Kinematics
-from seals.dynamics.rows import link_motion
+from seals.dynamics.rows import by_batch, link_motion
 from seals.dynamics.tree import forward
 from seals.effects.evaluation import Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
@@ -26,6 +28,8 @@ class TreeBody:
         evaluator: of its effects.
         bodies: constant properties of its links, rows link by link.
         environment: gravity.
+        change: of the rigid inertias about the origins, rows link by link, shape (L B, 6, 6); None
+            for none.
     """
 
     def __init__(
@@ -34,11 +38,17 @@ class TreeBody:
         evaluator: Evaluator,
         bodies: Body,
         environment: EnvironmentSettings,
+        change: Array | None = None,
     ) -> None:
         """Convert the inertias once."""
         self.robot, self.evaluator, self.bodies = robot, evaluator, bodies
         self.gravity, self.tree = environment.gravity, robot.tree
-        self._assembly = Assembly(as_like(robot.spatial_inertia, bodies.mass))
+        inertia = as_like(robot.spatial_inertia, bodies.mass)[None]
+        if change is not None:
+            inertia = inertia + by_batch(change, len(robot.links))
+        drives = robot.tree.drive_inertia
+        armature = as_like(np.asarray(drives), bodies.mass) if drives else None
+        self._assembly = Assembly(inertia, armature)
 
     def rates(
         self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
@@ -52,7 +62,7 @@ class TreeBody:
         lead = [] if self.tree.fixed_base else [world, spin]
         speed = xp.concat([*lead, state.rates], axis=1)
         moving = kinematics.move(speed)
-        motion = link_motion(kinematics, moving, as_like([[time]], self.bodies.mass), self.bodies)
+        motion = link_motion(kinematics, moving, column_of(time, self.bodies.mass), self.bodies)
         joints = Joints(state.joints, state.rates)
         found = self.evaluator.evaluate(motion, joints, inputs, memory)
         joint_force = xp.zeros_like(state.rates) + inputs.joint_torque

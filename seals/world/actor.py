@@ -62,7 +62,7 @@ class Actor:
         )
         self.evaluator = Evaluator(effects, surroundings, links=len(robot.links), batch=1)
         self._bodies = robot.bodies(np.zeros(1))
-        names = [b.name for b in effects.loads]
+        names = effects.wrenching
         self.ledger = Ledger(names, robot.links, steps=steps)
         self.memory: Mapping[str, Array] = effects.zero_memory()
         self.joint_torque = np.zeros((1, robot.tree.joints))

@@ -36,7 +36,7 @@ class InertiaSplit:
     def __init__(self, engine: Any, client: int, robot: RobotModel, loaded: Loaded) -> None:
         """Start with the robot's own inertia."""
         self._p, self._client, self._loaded, self._robot = engine, client, loaded, robot
-        self._assembly = Assembly(robot.spatial_inertia)
+        self._assembly = Assembly(robot.spatial_inertia[None])
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
         self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)

@@ -1,0 +1,55 @@
+"""Changes of a link's rigid inertia: what they weigh, and what body they leave."""
+
+from __future__ import annotations
+
+from seals.arrays import Array, columns, namespace
+from seals.frames import cross
+from seals.motion import Body, Motion, Wrench
+
+
+def moments_of(matrix: Array) -> tuple[Array, Array]:
+    """Mass [kg], shape (N, 1), and first moment m c [kg m], shape (N, 3), of rigid inertias.
+
+    Args:
+        matrix: about the link origin, order [linear, angular], shape (N, 6, 6).
+    """
+    return matrix[:, 0, 0:1], columns(matrix[:, 5, 1], matrix[:, 3, 2], matrix[:, 4, 0])
+
+
+def weight_of(matrix: Array, motion: Motion, gravity: Array) -> Wrench:
+    """Weight of a change of inertia about the link origin, link axes [N, N m]."""
+    mass, moment = moments_of(matrix)
+    pull = motion.up * -gravity
+    return Wrench(mass * pull, cross(moment + motion.up * 0.0, pull))
+
+
+def changed(body: Body, matrix: Array) -> Body:
+    """Return the body with a change of inertia added.
+
+    Args:
+        body: constant properties, fields of shape (1 or N, k).
+        matrix: sum of all changes about the link origin, shape (N, 6, 6).
+    """
+    mass, moment = moments_of(matrix)
+    total = body.mass + mass
+    centre = (body.mass * body.centre_of_mass + moment) / total
+    return body._replace(mass=total, centre_of_mass=centre)
+
+
+def summed(matrices: list[Array]) -> Array | None:
+    """Sum of changes on the same rows; None for none."""
+    if not matrices:
+        return None
+    total = matrices[0]
+    for more in matrices[1:]:
+        total = total + more
+    return total
+
+
+def skew(vector: Array) -> Array:
+    """Cross-product matrices of vectors (N, 3), shape (N, 3, 3)."""
+    xp = namespace(vector)
+    x, y, z = vector[:, 0], vector[:, 1], vector[:, 2]
+    zero = x * 0.0
+    rows = [(zero, -z, y), (z, zero, -x), (-y, x, zero)]
+    return xp.stack([xp.stack(row, axis=1) for row in rows], axis=1)
