@@ -27,6 +27,9 @@ class WaveAiry:
         phase: phi [rad].
         gravity: [m/s^2].
 
+    A copy (``copy.copy``) may hold an array of shape (N,) in any field: one wave for each of the N
+    points given to `at`, in their array library.
+
     Assumptions:
         Linear theory, deep water.
 
@@ -70,7 +73,7 @@ class WaveAiry:
     def at(self, position: Array, time: Array, level: float) -> Sea:
         """Return the sea at points."""
         xp = namespace(position)
-        east, north, k = math.cos(self.direction), math.sin(self.direction), self.wavenumber
+        (east, north), k = _heading(self.direction), self.wavenumber
         omega = 2.0 * math.pi / self.period
         theta = (
             k * (east * position[:, 0] + north * position[:, 1]) - omega * time[:, 0] + self.phase
@@ -87,3 +90,11 @@ class WaveAiry:
             velocity=columns(east * speed * cosine, north * speed * cosine, speed * sine),
             acceleration=columns(east * push * sine, north * push * sine, -push * cosine),
         )
+
+
+def _heading(direction: Array) -> tuple[Array, Array]:
+    """Cosine and sine of the direction: numbers of a number, arrays (N,) of an array."""
+    if isinstance(direction, int | float):
+        return math.cos(direction), math.sin(direction)
+    xp = namespace(direction)
+    return xp.cos(direction), xp.sin(direction)

@@ -1,0 +1,134 @@
+"""Rotors: thrust and reaction torque from the square of their speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.effect import Effect, Parameters
+from seals.errors import ConfigError
+from seals.motion import Drives, Inputs
+from seals.plugins.actuators.layout import check_first, numbers, unit_axes, vectors
+from seals.schema import param
+
+_SIGNS = {
+    "thrust_coefficient": "positive",
+    "torque_coefficient": "not negative",
+    "time_constant": "not negative",
+    "radius": "not negative",
+    "max_speed": "positive",
+}
+
+
+@dataclass(kw_only=True)
+class Rotors(Effect):
+    """Rotors or propellers fixed to a link, driven by their speed.
+
+    Equation:
+        T = k_T w^2 along the axis; Q = -direction k_Q w^2 (1 + torque_change) about the axis. The
+        caller makes w from the command: delay, then w' = (command - w) / time_constant.
+
+    Args:
+        position: of the hubs in link axes [m], one row of three numbers a rotor.
+        axis: of positive thrust [1], one row a rotor, or one for all; empty for link z.
+        direction: +1 for anticlockwise seen from the tip of the axis, -1 for clockwise [1].
+        thrust_coefficient: k_T [N/(rad/s)^2].
+        torque_coefficient: k_Q [N m/(rad/s)^2].
+        time_constant: of the speed [s].
+        radius: of the discs [m].
+        max_speed: largest speed that may be commanded [rad/s].
+        torque_change: relative change of all torque coefficients [1].
+        first: column of the first of these rotors among the drives of all actuators.
+        links: the link that carries them, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Lists of coefficients hold one number a rotor, or one number for all.
+
+    Assumptions:
+        Thrust does not depend on the inflow; blades are stiff; the rotor has no angular momentum.
+
+    Valid range:
+        Hover and slow flight: advance ratios below about 0.1.
+
+    Limitations:
+        No inflow, no flapping, no stall; add ``rotor_drag``, ``ground_effect`` or ``battery_sag``.
+
+    References:
+        Mahony, Kumar, Corke 2012, IEEE Robotics and Automation Magazine 19(3).
+
+    Example:
+        >>> Rotors(position=[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]], direction=[1.0, -1.0]).count
+        2
+    """
+
+    position: list[list[float]] = field(default_factory=lambda: [[0.0, 0.0, 0.0]])
+    axis: list[list[float]] = field(default_factory=list)
+    direction: list[float] = field(default_factory=lambda: [1.0])
+    thrust_coefficient: list[float] = field(default_factory=lambda: [1e-5])
+    torque_coefficient: list[float] = field(default_factory=lambda: [1.5e-7])
+    time_constant: list[float] = field(default_factory=lambda: [0.04])
+    radius: list[float] = field(default_factory=lambda: [0.12])
+    max_speed: list[float] = field(default_factory=lambda: [1000.0])
+    torque_change: float = param(
+        0.0, "1", bounds=(-0.9, 5.0), tolerance=0.05, source="zero: the coefficients rule"
+    )
+    first: int = 0
+    accounts_for: ClassVar[tuple[str, ...]] = ("rotor thrust",)
+
+    def __post_init__(self) -> None:
+        """Turn the lists into arrays, or refuse them."""
+        self._position = vectors("rotors.position", self.position, len(self.position))
+        self._axis = unit_axes("rotors.axis", self.axis, self.count)
+        self._direction = numbers("rotors.direction", self.direction, self.count)
+        if np.any(np.abs(self._direction) != 1.0):
+            raise ConfigError(
+                f"rotors.direction={self.direction} is not allowed.\nAllowed: 1 or -1 each."
+            )
+        self._lists = {
+            name: numbers(f"rotors.{name}", getattr(self, name), self.count, sign=sign)
+            for name, sign in _SIGNS.items()
+        }
+        check_first("rotors.first", self.first)
+
+    @property
+    def count(self) -> int:
+        """Number of rotors."""
+        return len(self.position)
+
+    @property
+    def lag(self) -> Floats:
+        """Time constants [s], shape (n,)."""
+        return self._lists["time_constant"]
+
+    @property
+    def limit(self) -> Floats:
+        """Largest speeds [rad/s], shape (n,)."""
+        return self._lists["max_speed"]
+
+    def constants(self) -> dict[str, Floats]:
+        """Return hubs, axes and coefficients; ``before`` has one entry a drive of others before."""
+        return {
+            "position": self._position,
+            "axis": self._axis,
+            "radius": self._lists["radius"],
+            "thrust_coefficient": self._lists["thrust_coefficient"][None],
+            "reaction_coefficient": -(self._direction * self._lists["torque_coefficient"])[None],
+            "before": np.zeros(self.first),
+        }
+
+    @staticmethod
+    def drives(inputs: Inputs, params: Parameters) -> Drives:
+        """Thrusts [N] and reaction torques [N m] of the rotors."""
+        first, count = params["before"].shape[0], params["position"].shape[0]
+        speed = inputs.drive[:, first : first + count]  # type: ignore[index]
+        square = speed * speed
+        return Drives(
+            position=params["position"],
+            axis=params["axis"],
+            radius=params["radius"],
+            thrust=params["thrust_coefficient"] * square,
+            torque=params["reaction_coefficient"] * (1.0 + params["torque_change"]) * square,
+        )

@@ -1,0 +1,60 @@
+"""Error of the accelerometer's scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Reading
+from seals.schema import param
+
+_LIMITS: dict[str, Any] = {
+    "bounds": (-0.9, 5.0),
+    "tolerance": 0.003,
+    "source": "zero: a calibrated sensor",
+}
+
+
+@dataclass(kw_only=True)
+class AccelerometerScale(Effect):
+    """Relative error of the accelerometer's scale, per axis.
+
+    Equation:
+        f_i = (1 + k_i) f_true,i, after misalignment and before bias.
+
+    Args:
+        scale_x: k along sensor x [1].
+        scale_y: k along sensor y [1].
+        scale_z: k along sensor z [1].
+        links: not used; it acts on the accelerometer.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant over the log and over the range.
+
+    Valid range:
+        Inside the range of the sensor.
+
+    Limitations:
+        No cross-axis sensitivity, no curvature of the scale.
+
+    References:
+        IEEE Std 1293-2018 (linear accelerometers).
+
+    Example:
+        >>> AccelerometerScale(scale_x=0.02).scale_x
+        0.02
+    """
+
+    scale_x: float = param(0.0, "1", **_LIMITS)
+    scale_y: float = param(0.0, "1", **_LIMITS)
+    scale_z: float = param(0.0, "1", **_LIMITS)
+    order: ClassVar[int] = 2
+    accounts_for: ClassVar[tuple[str, ...]] = ("accelerometer scale",)
+    twins: ClassVar[tuple[str, ...]] = ("accelerometer_bias", "added_mass", "buoyancy")
+
+    @staticmethod
+    def measure(reading: Reading, params: Parameters) -> Reading:
+        """Specific force on the wrong scale [m/s^2]."""
+        return reading._replace(specific_force=reading.specific_force * (1.0 + params["scale"]))

@@ -1,0 +1,67 @@
+"""Less thrust from a battery below its full voltage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Drives, Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class BatterySag(Effect):
+    """Loss of thrust and reaction torque with the terminal voltage.
+
+    Equation:
+        T = T_free (1 - k (1 - V / V_full)), the reaction torque likewise; nothing changes while the
+        voltage is not known.
+
+    Args:
+        sensitivity: k [1].
+        full_voltage: V_full [V].
+        links: the link of the actuators it changes, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Speed controllers fall short of the commanded speed in proportion to the missing voltage.
+
+    Valid range:
+        Voltages within some 30 % of the full one.
+
+    Limitations:
+        No dependence on the load of the single drive; the lag stays.
+
+    References:
+        None needed: a first-order expansion about the full voltage.
+
+    Example:
+        >>> BatterySag(sensitivity=1.0, full_voltage=16.4).full_voltage
+        16.4
+    """
+
+    sensitivity: float = param(
+        0.0, "1", bounds=(-5.0, 5.0), tolerance=0.05, source="zero unless the vehicle states it"
+    )
+    full_voltage: float = param(
+        16.8,
+        "V",
+        bounds=(0.1, 1e4),
+        tolerance=0.0,
+        source="four lithium-polymer cells at 4.2 V",
+        fit=False,
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("battery sag",)
+    twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
+
+    @staticmethod
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts [N] and reaction torques [N m] at the voltage."""
+        if inputs.voltage is None:
+            return drives
+        missing = 1.0 - inputs.voltage / params["full_voltage"]
+        gain = 1.0 - params["sensitivity"] * missing
+        return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)

@@ -1,0 +1,69 @@
+"""Shift of the centre of gravity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from seals.arrays import Array, namespace
+from seals.effects.effect import Effect, Parameters
+from seals.effects.rigid import skew
+from seals.motion import Body
+from seals.schema import param
+
+_LIMITS: dict[str, Any] = {
+    "bounds": (-1.0, 1.0),
+    "tolerance": 0.0006,
+    "source": "zero: the link's own centre rules",
+}
+
+
+@dataclass(kw_only=True)
+class CentreOfGravity(Effect):
+    """Shift of a link's centre of gravity with the same inertia about it.
+
+    Equation:
+        dM = m [[0, -S(d)], [S(d), S(c)^2 - S(c + d)^2]] about the link origin, order [linear,
+        angular], with c the nominal centre, m the link's mass and S(a) b = a x b.
+
+    Args:
+        offset_x: d along link x [m].
+        offset_y: d along link y [m].
+        offset_z: d along link z [m].
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Mass and inertia about the centre of gravity are known.
+
+    Valid range:
+        Shifts small against the vehicle.
+
+    Limitations:
+        Beside ``payload`` the shift is that of the link without the load.
+
+    References:
+        Featherstone 2008, Rigid Body Dynamics Algorithms, ch. 2.
+
+    Example:
+        >>> CentreOfGravity(offset_x=0.005).offset_x
+        0.005
+    """
+
+    offset_x: float = param(0.0, "m", **_LIMITS)
+    offset_y: float = param(0.0, "m", **_LIMITS)
+    offset_z: float = param(0.0, "m", **_LIMITS)
+    accounts_for: ClassVar[tuple[str, ...]] = ("centre of gravity",)
+    twins: ClassVar[tuple[str, ...]] = ("weak_rotor", "centre_of_buoyancy")
+
+    @staticmethod
+    def nominal(body: Body, params: Parameters) -> Array:
+        """Change of the inertia about the link origin [kg, kg m, kg m^2]."""
+        xp = namespace(body.mass)
+        shift = skew(params["offset"] + body.centre_of_mass * 0.0)
+        before = skew(body.centre_of_mass + params["offset"] * 0.0)
+        after = before + shift
+        corner = xp.matmul(before, before) - xp.matmul(after, after)
+        upper = xp.concat((shift * 0.0, -shift), axis=2)
+        lower = xp.concat((shift, corner), axis=2)
+        return body.mass[:, :, None] * xp.concat((upper, lower), axis=1)

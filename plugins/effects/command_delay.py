@@ -1,0 +1,51 @@
+"""Commands that act late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Timing
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class CommandDelay(Effect):
+    """Further delay between a command and the actuator.
+
+    Equation:
+        The actuator follows command(t - d); each command is held until the next.
+
+    Args:
+        delay: d [s].
+        links: not used; the delay is that of every command.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant, the same for all actuators and joints.
+
+    Valid range:
+        Delays below the length of the log; a sum below zero is held at zero by the caller.
+
+    Limitations:
+        No jitter, no lost commands.
+
+    References:
+        None needed: a shift in time.
+
+    Example:
+        >>> CommandDelay(delay=0.02).delay
+        0.02
+    """
+
+    delay: float = param(
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("command delay",)
+    twins: ClassVar[tuple[str, ...]] = ("rotor_lag",)
+
+    @staticmethod
+    def timing(params: Parameters) -> Timing:
+        """Further delay of the commands [s]."""
+        return Timing(command_delay=params["delay"])

@@ -1,0 +1,87 @@
+"""Play between servo and link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Inputs, Joints
+from seals.schema import param
+
+_HALF_BLEND = 1e-3
+"""Half of the width over which the corners of the dead zone are rounded [rad]."""
+
+
+@dataclass(kw_only=True)
+class JointBacklash(Effect):
+    """Dead zone between a servo, which measures on its own side, and the link.
+
+    Equation:
+        tau = kp (dz(e) - e) with e = command - q and dz(e) = sign(e) max(abs(e) - w/2, 0): the
+        change against the torque kp e of a servo without play.
+
+    Args:
+        width: w, full width of the dead zone [rad].
+        kp: stiffness of the servo [N m/rad].
+        joint: 1-based index of one joint, or 0 for all.
+        links: not used; backlash acts on joints.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Quasi-static: the motor takes the place at which the servo's spring and the contact balance,
+        at once. Corners are rounded over 2e-3 rad so that the law is differentiable.
+
+    Valid range:
+        Motion slow against the servo's own, torque below its limit.
+
+    Limitations:
+        No impact at the ends of the play, no inertia of the motor in it; damping of the servo stays
+        on while the link is free.
+
+    References:
+        Nordin and Gutman 2002, Automatica 38(10).
+
+    Example:
+        >>> JointBacklash(joint=2, width=0.06).width
+        0.06
+    """
+
+    width: float = param(
+        0.0, "rad", bounds=(0.0, 1.0), tolerance=0.002, source="zero: no play unless stated"
+    )
+    kp: float = param(
+        10.0, "N m/rad", bounds=(0.0, 1e6), tolerance=0.0, source="as the servo's", fit=False
+    )
+    joint: int = 0
+    accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
+    twins: ClassVar[tuple[str, ...]] = ("joint_friction",)
+
+    def constants(self) -> dict[str, Floats]:
+        """Return the joint's index."""
+        return {"joint": np.full((1, 1), float(self.joint))}
+
+    @staticmethod
+    def joint_loads(
+        joints: Joints, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Change of the servo's torque by the play [N m]."""
+        if inputs.joint_command is None:
+            return joints.velocity * 0.0, memory
+        error = inputs.joint_command - joints.position
+        xp = namespace(error)
+        half = 0.5 * params["width"]
+        index = xp.cumulative_sum(xp.ones_like(error[:1, :]), axis=1)
+        chosen = xp.astype((index == params["joint"]) | (params["joint"] == 0), error.dtype)
+        play = _ramp(error - half) - _ramp(-error - half) - error
+        return chosen * params["kp"] * play, memory
+
+
+def _ramp(x: Array) -> Array:
+    """max(x, 0) with a parabola in place of the corner, exact outside it."""
+    xp = namespace(x)
+    inside = xp.clip(x + _HALF_BLEND, 0.0, 2.0 * _HALF_BLEND)
+    return inside * inside / (4.0 * _HALF_BLEND) + xp.clip(x - _HALF_BLEND, 0.0, None)

@@ -1,0 +1,76 @@
+"""Drag of rotors in their own plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array, columns, namespace
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Drives, Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class DragRotor(Effect):
+    """Induced and flapping drag of rotors, proportional to thrust and speed.
+
+    Equation:
+        F_xy = -c T v_hub,xy at each hub with v_hub = v + w x r - u the velocity of the hub relative
+        to the air, body axes; times the share of the medium.
+
+    Args:
+        coefficient: c [s/m].
+        medium: air.
+        links: the link of the rotors, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Discs lie in the body's xy plane; the drag of a blade element grows with its thrust.
+
+    Valid range:
+        Advance ratios below about 0.1.
+
+    Limitations:
+        No drag along the axis, no side force from flapping, no torque at the hub.
+
+    References:
+        Faessler, Franchi, Scaramuzza 2018, IEEE Robotics and Automation Letters 3(2); Mahony,
+        Kumar, Corke 2012, IEEE Robotics and Automation Magazine 19(3).
+
+    Example:
+        >>> DragRotor(coefficient=0.02).coefficient
+        0.02
+    """
+
+    coefficient: float = param(
+        0.0, "s/m", bounds=(-1.0, 1.0), tolerance=0.005, source="zero unless the vehicle states it"
+    )
+    medium: MediumKind = MediumKind.air
+    accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
+    twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
+
+    @staticmethod
+    def drive_loads(  # noqa: PLR0917  the signature of the hook
+        drives: Drives,
+        motion: Motion,
+        medium: Medium,
+        inputs: Inputs,
+        memory: Array,
+        params: Parameters,
+    ) -> tuple[Wrench, Array]:
+        """Force and torque of all hubs about the link origin [N, N m]."""
+        xp = namespace(motion.velocity)
+        relative = motion.velocity - medium.velocity
+        p, q, r = (motion.angular_velocity[:, k : k + 1] for k in range(3))
+        x, y, z = (drives.position[:, k][None, :] for k in range(3))
+        slope = drives.thrust * params["coefficient"] * -medium.share
+        ahead = slope * (relative[:, 0:1] + q * z - r * y)
+        aside = slope * (relative[:, 1:2] + r * x - p * z)
+        force_x, force_y = xp.sum(ahead, axis=1), xp.sum(aside, axis=1)
+        torque = columns(
+            xp.sum(-z * aside, axis=1),
+            xp.sum(z * ahead, axis=1),
+            xp.sum(x * aside - y * ahead, axis=1),
+        )
+        return Wrench(columns(force_x, force_y, force_x * 0.0), torque), memory

@@ -1,0 +1,51 @@
+"""Slower or faster rotors and thrusters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Timing
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class RotorLag(Effect):
+    """Change of the first-order time constant of all rotors or thrusters.
+
+    Equation:
+        w' = (command - w) / (time_constant + d) with w the state of the drive.
+
+    Args:
+        time_constant_change: d [s].
+        links: not used; the lag is that of every actuator.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Rise and fall take the same time; all drives change alike.
+
+    Valid range:
+        Time constants that stay positive; the caller holds them so.
+
+    Limitations:
+        A real motor slows down faster or slower than it speeds up.
+
+    References:
+        Faessler, Falanga, Scaramuzza 2017, IEEE Robotics and Automation Letters 2(2).
+
+    Example:
+        >>> RotorLag(time_constant_change=0.02).time_constant_change
+        0.02
+    """
+
+    time_constant_change: float = param(
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: the actuator's own lag rules"
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
+    twins: ClassVar[tuple[str, ...]] = ("command_delay",)
+
+    @staticmethod
+    def timing(params: Parameters) -> Timing:
+        """Change of the time constant [s]."""
+        return Timing(lag=params["time_constant_change"])

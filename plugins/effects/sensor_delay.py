@@ -1,0 +1,50 @@
+"""Inertial sensors that report late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Timing
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class SensorDelay(Effect):
+    """Delay of gyroscope and accelerometer against the time base of the log.
+
+    Equation:
+        Row t holds the value of t - d.
+
+    Args:
+        delay: d [s].
+        links: not used; the delay is that of the inertial sensors.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant, the same for both sensors; comes before misalignment, scale and bias.
+
+    Valid range:
+        Delays below the length of the log.
+
+    Limitations:
+        No smoothing: a low-pass filter also delays, see the sensor's bandwidth.
+
+    References:
+        None needed: a shift in time.
+
+    Example:
+        >>> SensorDelay(delay=0.02).delay
+        0.02
+    """
+
+    delay: float = param(
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)
+
+    @staticmethod
+    def timing(params: Parameters) -> Timing:
+        """Further delay of the inertial sensors [s]."""
+        return Timing(sensor_delay=params["delay"])

@@ -1,0 +1,54 @@
+"""Change of all thrusts and reaction torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Drives, Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class ThrustCoefficient(Effect):
+    """Relative change of thrust and reaction torque, common to all actuators.
+
+    Equation:
+        T = T_free (1 + f), Q = Q_free (1 + f).
+
+    Args:
+        relative_change: f [1].
+        links: the link of the actuators it changes, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The same change for all, at every speed.
+
+    Valid range:
+        Other propellers, other air density, worn blades.
+
+    Limitations:
+        No change between actuators, see ``weak_rotor``.
+
+    References:
+        Leishman 2006, Principles of Helicopter Aerodynamics, ch. 2.
+
+    Example:
+        >>> ThrustCoefficient(relative_change=-0.1).relative_change
+        -0.1
+    """
+
+    relative_change: float = param(
+        0.0, "1", bounds=(-0.9, 5.0), tolerance=0.006, source="zero: the actuator's own map rules"
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
+    twins: ClassVar[tuple[str, ...]] = ("payload", "battery_sag", "wind", "ground_effect")
+
+    @staticmethod
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts [N] and reaction torques [N m] after the change."""
+        gain = 1.0 + params["relative_change"]
+        return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)

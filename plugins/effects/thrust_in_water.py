@@ -1,0 +1,69 @@
+"""Thrust of air rotors under water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import namespace
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Drives, Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class ThrustInWater(Effect):
+    """Change of thrust and reaction torque of every drive whose hub is under water.
+
+    Equation:
+        T = T_free (1 + s_h (ratio + ratio_change - 1)), the reaction torque likewise; s_h = u^2
+        (3 - 2 u) with u = (depth of the hub + 3 cm) / 6 cm, held between 0 and 1.
+
+    Args:
+        ratio: of thrust in water to that in the drive's own map [1].
+        ratio_change: change of the ratio [1].
+        water_level: world z of the still surface [m].
+        links: the link of the actuators it changes, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The surface is flat at ``water_level``; the controller takes account of the density, so that
+        the ratio is near one.
+
+    Valid range:
+        Crossings of the surface faster than the pull of air into the disc.
+
+    Limitations:
+        No ventilation, no cavitation, no waves at the disc.
+
+    References:
+        Alzu'bi, Mansour, Rawashdeh 2018, Loon Copter, Journal of Field Robotics.
+        The width of 6 cm is chosen.
+
+    Example:
+        >>> ThrustInWater(ratio=0.8).ratio
+        0.8
+    """
+
+    ratio: float = param(
+        1.0, "1", bounds=(0.0, 2000.0), tolerance=0.0, source="one: no change", fit=False
+    )
+    ratio_change: float = param(
+        0.0, "1", bounds=(-2.0, 2.0), tolerance=0.02, source="zero: the ratio rules"
+    )
+    water_level: float = param(
+        0.0, "m", bounds=(-1e4, 1e4), tolerance=0.0, source="chosen: world zero", fit=False
+    )
+    accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
+
+    @staticmethod
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts [N] and reaction torques [N m] with wet hubs."""
+        hub = motion.position[:, 2:3] + motion.up @ drives.position.T
+        depth = params["water_level"] - hub
+        u = namespace(depth).clip((depth + 0.03) / 0.06, 0.0, 1.0)
+        wet = u * u * (3.0 - 2.0 * u)
+        gain = 1.0 + wet * (params["ratio"] + params["ratio_change"] - 1.0)
+        return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)

@@ -1,0 +1,71 @@
+"""Loss of thrust of one rotor or thruster."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from seals.arrays import Floats, namespace
+from seals.effects.effect import Effect, Parameters
+from seals.errors import ConfigError
+from seals.motion import Drives, Inputs, Medium, Motion
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class WeakRotor(Effect):
+    """Relative loss of thrust of one drive, its reaction torque unchanged.
+
+    Equation:
+        T_i = T_i,free (1 - f) for i = rotor; all others and all torques stay.
+
+    Args:
+        relative_loss: f [1].
+        rotor: 1-based index of the drive on its actuator.
+        links: the link of the actuator it changes, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        A damaged or fouled blade loses lift and keeps its drag.
+
+    Valid range:
+        Any speed of the drive.
+
+    Limitations:
+        The index counts in every actuator on the link; a link with two of them loses one of each.
+
+    References:
+        None needed: the definition of a relative loss.
+
+    Example:
+        >>> WeakRotor(rotor=3, relative_loss=0.1).rotor
+        3
+    """
+
+    relative_loss: float = param(
+        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.004, source="zero: all drives are equal"
+    )
+    rotor: int = 1
+    accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
+    twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
+
+    def __post_init__(self) -> None:
+        """Refuse an index below the first."""
+        if self.rotor < 1:
+            raise ConfigError(f"weak_rotor.rotor={self.rotor} is not allowed.\nAllowed: from 1 on.")
+
+    def constants(self) -> dict[str, Floats]:
+        """Return the drive's index."""
+        return {"rotor": np.full((1, 1), float(self.rotor))}
+
+    @staticmethod
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts with one of them reduced [N]."""
+        xp = namespace(drives.thrust)
+        index = xp.cumulative_sum(xp.ones_like(drives.thrust[:1, :]), axis=1)
+        weak = xp.astype(index == params["rotor"], drives.thrust.dtype)
+        return drives._replace(thrust=drives.thrust * (1.0 - params["relative_loss"] * weak))

@@ -1,0 +1,1 @@
+"""Names the physical effect that a model lacks, from a measured log."""

@@ -1,0 +1,120 @@
+"""What no law describes exactly: exponents of drag, hulls at the surface, a free wrench."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.arrays import Array, Floats, as_like, namespace
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.schema import param
+
+_SLOWEST = 0.02
+"""Share of the typical speed below which the exponent is not felt."""
+
+
+@dataclass(kw_only=True)
+class DragExponent(Effect):
+    """Change of a drag law's exponent about a typical speed.
+
+    Equation:
+        F_i = -e c_i abs(v_r,i)^p sign(v_r,i) ln(abs(v_r,i) / v_i), the first order of
+        c_i v_i^-e abs(v_r,i)^(p + e).
+
+    Args:
+        exponent: e, change of the exponent [1].
+        power: p, 1 or 2.
+        coefficients: c of the drag, three numbers.
+        speeds: v_i, typical speeds [m/s].
+        medium: of the drag.
+    """
+
+    exponent: float = param(
+        0.0, "1", bounds=(-0.3, 0.3), tolerance=0.05, source="accuracy of power laws"
+    )
+    power: int = 2
+    coefficients: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speeds: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    def constants(self) -> dict[str, Floats]:
+        """Return coefficients, speeds and the power."""
+        import numpy as np
+
+        return {
+            "coefficients": np.array([self.coefficients]),
+            "speeds": np.array([self.speeds]),
+            "power": np.array([[float(self.power)]]),
+        }
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Change of the drag [N]."""
+        xp = namespace(motion.velocity)
+        relative = motion.velocity - medium.velocity
+        size = abs(relative)
+        ratio = xp.clip(size / params["speeds"], _SLOWEST, None)
+        law = relative * xp.where(params["power"] > 1.5, size, 1.0 + 0.0 * size)
+        force = -params["exponent"] * params["coefficients"] * law * xp.log(ratio)
+        return Wrench(force * medium.share, None), memory
+
+
+@dataclass(kw_only=True)
+class SurfaceForce(Effect):
+    """Error of the hydrostatic force while a hull pierces the surface.
+
+    Equation:
+        F = e rho g V 4 s (1 - s) upward at the centre of buoyancy's height, on the origin.
+
+    Args:
+        share: e [1].
+    """
+
+    share: float = param(
+        0.0, "1", bounds=(-0.3, 0.3), tolerance=0.02, source="accuracy of the hull's shape"
+    )
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Change of the lift [N]."""
+        s = medium.submersion
+        weight = medium.density * medium.gravity * motion.body.volume * (4.0 * s * (1.0 - s))
+        return Wrench(motion.up * (params["share"] * weight), None), memory
+
+
+@dataclass(kw_only=True)
+class FreeWrench(Effect):
+    """A constant wrench on the base, body axes: what any force could do.
+
+    Args:
+        force_x: [N].
+        force_y: [N].
+        force_z: [N].
+        torque_x: [N m].
+        torque_y: [N m].
+        torque_z: [N m].
+    """
+
+    force_x: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    force_y: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    force_z: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    torque_x: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    torque_y: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    torque_z: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """The wrench [N, N m]."""
+        still = motion.velocity * as_like(0.0, motion.velocity)
+        return Wrench(params["force"] + still, params["torque"] + still), memory

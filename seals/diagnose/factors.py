@@ -1,0 +1,162 @@
+"""The parameters a diagnosis may move: tolerances of the nominal model, and candidate effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.effects.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factor:
+    """One parameter of the extended model; its value is the change against the nominal model.
+
+    Args:
+        key: ``instance.parameter`` in the extended model.
+        tolerance: 1-sigma of the change that the datasheet admits; 0 when the nominal value is
+            exact.
+        scale: size of a plausible missing effect, the prior width of a candidate.
+        bounds: of the change.
+    """
+
+    key: str
+    tolerance: float = 0.0
+    scale: float = 1.0
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+
+    @property
+    def instance(self) -> str:
+        """Name of the effect's instance."""
+        return self.key.partition(".")[0]
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return self.key.partition(".")[2]
+
+    @property
+    def nudge(self) -> float:
+        """Step of a difference quotient."""
+        size = self.tolerance if self.tolerance > 0.0 else 0.1 * self.scale
+        return 0.02 * size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One effect that may be missing, in one variant.
+
+    Args:
+        name: of the effect in the catalogue.
+        variant: what tells variants apart, for example ``{"rotor": 2}``.
+        keys: factors that are freed, in the order of the reported parameters.
+        reported: name of each key's parameter in the report.
+        free: keys that are freed but not reported.
+        starts: starting values for the keys, one row each; empty for one start at zero.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    reported: tuple[str, ...]
+    variant: Mapping[str, float] = field(default_factory=dict)
+    free: tuple[str, ...] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Name with variant."""
+        parts = [f"{k} {v:g}" for k, v in self.variant.items()]
+        return self.name + (f" ({', '.join(parts)})" if parts else "")
+
+    @property
+    def all_keys(self) -> tuple[str, ...]:
+        """Reported and other freed keys."""
+        return (*self.keys, *self.free)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Library:
+    """Everything a diagnosis of one vehicle may move.
+
+    Args:
+        effects: instances of the extended model by name, all changes zero.
+        factors: parameters by key.
+        candidates: effects that may be missing.
+    """
+
+    effects: Mapping[str, Effect]
+    factors: Mapping[str, Factor]
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def tolerances(self) -> tuple[str, ...]:
+        """Keys of all factors with a tolerance."""
+        return tuple(k for k, f in self.factors.items() if f.tolerance > 0.0)
+
+
+class Collector:
+    """Collects instances, factors and candidates one effect at a time."""
+
+    def __init__(self, effects: Mapping[str, Effect]) -> None:
+        """Start from the nominal model."""
+        self.effects: dict[str, Effect] = dict(effects)
+        self.factors: dict[str, Factor] = {}
+        self.candidates: list[Candidate] = []
+
+    def add(
+        self,
+        instance: str,
+        effect: Effect | None,
+        parameters: Mapping[str, tuple[float, float]],
+        *,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+    ) -> tuple[str, ...]:
+        """Add an instance (None: one of the nominal model) with its factors.
+
+        Args:
+            instance: name in the extended model.
+            effect: with all changes zero.
+            parameters: tolerance and scale of each parameter.
+            bounds: of the changes, where they are limited.
+        """
+        if effect is not None:
+            effect.correction = True
+            self.effects[instance] = effect
+        keys = []
+        for name, (tolerance, scale) in parameters.items():
+            key = f"{instance}.{name}"
+            limits = (bounds or {}).get(name, (-np.inf, np.inf))
+            self.factors[key] = Factor(key=key, tolerance=tolerance, scale=scale, bounds=limits)
+            keys.append(key)
+        return tuple(keys)
+
+    def candidate(
+        self,
+        name: str,
+        keys: Sequence[str],
+        *,
+        reported: Sequence[str] | None = None,
+        variant: Mapping[str, float] | None = None,
+        free: Sequence[str] = (),
+        starts: Sequence[Sequence[float]] = (),
+    ) -> None:
+        """Declare an effect that may be missing."""
+        names = [k.partition(".")[2] for k in keys] if reported is None else reported
+        self.candidates.append(
+            Candidate(
+                name=name,
+                keys=tuple(keys),
+                reported=tuple(names),
+                variant=dict(variant or {}),
+                free=tuple(free),
+                starts=tuple(tuple(s) for s in starts),
+            )
+        )
+
+    def library(self) -> Library:
+        """Return what was collected."""
+        return Library(
+            effects=self.effects, factors=self.factors, candidates=tuple(self.candidates)
+        )

@@ -1,0 +1,207 @@
+"""Fits factors to the windows of a log by damped Gauss-Newton, with priors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.diagnose.factors import Library
+from seals.diagnose.linearise import Dynamics, columns_along, predict
+from seals.diagnose.plant import Plant
+from seals.diagnose.trajectory import Course
+from seals.diagnose.windows import Whitened, Windows
+
+_WIDE = 4.0
+"""Prior width of a freed factor in units of its plausible size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """A fit of some freed factors beside the tolerances.
+
+    Args:
+        freed: keys of the freed factors.
+        keys: of all factors that moved, tolerances first.
+        values: fitted changes by key.
+        cost: whitened misfit and prior penalty.
+        misfit: whitened misfit of every window, shape (W,).
+        normal: normal matrices of the windows, shape (W, p, p).
+        right: right sides at the fitted values, shape (W, p).
+        precision: prior precision of the keys, shape (p,).
+        penalty: prior part of the cost.
+    """
+
+    freed: tuple[str, ...]
+    keys: tuple[str, ...]
+    values: Mapping[str, float]
+    cost: float
+    misfit: Floats
+    normal: Floats
+    right: Floats
+    precision: Floats
+    penalty: float
+
+    @property
+    def covariance(self) -> Floats:
+        """Posterior covariance of the keys, shape (p, p)."""
+        matrix = self.normal.sum(axis=0) + np.diag(self.precision)
+        covariance: Floats = np.linalg.inv(matrix)
+        return covariance
+
+    def spread(self, key: str) -> float:
+        """Posterior 1-sigma of one factor."""
+        k = self.keys.index(key)
+        return float(np.sqrt(self.covariance[k, k]))
+
+
+class Fitter:
+    """Fits any freed factors on one linearisation of a log.
+
+    Args:
+        plant: extended model.
+        course: about which the model is linear.
+        dynamics: derivatives along the course.
+        windows: of the log.
+        at: parameters of the linearisation of the tolerances.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        course: Course,
+        dynamics: Dynamics,
+        windows: Windows,
+        *,
+        at: Mapping[str, float] | None = None,
+    ) -> None:
+        self.plant, self.course, self.dynamics, self.windows = plant, course, dynamics, windows
+        self.library: Library = plant.library
+        self.tolerances = self.library.tolerances
+        self.at = dict(at or {})
+        self.fixed = self.whitened(self.tolerances, self.at)
+        self._square = self.fixed.product(self.fixed)
+
+    def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
+        """Whitened responses of factors at given values."""
+        columns = columns_along(self.plant, self.course, values, keys, self.dynamics)
+        return self.windows.whiten(self.windows.responses(columns))
+
+    def misfit(self, values: Mapping[str, float]) -> Whitened:
+        """Whitened misfit of the model at given values."""
+        prediction = predict(self.plant, self.course, values)
+        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
+
+    def precision(self, keys: Sequence[str], freed: Sequence[str]) -> Floats:
+        """Prior precision of factors: wide when freed, else the datasheet's."""
+        factors = self.library.factors
+        widths = [
+            _WIDE * max(factors[k].scale, factors[k].tolerance)
+            if k in freed
+            else factors[k].tolerance
+            for k in keys
+        ]
+        return 1.0 / np.asarray(widths) ** 2
+
+    def fit(
+        self,
+        freed: Sequence[str],
+        *,
+        start: Mapping[str, float] | None = None,
+        iterations: int = 6,
+        tolerance: float = 0.3,
+    ) -> Fit:
+        """Fit freed factors and all tolerances.
+
+        Args:
+            freed: keys.
+            start: starting values by key.
+            iterations: at most.
+            tolerance: change of the cost at which to stop.
+        """
+        more = [k for k in freed if k not in self.tolerances]
+        keys = (*self.tolerances, *more)
+        precision = self.precision(keys, freed)
+        values = {k: float((start or {}).get(k, 0.0)) for k in keys}
+        best: Fit | None = None
+        damping = 0.0
+        for _ in range(iterations):
+            trial = self._linear(keys, freed, values, precision)
+            if best is None or trial.cost < best.cost:
+                gained = np.inf if best is None else best.cost - trial.cost
+                best, damping = trial, damping * 0.1
+                if gained < tolerance:
+                    break
+            else:
+                damping = max(10.0 * damping, 1e-2)
+                if damping > 1e3:
+                    break
+            values = self._stepped(best, damping)
+        assert best is not None
+        return best
+
+    def _linear(
+        self,
+        keys: Sequence[str],
+        freed: Sequence[str],
+        values: Mapping[str, float],
+        precision: Floats,
+    ) -> Fit:
+        """Misfit and normal equations at given values."""
+        misfit = self.misfit(values)
+        fresh = list(freed)
+        count = len(self.tolerances)
+        total = len(keys)
+        normal = np.zeros((self.windows.count, total, total))
+        right = np.zeros((self.windows.count, total))
+        normal[:, :count, :count] = self._square
+        right[:, :count] = self.fixed.product(misfit)[:, :, 0]
+        if fresh:
+            columns = self.whitened(fresh, values)
+            at = [list(keys).index(k) for k in fresh]
+            cross = self.fixed.product(columns)
+            own = columns.product(columns)
+            for a, i in enumerate(at):
+                normal[:, :count, i] = cross[:, :, a]
+                normal[:, i, :count] = cross[:, :, a]
+                right[:, i] = columns.product(misfit)[:, a, 0]
+            for a, i in enumerate(at):
+                for b, j in enumerate(at):
+                    normal[:, i, j] = own[:, a, b]
+        level = misfit.product(misfit)[:, 0, 0]
+        at_values = np.array([values[k] for k in keys])
+        penalty = float(np.sum(precision * at_values**2))
+        return Fit(
+            freed=tuple(freed),
+            keys=tuple(keys),
+            values=dict(values),
+            cost=float(level.sum()) + penalty,
+            misfit=level,
+            normal=normal,
+            right=right,
+            precision=precision,
+            penalty=penalty,
+        )
+
+    def _stepped(self, fit: Fit, damping: float) -> dict[str, float]:
+        """Values after one damped Gauss-Newton step, inside the bounds."""
+        at = np.array([fit.values[k] for k in fit.keys])
+        matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
+        gradient = fit.right.sum(axis=0) - fit.precision * at
+        matrix = matrix + damping * np.diag(np.diag(matrix))
+        step = solve_scaled(matrix, gradient)
+        out = {}
+        for k, value in zip(fit.keys, at + step, strict=True):
+            low, high = self.library.factors[k].bounds
+            out[k] = float(min(max(value, low), high))
+        return out
+
+
+def solve_scaled(matrix: Floats, right: Floats) -> Floats:
+    """Solve a symmetric positive system after scaling its diagonal to one."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scaled = matrix * scale[:, None] * scale[None, :] + 1e-12 * np.eye(len(scale))
+    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
+    return solved

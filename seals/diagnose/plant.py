@@ -1,0 +1,203 @@
+"""The extended model of a vehicle over the rows of its log: rates and steps for many parameters."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.diagnose.drive import JITTER, respond
+from seals.diagnose.factors import Library
+from seals.diagnose.samples import Samples
+from seals.diagnose.vehicle import Vehicle
+from seals.effects.binding import bind_effects
+from seals.effects.effect import Measure, Timed
+from seals.motion import Inputs, Reading
+from seals.registry import get
+from seals.twin import Rates, Twin, TwinState
+
+Values = Mapping[str, Any]
+"""Changes by factor key: numbers, or arrays over the batch."""
+WAVES = "waves"
+_TIMED = ("command_delay.delay", "rotor_lag.time_constant_change")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """States of the actuators at the start, middle and end of every part of every step.
+
+    Args:
+        at: shape (T, 2 parts + 1, n).
+    """
+
+    at: Floats
+
+
+class Plant:
+    """A vehicle with all factors of its library, evaluated at rows of a log.
+
+    Args:
+        vehicle: nominal model.
+        library: factors and instances.
+        samples: the log.
+        parts: integration steps per row.
+    """
+
+    def __init__(self, vehicle: Vehicle, library: Library, samples: Samples, *, parts: int) -> None:
+        self.vehicle, self.library, self.samples, self.parts = vehicle, library, samples, parts
+        self._nominal = tuple(vehicle.effects)
+        self._drives: dict[tuple[float, float], Drive] = {}
+        self.waves = get("wave", "still").load()()
+        self._airy = get("wave", "airy").load()
+        effects = library.effects
+        self._quiet = {n for n, e in effects.items() if isinstance(e, Measure | Timed)}
+
+    def drive(self, values: Values) -> Drive | None:
+        """States of the actuators under the timing of ``values`` (numbers)."""
+        if not len(self.vehicle.lag):
+            return None
+        delay, lag = (float(values.get(key, 0.0)) for key in _TIMED)
+        key = (delay, lag)
+        if key not in self._drives:
+            self._drives[key] = self._respond(delay, lag)
+        return self._drives[key]
+
+    def _respond(self, delay: float, lag: float) -> Drive:
+        samples, parts = self.samples, 2 * self.parts
+        tau = np.maximum(self.vehicle.lag + lag, 1e-4)
+        at = np.zeros((samples.rows, parts + 1, len(tau)))
+        for first, last in samples.runs:
+            states = respond(
+                samples.command[first:last],
+                samples.step,
+                lag=tau,
+                delay=max(JITTER + delay, 0.0),
+                parts=parts,
+            )
+            at[first:last, :-1] = states
+            at[first : last - 1, -1] = states[1:, 0]
+            at[last - 1, -1] = states[-1, -1]
+        return Drive(at=at)
+
+    def twin(self, values: Values, batch: int) -> Twin:
+        """Twin of the nominal model with the changes of ``values``.
+
+        Args:
+            values: numbers or arrays (batch,) by factor key; factors left out are zero.
+            batch: rows.
+        """
+        used = {key.partition(".")[0] for key in values} - self._quiet
+        chosen = {n: e for n, e in self.library.effects.items() if n in self._nominal or n in used}
+        bound = bind_effects(chosen, self.vehicle.robot.links)
+        given = {k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        waves = self._waves(values, batch)
+        return Twin(
+            self.vehicle.robot,
+            bound,
+            self.vehicle.environment,
+            waves,
+            batch=batch,
+            values=given,
+        )
+
+    def _total(self, key: str, change: Any) -> Any:
+        """Value of a parameter: that of its instance and the change."""
+        name, _, parameter = key.partition(".")
+        nominal = float(getattr(self.library.effects[name], parameter))
+        return nominal + change if np.ndim(change) else float(nominal + change)
+
+    def _waves(self, values: Values, batch: int) -> Any:
+        parts = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{WAVES}.")}
+        if not parts:
+            return self.waves
+        sea = copy.copy(self._airy(amplitude=0.0))
+        for name, value in parts.items():
+            setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
+        return sea
+
+    def inputs(self, rows: Any, drive: Floats | None) -> Inputs:
+        """Inputs at some rows with given states of the actuators."""
+        samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
+        voltage = None if samples.voltage is None else samples.voltage[rows]
+        joint = samples.joint_command[rows] if samples.joint_command.shape[1] else None
+        return Inputs(0.0, torque, drive, voltage, joint)
+
+    def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
+        """Rates at rows of the log (repeats allowed)."""
+        time = self.samples.time[rows][:, None]
+        return twin.rates(state, time, self.inputs(rows, drive))
+
+    def advance(
+        self, twin: Twin, state: TwinState, rows: Any, drive: Drive | None
+    ) -> tuple[TwinState, Rates]:
+        """States one row later, and the rates at the start."""
+        step = self.samples.step / self.parts
+        first: Rates | None = None
+        for part in range(self.parts):
+            time = self.samples.time[rows][:, None] + part * step
+            at = [
+                self.inputs(rows, None if drive is None else drive.at[rows, 2 * part + i])
+                for i in range(3)
+            ]
+            state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]))
+            first = k1 if first is None else first
+        assert first is not None
+        return state, first
+
+    def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
+        """What the inertial sensors report, sensor axes; values are numbers or arrays (N,)."""
+        arm, spin = self.vehicle.imu_position, state.spin
+        force = rates.specific_force
+        if np.any(arm):
+            force = force + np.cross(rates.spin, arm) + np.cross(spin, np.cross(spin, arm))
+        turn = self.vehicle.imu_turn.T
+        reading = Reading(spin @ turn, force @ turn)
+        used = {key.partition(".")[0] for key in values}
+        chosen = {n: e for n, e in self.library.effects.items() if n in used}
+        sensors = {n: e for n, e in chosen.items() if isinstance(e, Measure)}
+        if not sensors:
+            return reading
+        given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
+        like = np.zeros(1)
+        bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
+            given, like, len(state.spin)
+        )
+        for b in sorted(bound.measures, key=lambda b: getattr(b.effect, "order", 0)):
+            reading = b.hooks.measure(reading, b.params)
+        return reading
+
+
+def tiled(state: TwinState, times: int) -> TwinState:
+    """Repeat states, all rows once after the other."""
+    return TwinState(*(np.asfortranarray(np.tile(x, (times, 1))) for x in state))
+
+
+def nonzero(values: Mapping[str, float]) -> dict[str, float]:
+    """Drop changes that are zero."""
+    return {k: v for k, v in values.items() if v != 0.0}
+
+
+def spread(
+    base: Mapping[str, float], nudged: Iterable[tuple[str, float]], rows: int
+) -> dict[str, Any]:
+    """Values of a batch of jobs: every job moves one key by a step from the base.
+
+    Args:
+        base: changes common to all jobs.
+        nudged: key and step of each job.
+        rows: of each job.
+    """
+    jobs = list(nudged)
+    out: dict[str, Array] = {}
+    keys = dict.fromkeys([*base, *(key for key, _ in jobs)])
+    for key in keys:
+        column = np.full(len(jobs), float(base.get(key, 0.0)))
+        for k, (moved, step) in enumerate(jobs):
+            if moved == key:
+                column[k] += step
+        out[key] = np.repeat(column, rows)
+    return out

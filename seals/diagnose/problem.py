@@ -1,0 +1,194 @@
+"""A log made ready: course, linearisation and windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.diagnose.catalogue import library_of
+from seals.diagnose.fit import Fitter
+from seals.diagnose.linearise import dynamics_along, predict
+from seals.diagnose.plant import Plant
+from seals.diagnose.rollout import simulated_course, start_states
+from seals.diagnose.samples import Samples, read_samples
+from seals.diagnose.trajectory import Course, difference, measured_course
+from seals.diagnose.vehicle import Vehicle, read_vehicle
+from seals.diagnose.windows import Windows
+from seals.logs.log import Log
+
+WINDOW = 1.0
+"""Length of a window [s]: about three correlation times of the gusts."""
+_LOOSE = 30.0
+"""Factor on the gusts under which the course is refined: any force may act."""
+_FORGOTTEN = 5.0
+"""Time constants after which an actuator has forgotten its start."""
+GUSTS = 1.3
+"""Factor on the stated level of the gusts, which is good to a factor of two."""
+
+
+_SETTLED = 5e-3
+"""Change of attitude [rad] and velocity [m/s] below which a course has settled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """Everything a diagnosis needs of one log.
+
+    Args:
+        vehicle: nominal model.
+        samples: the log.
+        plant: extended model.
+        fitter: of the nominal linearisation.
+    """
+
+    vehicle: Vehicle
+    samples: Samples
+    plant: Plant
+    fitter: Fitter
+
+
+def prepare(log: Log, *, window: float = WINDOW, gusts: float = GUSTS) -> Problem:
+    """Read a log, find its course, and linearise the model along it.
+
+    Raises:
+        LogError: the log cannot be used.
+    """
+    vehicle = read_vehicle(log.meta)
+    samples = read_samples(log, vehicle)
+    parts = max(1, round(samples.step / 0.01))
+    if vehicle.has_water and not vehicle.commands:
+        parts *= 2
+    if samples.posed:
+        course = measured_course(samples, vehicle)
+    else:
+        course = simulated_course(samples, vehicle, parts=parts)
+    plant = Plant(vehicle, library_of(vehicle, speeds=typical(course)), samples, parts=parts)
+    fitter = linearised(plant, course, {}, window=window, gusts=gusts)
+    if samples.posed:
+        course = refined(plant, course, window=window)
+        fitter = linearised(plant, course, {}, window=window, gusts=gusts)
+    else:
+        fitter = followed(fitter, (), gusts=gusts)
+    return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
+
+
+def linearised(
+    plant: Plant,
+    course: Course,
+    at: Mapping[str, float],
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+) -> Fitter:
+    """Linearise the model along a course and set up the windows."""
+    dynamics = dynamics_along(plant, course, at)
+    windows = Windows(
+        plant.samples,
+        plant.vehicle,
+        course,
+        dynamics,
+        length=window if plant.samples.posed else 1e6,
+        gust=gusts * plant.vehicle.gust,
+        extra=surface_spread(plant, course),
+        stated=None if plant.samples.posed else stated_starts(plant, course),
+        skip=forgotten(plant),
+    )
+    return Fitter(plant, course, dynamics, windows, at=at)
+
+
+def followed(
+    fitter: Fitter, freed: tuple[str, ...], *, gusts: float = GUSTS, rounds: int = 4
+) -> Fitter:
+    """Move a simulated course to the best explanation of the readings and linearise there again."""
+    for _ in range(rounds):
+        fit = fitter.fit(freed, iterations=4)
+        prediction = predict(fitter.plant, fitter.course, fit.values)
+        error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
+        course = fitter.course.moved(error)
+        fitter = linearised(fitter.plant, course, fit.values, gusts=gusts)
+        if np.abs(error[:, 3:9]).max() < _SETTLED:
+            break
+    return fitter
+
+
+def forgotten(plant: Plant) -> int:
+    """Rows after which the actuators' unknown start no longer matters."""
+    lag = plant.vehicle.lag
+    return int(np.ceil(_FORGOTTEN * lag.max() / plant.samples.step)) if len(lag) else 0
+
+
+def typical(course: Course) -> Floats:
+    """Root mean square of the speed along the body axes [m/s], shape (3,)."""
+    speeds: Floats = np.maximum(np.sqrt(np.mean(course.velocity**2, axis=0)), 0.02)
+    return speeds
+
+
+def refined(plant: Plant, course: Course, *, window: float) -> Course:
+    """Course that fits the measurements best when any force may act."""
+    dynamics = dynamics_along(plant, course, {})
+    windows = Windows(
+        plant.samples,
+        plant.vehicle,
+        course,
+        dynamics,
+        length=window,
+        gust=_LOOSE * plant.vehicle.gust,
+        skip=forgotten(plant),
+    )
+    prediction = predict(plant, course, {})
+    error = windows.states(windows.residual(prediction), prediction)
+    return course.moved(error)
+
+
+def surface_spread(plant: Plant, course: Course) -> Floats | None:
+    """Further gusts while the hull pierces the surface: ripple and the shape of the hull."""
+    vehicle = plant.vehicle
+    if not vehicle.has_water or not vehicle.commands:
+        pass
+    hull = vehicle.hull
+    if hull is None or vehicle.environment.water_level is None:
+        return None
+    twin = plant.twin({}, plant.samples.rows)
+    state = course.state(np.arange(plant.samples.rows))
+    from seals.frames import matrix_of
+    from seals.motion import Motion
+
+    rotation = matrix_of(state.quaternion)
+    sample = twin.evaluator.surroundings.sample(
+        Motion(
+            time=plant.samples.time[:, None],
+            position=state.position,
+            rotation=rotation,
+            up=rotation[:, 2, :],
+            velocity=state.velocity,
+            angular_velocity=state.spin,
+            body=twin.body.bodies,
+        )
+    )
+    s = sample.submersion[:, 0] + np.zeros(plant.samples.rows)
+    crossing = 4.0 * s * (1.0 - s)
+    if not crossing.max() > 1e-6:
+        return None
+    density = float(vehicle.environment.water_density or 998.0)
+    weight = density * vehicle.environment.gravity * hull.volume
+    spread = np.zeros((plant.samples.rows, 6))
+    # two per cent of the lift, and as much of the impact pressure on the plan area
+    pressure = 0.5 * density * hull.plan_area * np.sum(state.velocity**2, axis=1)
+    level = crossing * (0.02 * weight + 0.02 * pressure)
+    spread[:, :3] = level[:, None] * np.array([0.3, 0.3, 1.0])
+    spread[:, 3:] = level[:, None] * 0.1 * hull.volume ** (1.0 / 3.0)
+    return spread
+
+
+def stated_starts(plant: Plant, course: Course) -> tuple[Floats, Floats]:
+    """Stated start states against the course, shape (runs, 12), and their 1-sigma, shape (12,)."""
+    vehicle, runs = plant.vehicle, plant.samples.runs
+    stated = start_states(vehicle, len(runs))
+    firsts = np.array([first for first, _ in runs])
+    sigma = vehicle.initial_state[0]["sigma"]
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return difference(stated, course.state(firsts)), spread

@@ -1,0 +1,322 @@
+"""Short windows of a log: what the model leaves unexplained when their start states are free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.diagnose.linearise import Columns, Dynamics, Prediction
+from seals.diagnose.samples import Samples
+from seals.diagnose.trajectory import Course
+from seals.diagnose.vehicle import Vehicle
+from seals.frames import multiply, rotation_vector
+
+_KNOT = 0.35
+"""Spacing of the knots of the gusts in correlation times."""
+_QUANTISED = 1.0 + 1.0 / 48.0
+"""Variance of noise and rounding to half a sigma, in units of the noise alone."""
+
+
+class Windows:
+    """The windows of a log about one course and one linearisation.
+
+    Args:
+        samples: the log.
+        vehicle: noise levels.
+        course: about which the model is linear.
+        dynamics: derivatives along the course.
+        length: of a window [s].
+        gust: levels of unmodelled force and torque [N, N m], shape (2,).
+        extra: further standard deviation of the gusts at every row [N, N m], shape (T, 6).
+        stated: start states of the runs against the course and their 1-sigma, (runs, n) and
+            (n,), when every run is one window; None leaves the start states free.
+        skip: rows left out at the start of every run.
+    """
+
+    def __init__(
+        self,
+        samples: Samples,
+        vehicle: Vehicle,
+        course: Course,
+        dynamics: Dynamics,
+        *,
+        length: float,
+        gust: Floats,
+        extra: Floats | None = None,
+        stated: tuple[Floats, Floats] | None = None,
+        skip: int = 0,
+    ) -> None:
+        self.samples, self.vehicle, self.course = samples, vehicle, course
+        self._stated = stated
+        self.dynamics, self.size = dynamics, course.size
+        self.rows = window_rows(samples, length, skip)
+        self.count, self.length = self.rows.shape
+        self._reference()
+        self._gusts(gust, extra)
+        self._marginal()
+
+    def _reference(self) -> None:
+        """Measured values against the course, weights, and which state component each reads."""
+        course, sigma = self.course, self.vehicle.sigma
+        seen = self.samples.channels
+        values: list[Floats] = []
+        weight: list[Floats] = []
+        self.channel_of: list[str] = []
+        self._reads: list[int | None] = []
+        joints = course.joints.shape[1]
+        level = self.vehicle.environment.water_level or 0.0
+        back = course.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
+        table: dict[str, tuple[int | None, Floats]] = {}
+        if "position" in seen:
+            table["position"] = (0, seen["position"] - course.position)
+        if "orientation" in seen:
+            measured = np.where(np.isfinite(seen["orientation"]), seen["orientation"], back * -1.0)
+            gap = np.isfinite(seen["orientation"][:, :1])
+            turn = rotation_vector(multiply(back, measured))
+            table["orientation"] = (3, np.where(gap, turn, np.nan))
+        if "velocity" in seen:
+            table["velocity"] = (6, seen["velocity"] - course.velocity)
+        if "depth" in seen:
+            table["depth"] = (2, level - seen["depth"][:, :1] - course.position[:, 2:3])
+        if "joint_position" in seen and joints:
+            table["joint_position"] = (12, seen["joint_position"] - course.joints)
+        for name in ("angular_velocity", "specific_force"):
+            if name in seen:
+                table[name] = (None, seen[name])
+        for name, (first, residual) in table.items():
+            spread = sigma[name] * np.sqrt(_QUANTISED)
+            for k in range(residual.shape[1]):
+                column = residual[:, k]
+                good = np.isfinite(column)
+                values.append(np.where(good, column, 0.0))
+                weight.append(np.where(good, 1.0 / spread, 0.0))
+                self.channel_of.append(name)
+                self._reads.append(None if first is None else first + k)
+        self._values = np.stack(values, axis=1)[self.rows]
+        self.weight = np.stack(weight, axis=1)[self.rows]
+        self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
+        self.observed = int(np.count_nonzero(self.weight)) - (self.count * self.size)
+
+    def _gusts(self, gust: Floats, extra: Floats | None) -> None:
+        """Hat functions of the gusts and the inverse of their covariance."""
+        spacing = _KNOT * self.vehicle.gust_time
+        span = (self.length - 1) * self.samples.step
+        knots = max(2, round(span / spacing) + 1)
+        at = np.linspace(0.0, span, knots)
+        time = np.arange(self.length) * self.samples.step
+        self.hats = np.stack([np.interp(time, at, np.eye(knots)[j]) for j in range(knots)], axis=1)
+        decay = np.exp(-np.abs(at[:, None] - at[None, :]) / self.vehicle.gust_time)
+        levels = np.repeat(np.maximum(gust, 1e-9), 3)
+        size = np.broadcast_to(levels, (self.count, knots, 6)).copy()
+        if extra is not None:
+            nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
+            size = np.sqrt(size**2 + extra[self.rows[:, nearest]] ** 2)
+        inverse = np.linalg.inv(decay + 1e-9 * np.eye(knots))
+        # columns run knot by knot within each axis
+        self._knots = knots
+        prior = np.zeros((self.count, 6 * knots, 6 * knots))
+        for axis in range(6):
+            block = slice(axis * knots, (axis + 1) * knots)
+            scale = 1.0 / size[:, :, axis]
+            prior[:, block, block] = scale[:, :, None] * inverse * scale[:, None, :]
+        self._gust_precision = prior
+
+    def _marginal(self) -> None:
+        """Columns of start states and gusts, and the factor of their normal matrix."""
+        n, m = self.size, 6 * self._knots
+        start = np.zeros((self.count, n, n + m))
+        start[:, :, :n] = np.eye(n)
+        kick = self.dynamics.kick[self.rows]
+        feel = self.dynamics.feel[self.rows]
+        mean = 0.5 * (self.hats[1:] + self.hats[:-1])
+
+        def push(k: int) -> Floats:
+            out = np.zeros((self.count, n, n + m))
+            out[:, :, n:] = _outer(kick[:, k], mean[k])
+            return out
+
+        def felt(k: int) -> Floats:
+            out = np.zeros((self.count, 6, n + m))
+            out[:, 3:, n:] = _outer(feel[:, k], self.hats[k])
+            return out
+
+        self._loose = self._run(start, push, felt)
+        normal = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
+        normal[:, n:, n:] += self._gust_precision
+        if self._stated is not None:
+            self.observed += self.count * n
+        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
+        self._scale = scale
+        normal = normal * scale[:, :, None] * scale[:, None, :]
+        normal += 1e-11 * np.eye(n + m)
+        self._factor = np.linalg.cholesky(normal)
+        self._factor_inverse = np.linalg.inv(self._factor)
+
+    def _run(
+        self, start: Floats, push: Callable[[int], Floats], felt: Callable[[int], Floats]
+    ) -> Floats:
+        """Carry state columns through the windows and read them off, whitened.
+
+        Returns:
+            Outputs of all rows and channels, shape (W, K * ny, c).
+        """
+        state = start
+        channels = len(self.channel_of)
+        out = np.empty((self.count, self.length, channels, start.shape[2]))
+        transition = self.dynamics.transition[self.rows]
+        sense = self.dynamics.sense[self.rows]
+        reads = [(i, r) for i, r in enumerate(self._reads) if r is not None]
+        direct = ([i for i, _ in reads], [r for _, r in reads])
+        for k in range(self.length):
+            out[:, k, direct[0]] = state[:, direct[1]]
+            seen = felt(k)
+            spin = state[:, 9:12] + seen[:, :3]
+            force = np.matmul(sense[:, k], state) + seen[:, 3:]
+            for i in self._inertial:
+                axis = self._axis(i)
+                out[:, k, i] = (spin if _gyro(self.channel_of[i]) else force)[:, axis]
+            if k + 1 < self.length:
+                state = np.matmul(transition[:, k], state) + push(k)
+        out *= self.weight[:, :, :, None]
+        flat = out.reshape(self.count, self.length * channels, -1)
+        if self._stated is None:
+            return flat
+        return np.concatenate([flat, start / self._stated[1][:, None]], axis=1)
+
+    def _axis(self, i: int) -> int:
+        """Component of channel column ``i`` within its channel."""
+        return i - self.channel_of.index(self.channel_of[i])
+
+    def residual(self, prediction: Prediction) -> Floats:
+        """Whitened misfit of the model without freedom, shape (W, K * ny)."""
+        defect = prediction.defect[self.rows]
+        reading = prediction.reading[self.rows]
+        start = np.zeros((self.count, self.size, 1))
+        model = self._run(start, lambda k: defect[:, k, :, None], lambda k: reading[:, k, :, None])[
+            :, :, 0
+        ]
+        measured = (self._values * self.weight).reshape(self.count, -1)
+        if self._stated is not None:
+            measured = np.concatenate([measured, self._stated[0] / self._stated[1]], axis=1)
+        misfit: Floats = measured - model
+        return misfit
+
+    def responses(self, columns: Columns) -> Floats:
+        """Whitened outputs by parameters, shape (W, K * ny, p)."""
+        push, reading = columns.push[self.rows], columns.reading[self.rows]
+        start = np.zeros((self.count, self.size, len(columns.keys)))
+        return self._run(start, lambda k: push[:, k], lambda k: reading[:, k])
+
+    def whiten(self, outputs: Floats) -> Whitened:
+        """Outputs with what start states and gusts can absorb of them."""
+        cross = np.matmul(self._loose.transpose(0, 2, 1), outputs) * self._scale[:, :, None]
+        return Whitened(outputs=outputs, absorbed=np.matmul(self._factor_inverse, cross))
+
+    def explained(self, residual: Floats) -> tuple[Floats, Floats]:
+        """Start states and gusts that best explain a misfit.
+
+        Args:
+            residual: shape (W, K * ny).
+
+        Returns:
+            Start state errors (W, n) and the wrench at every row of the windows (W, K, 6).
+        """
+        found = self._coefficients(residual)
+        knots = found[:, self.size :].reshape(self.count, 6, self._knots)
+        wrench = np.einsum("kj,waj->wka", self.hats, knots)
+        return found[:, : self.size], wrench
+
+    def states(self, residual: Floats, prediction: Prediction) -> Floats:
+        """State errors of the best explanation at every row of the log, shape (T, n).
+
+        Rows outside the windows get zeros.
+        """
+        start, wrench = self.explained(residual)
+        defect = prediction.defect[self.rows]
+        transition, kick = self.dynamics.transition[self.rows], self.dynamics.kick[self.rows]
+        error = np.zeros((self.samples.rows, self.size))
+        state = start
+        for k in range(self.length):
+            error[self.rows[:, k]] = state
+            if k + 1 < self.length:
+                mean = 0.5 * (wrench[:, k] + wrench[:, k + 1])
+                pushed = np.einsum("wij,wj->wi", kick[:, k], mean)
+                state = np.einsum("wij,wj->wi", transition[:, k], state) + pushed + defect[:, k]
+        return error
+
+    def leftover(self, residual: Floats) -> Floats:
+        """Misfit that start states and gusts leave, shape (W, K * ny)."""
+        found = self._coefficients(residual)
+        rest: Floats = residual - np.matmul(self._loose, found[:, :, None])[:, :, 0]
+        return rest
+
+    def _coefficients(self, residual: Floats) -> Floats:
+        absorbed = self.whiten(residual[:, :, None]).absorbed
+        back = np.matmul(self._factor_inverse.transpose(0, 2, 1), absorbed)[:, :, 0]
+        found: Floats = back * self._scale
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whitened:
+    """Whitened outputs of the windows and their part along start states and gusts.
+
+    Args:
+        outputs: shape (W, K * ny, c).
+        absorbed: shape (W, q, c).
+    """
+
+    outputs: Floats
+    absorbed: Floats
+
+    def product(self, other: Whitened) -> Floats:
+        """Marginalised inner products with other outputs, shape (W, c, c')."""
+        full = np.matmul(self.outputs.transpose(0, 2, 1), other.outputs)
+        table: Floats = full - np.matmul(self.absorbed.transpose(0, 2, 1), other.absorbed)
+        return table
+
+
+def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
+    """Rows of all windows, of one common size, shape (W, K)."""
+    spans = [(first + skip, last) for first, last in samples.runs]
+    longest = max(last - first for first, last in spans)
+    wanted = max(4, min(round(length / samples.step), longest))
+    pieces = [max(1, round((last - first) / wanted)) for first, last in spans]
+    size = min((last - first) // n for (first, last), n in zip(spans, pieces, strict=True))
+    starts = [
+        first + k * size
+        for (first, last), n in zip(spans, pieces, strict=True)
+        for k in range((last - first) // size)
+    ]
+    return np.asarray(starts, dtype=np.int64)[:, None] + np.arange(size)
+
+
+def _outer(matrix: Floats, weights: Floats) -> Floats:
+    """Columns axis by axis, knot by knot: matrix (W, r, 6) times weights (m,)."""
+    out = matrix[:, :, :, None] * weights
+    return out.reshape(*matrix.shape[:2], -1)
+
+
+def _imu(name: str) -> bool:
+    return name in ("angular_velocity", "specific_force")
+
+
+def _gyro(name: str) -> bool:
+    return name == "angular_velocity"
+
+
+def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:
+    """Mean square of whitened misfits by channel."""
+    channels = len(windows.channel_of)
+    inside = misfit[:, : windows.length * channels]
+    squares = inside.reshape(windows.count, windows.length, channels) ** 2
+    seen = windows.weight > 0.0
+    out: dict[str, float] = {}
+    for name in dict.fromkeys(windows.channel_of):
+        chosen = [i for i, n in enumerate(windows.channel_of) if n == name]
+        out[name] = float(squares[:, :, chosen].sum() / max(1, seen[:, :, chosen].sum()))
+    return out

@@ -1,0 +1,108 @@
+"""Forces that no catalogue holds: what must be answered with "none of these"."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tests.validation.hidden.rotation import Array, to_body
+
+if TYPE_CHECKING:
+    from tests.validation.hidden.forces import Motion
+    from tests.validation.hidden.plant import Plant
+
+CABLE = 900.0  # stiffness of a slung cable per kg of load [N/(m kg)]
+
+
+def absent(actuators: int) -> Plant:
+    """Parameters of every outsider, all of them off."""
+    return {
+        "magnet_gain": np.zeros(()),
+        "magnet_place": np.zeros(3),
+        "magnet_core": np.array(0.5),
+        "sling_mass": np.zeros(()),
+        "sling_length": np.array(0.5),
+        "vortex_gain": np.zeros(()),
+        "vortex_width": np.array(0.2),
+        "cubic": np.zeros(()),
+        "wheel": np.zeros(3),
+        "hum": np.zeros(3),
+        "hum_rate": np.array(10.0),
+        "field": np.zeros(3),
+        "field_edge": np.zeros(()),
+        "stick_band": np.zeros(actuators),
+    }
+
+
+def magnet(plant: Plant, m: Motion) -> Array:
+    """Pull towards a place in the world, fading with the square of the distance; body axes."""
+    away = plant["magnet_place"] - m.place
+    soft = (away**2).sum(0) + plant["magnet_core"] ** 2
+    return to_body(m.turn, plant["magnet_gain"] * away / soft**1.5)
+
+
+def region(plant: Plant, m: Motion) -> Array:
+    """Constant world force beyond a plane x = edge, with a soft border; body axes."""
+    inside = 0.5 * (1.0 + np.tanh((m.place[0] - plant["field_edge"]) / 0.05))
+    return to_body(m.turn, plant["field"] * inside)
+
+
+def cubic(plant: Plant, m: Motion) -> Array:
+    """Drag with the third power of the speed, along the motion."""
+    v = _wetted(m)
+    return -plant["cubic"] * (v**2).sum(0) * v
+
+
+def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
+    """Side force that swings with the shedding phase, square in the speed along x."""
+    v = _wetted(m)
+    size = plant["vortex_gain"] * (v**2).sum(0) * np.sin(phase)
+    fast = np.maximum(np.sqrt(v[0] ** 2 + v[1] ** 2), 1e-6)
+    return np.stack((-size * v[1] / fast, size * v[0] / fast, 0.5 * size))
+
+
+def shedding_rate(plant: Plant, m: Motion) -> Array:
+    """Rate of the shedding phase: Strouhal number 0.2 [rad/s]."""
+    speed = np.sqrt((_wetted(m) ** 2).sum(0))
+    return 2.0 * np.pi * 0.2 * speed / plant["vortex_width"]
+
+
+def wheel(plant: Plant, m: Motion) -> Array:
+    """Torque of a fast wheel inside the body: minus spin x momentum."""
+    h, w = plant["wheel"], m.spin
+    return np.stack((h[1] * w[2] - h[2] * w[1], h[2] * w[0] - h[0] * w[2], h[0] * w[1] - h[1] * w[0]))
+
+
+def hum(plant: Plant, t: Array) -> Array:
+    """Torque of an unbalanced rotating part at a fixed rate."""
+    return plant["hum"] * np.sin(plant["hum_rate"] * t)
+
+
+def sling(plant: Plant, m: Motion, load: Array, speed: Array) -> tuple[Array, Array]:
+    """Cable force on the body (body axes) and acceleration of the slung load (world).
+
+    Args:
+        plant: Parameters.
+        m: Motion of the body.
+        load: Place of the load in the world, (3, n).
+        speed: Its velocity, (3, n).
+    """
+    span = load - m.place
+    length = np.maximum(np.sqrt((span**2).sum(0)), 1e-6)
+    along = span / length
+    slip = (along * (speed - m.world_velocity)).sum(0)
+    stretch = length - plant["sling_length"]
+    mass = plant["sling_mass"]
+    pull = np.maximum(mass * (CABLE * stretch + 12.0 * slip), 0.0) * (stretch > 0.0)
+    hung = mass > 0.0
+    down = np.zeros_like(span)
+    down[2] = -plant["gravity"] * (1.0 - 0.35 * m.wet)
+    calm = 0.15 * speed
+    accel = np.where(hung, down - calm - pull / np.where(hung, mass, 1.0) * along, 0.0)
+    return to_body(m.turn, pull * along), accel
+
+
+def _wetted(m: Motion) -> Array:
+    """Velocity against the medium that matters, air or water."""
+    return m.wet * m.through_water + (1.0 - m.wet) * m.through_air
