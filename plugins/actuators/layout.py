@@ -56,7 +56,7 @@ def vectors(key: str, values: Sequence[Sequence[float]], count: int) -> Floats:
     if not rows or len(rows) not in (1, count) or any(len(row) != 3 for row in rows):
         raise ConfigError(
             f"{key}={rows} is not allowed.\n"
-            f"Allowed: {max(count, 1)} rows of three numbers [x, y, z], one a drive."
+            f"Allowed: rows of three numbers [x, y, z], one for each of {max(count, 1)} drives."
         )
     array = np.asarray(rows, dtype=float)
     if not np.all(np.isfinite(array)):

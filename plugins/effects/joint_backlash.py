@@ -58,7 +58,6 @@ class JointBacklash(Effect):
     )
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
-    twins: ClassVar[tuple[str, ...]] = ("joint_friction",)
 
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""

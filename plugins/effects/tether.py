@@ -54,7 +54,9 @@ class Tether(Effect):
     anchor_x: float = param(0.0, "m", **_PLACE)
     anchor_y: float = param(0.0, "m", **_PLACE)
     anchor_z: float = param(0.0, "m", **_PLACE)
-    length: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.1, source="chosen")
+    length: float = param(
+        0.0, "m", bounds=(0.0, 1e4), tolerance=0.1, source="zero until the cable is stated"
+    )
     stiffness: float = param(
         0.0, "N/m", bounds=(0.0, 1e6), tolerance=0.1, source="zero: no cable unless stated"
     )

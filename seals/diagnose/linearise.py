@@ -76,7 +76,11 @@ def predict(plant: Plant, course: Course, values: Mapping[str, float]) -> Predic
     rows = np.arange(plant.samples.rows)
     state = course.state(rows)
     twin = plant.twin(used, len(rows))
-    after, rates = plant.advance(twin, state, rows, plant.drive(used))
+    drive = plant.drive(used)
+    after, rates = plant.advance(twin, state, rows, drive)
+    if course.joints.shape[1]:
+        # a command reaches the joints after the reading of its row
+        rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
     following = course.state(np.minimum(rows + 1, len(rows) - 1))
     reading = _stacked(plant.reading(state, rates, used))
     return Prediction(defect=difference(after, following), reading=reading)

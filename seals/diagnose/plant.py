@@ -119,17 +119,27 @@ class Plant:
             setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
         return sea
 
-    def inputs(self, rows: Any, drive: Floats | None) -> Inputs:
-        """Inputs at some rows with given states of the actuators."""
+    def inputs(self, rows: Any, drive: Floats | None, *, held: bool = False) -> Inputs:
+        """Inputs at some rows with given states of the actuators.
+
+        Args:
+            rows: of the log.
+            drive: states of the actuators.
+            held: whether the joints still follow the command of the row before.
+        """
         samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
         voltage = None if samples.voltage is None else samples.voltage[rows]
-        joint = samples.joint_command[rows] if samples.joint_command.shape[1] else None
+        joint = None
+        if samples.joint_command.shape[1]:
+            late = 1.0 if held else JITTER / samples.step
+            before = samples.joint_command[np.maximum(rows - 1, 0)]
+            joint = late * before + (1.0 - late) * samples.joint_command[rows]
         return Inputs(0.0, torque, drive, voltage, joint)
 
     def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
         """Rates at rows of the log (repeats allowed)."""
         time = self.samples.time[rows][:, None]
-        return twin.rates(state, time, self.inputs(rows, drive))
+        return twin.rates(state, time, self.inputs(rows, drive, held=True))
 
     def advance(
         self, twin: Twin, state: TwinState, rows: Any, drive: Drive | None

@@ -21,8 +21,12 @@ from seals.logs.log import Log
 
 WINDOW = 1.0
 """Length of a window [s]: about three correlation times of the gusts."""
-_LOOSE = 30.0
-"""Factor on the gusts under which the course is refined: any force may act."""
+_LOOSE, _IMPACT = 0.3, 3.0
+"""Free force, in weights, under which the course is refined, in general and on impact."""
+_ARM = 0.1
+"""Lever of the free torque [m]."""
+_FINE = 0.04
+"""Spacing of the knots of the free force [s]."""
 _FORGOTTEN = 5.0
 """Time constants after which an actuator has forgotten its start."""
 GUSTS = 1.3
@@ -127,20 +131,30 @@ def typical(course: Course) -> Floats:
 
 
 def refined(plant: Plant, course: Course, *, window: float) -> Course:
-    """Course that fits the measurements best when any force may act."""
-    dynamics = dynamics_along(plant, course, {})
-    windows = Windows(
-        plant.samples,
-        plant.vehicle,
-        course,
-        dynamics,
-        length=window,
-        gust=_LOOSE * plant.vehicle.gust,
-        skip=forgotten(plant),
-    )
-    prediction = predict(plant, course, {})
-    error = windows.states(windows.residual(prediction), prediction)
-    return course.moved(error)
+    """Course that fits the pose best when any force may act.
+
+    The accelerometer stays out: its faults must not bend the course.
+    """
+    vehicle = plant.vehicle
+    weight = vehicle.mass * vehicle.environment.gravity
+    impact = vehicle.has_water and not len(vehicle.lag)
+    level = weight * (_IMPACT if impact else _LOOSE)
+    for _ in range(2 if vehicle.has_water else 1):
+        dynamics = dynamics_along(plant, course, {})
+        windows = Windows(
+            plant.samples,
+            vehicle,
+            course,
+            dynamics,
+            length=window,
+            gust=np.array([level, level * _ARM]),
+            skip=forgotten(plant),
+            ignore=("specific_force",),
+            knot=max(_FINE, 1.5 * plant.samples.step),
+        )
+        prediction = predict(plant, course, {})
+        course = course.moved(windows.states(windows.residual(prediction), prediction))
+    return course
 
 
 def surface_spread(plant: Plant, course: Course) -> Floats | None:

@@ -35,6 +35,8 @@ class Windows:
         stated: start states of the runs against the course and their 1-sigma, (runs, n) and
             (n,), when every run is one window; None leaves the start states free.
         skip: rows left out at the start of every run.
+        ignore: channels that are not used.
+        knot: spacing of the knots of the gusts [s]; left out, a third of their correlation time.
     """
 
     def __init__(
@@ -49,8 +51,11 @@ class Windows:
         extra: Floats | None = None,
         stated: tuple[Floats, Floats] | None = None,
         skip: int = 0,
+        ignore: tuple[str, ...] = (),
+        knot: float | None = None,
     ) -> None:
         self.samples, self.vehicle, self.course = samples, vehicle, course
+        self._ignored, self._knot = ignore, knot
         self._stated = stated
         self.dynamics, self.size = dynamics, course.size
         self.rows = window_rows(samples, length, skip)
@@ -93,7 +98,8 @@ class Windows:
                 column = residual[:, k]
                 good = np.isfinite(column)
                 values.append(np.where(good, column, 0.0))
-                weight.append(np.where(good, 1.0 / spread, 0.0))
+                used = good & (name not in self._ignored)
+                weight.append(np.where(used, 1.0 / spread, 0.0))
                 self.channel_of.append(name)
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]
@@ -103,7 +109,7 @@ class Windows:
 
     def _gusts(self, gust: Floats, extra: Floats | None) -> None:
         """Hat functions of the gusts and the inverse of their covariance."""
-        spacing = _KNOT * self.vehicle.gust_time
+        spacing = self._knot or _KNOT * self.vehicle.gust_time
         span = (self.length - 1) * self.samples.step
         knots = max(2, round(span / spacing) + 1)
         at = np.linspace(0.0, span, knots)

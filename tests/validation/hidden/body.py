@@ -1,7 +1,8 @@
 """Rigid body in air and water, integrated in its momentum by the midpoint rule.
 
 State rows: place 0-2, quaternion 3-6, momentum (linear, angular about the origin, body axes, fluid
-included) 7-12, spent charge 13, shedding phase 14, slung load 15-20, actuators 21 onwards.
+included) 7-12, spent charge 13, shedding phase 14, slung load 15-20, entry impulse 21 (true) and 22 (textbook),
+actuators 23 onwards.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from tests.validation.hidden.hull import filling_rate, submerged
 from tests.validation.hidden.plant import Plant
 from tests.validation.hidden.rotation import Array, cross, matrix, rate, to_body, to_world
 
-HEAD = 21
-CHARGE, PHASE, SLING = 13, 14, slice(15, 21)
+HEAD = 23
+CHARGE, PHASE, IMPULSE = 13, 14, slice(21, 23)
 CELL_THICK = 0.012
 
 
@@ -73,17 +74,22 @@ class Body:
     def still(self, place: Array, q: Array, velocity: Array, spin: Array, act: Array) -> Array:
         """State (k, n) of given motion; place, velocity (world) and spin (body) are (3, n)."""
         state = np.zeros((HEAD + self.count, self.size))
-        state[0:3], state[3:7] = place, q / np.sqrt((q**2).sum(0))
-        turn = matrix(state[3:7])
-        wet = self._wet(place, turn, self._zero)[0]
-        nu = np.concatenate((to_body(turn, velocity), spin))
-        stream = self._stream(place, turn, self._zero)[0]
-        mass = self._mass_with(wet)
-        state[7:13] = np.einsum("nij,jn->in", mass, nu)
-        state[7:10] -= wet * self._added[:3] * stream
+        q = q / np.sqrt((q**2).sum(0))
+        state[0:3], state[3:7] = place, q
         state[15:18], state[18:21] = place, velocity
         state[17] -= self.plant["sling_length"]
         state[HEAD:] = act
+        return self.with_motion(state, to_body(matrix(q), velocity), spin, self._zero)
+
+    def with_motion(self, state: Array, velocity: Array, spin: Array, t: Array) -> Array:
+        """The state with the momentum that belongs to a body velocity and spin (3, n)."""
+        state = state.copy()
+        place, turn = state[0:3], matrix(state[3:7])
+        wet = self._wet(place, turn, t)[0]
+        stream = self._stream(place, turn, t)[0]
+        mass = self._mass_with(wet)
+        state[7:13] = np.einsum("nij,jn->in", mass, np.concatenate((velocity, spin)))
+        state[7:10] -= wet * self._added[:3] * stream
         return state
 
     def _wet(self, place: Array, turn: Array, t: Array) -> tuple[Array, Array, Array | None]:
@@ -174,7 +180,7 @@ class Body:
         load: Array = (np.abs(thrust) ** 1.5).mean(0)
         return load
 
-    def _thrusts(self, state: Array, m: Motion) -> tuple[Array, Array]:
+    def thrusts(self, state: Array, m: Motion) -> tuple[Array, Array]:
         """Thrust and reaction torque of each actuator, (na, n) each."""
         plant = self.plant
         act = state[HEAD : HEAD + self.count]
@@ -198,7 +204,7 @@ class Body:
         force = force + to_body(m.turn, self.gust[:3])
         torque = torque + self.gust[3:] + forces.angular(plant, m)
         if self.count:
-            thrust, reaction = self._thrusts(state, m)
+            thrust, reaction = self.thrusts(state, m)
             wrench = (self._mixing * thrust).sum(1)
             force, torque = force + wrench[:3], torque + wrench[3:]
             if self.rotor:
@@ -218,7 +224,9 @@ class Body:
             extra = forces.lift(plant, m)
             force, torque = force + extra[0] + forces.baseline_water(plant, m), torque + extra[1]
             if on["slam"]:
-                force = force + forces.slamming(plant, m)
+                pushes = forces.slamming(plant, m)
+                out[IMPULSE] = pushes
+                force = force + m.turn[2] * pushes[0]
         return self._strange(state, m, t, out, force, torque)
 
     def _strange(

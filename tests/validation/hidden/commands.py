@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tests.validation.hidden.rotation import Array
 
-PAD = 8
+PAD = 16
 
 
 class Commands:
@@ -23,18 +23,28 @@ class Commands:
 
     def __init__(self, rows: int, count: int, logs: int, step: float, jitter: Array) -> None:
         self.values = np.zeros((rows + PAD, logs, count))
+        self.logged = np.zeros((rows + PAD, logs, count))
         self.jitter = jitter
         self.step = step
 
     def begin(self, first: Array) -> None:
         """Hold a command (count, logs) before the first row."""
         self.values[:PAD] = first.T
+        self.logged[:PAD] = first.T
 
     def send(self, row: int, command: Array, band: Array) -> None:
         """Write a row (count, logs); a sticking actuator ignores changes inside its band."""
+        self.logged[row + PAD] = command.T
         held = self.values[row + PAD - 1].T
         stuck = np.abs(command - held) < band
         self.values[row + PAD] = np.where(stuck, held, command).T
+
+    def obeyed(self) -> Commands:
+        """The same commands with every actuator following what was sent."""
+        rows, logs, count = self.logged.shape
+        out = Commands(rows - PAD, count, logs, self.step, self.jitter)
+        out.values = self.logged
+        return out
 
     def arriving(
         self, row: NDArray[np.intp], log: NDArray[np.intp], start: float, end: float, delay: Array

@@ -119,6 +119,7 @@ def windows(
         per_row: Inner steps per row.
     """
     track = _blank(rows + 1, state.shape, body, inner, per_row)
+    track.fine = track.fine[: rows * per_row + 1]
     body.gust = np.zeros((6, body.size))
     delay = body.plant["act_delay"]
     start = first * sent.step

@@ -85,13 +85,15 @@ def spread_drag(plant: Plant, m: Motion) -> tuple[Array, Array]:
     return force.sum(1), torque
 
 
-def slamming(plant: Plant, m: Motion) -> Array:
-    """Entry force along the vertical while the hull fills; skewed against 4 s (1 - s)."""
+def slamming(plant: Plant, m: Motion) -> tuple[Array, Array]:
+    """Upward entry force while the hull fills: the true one, skewed, and the textbook's."""
     sink = -m.world_velocity[2]
     active = (m.filling > 0.0) & (sink > 0.0)
-    shape = 4.0 * m.wet ** plant["slam_shape"] * (1.0 - m.wet)
-    push = 0.5 * plant["density"] * plant["slam"] * plant["slam_area"] * sink**2 * shape
-    return m.turn[2] * np.where(active, push, 0.0)
+    push = 0.5 * plant["density"] * plant["slam"] * plant["slam_area"] * sink**2 * active
+    p = plant["slam_shape"]
+    level = (p + 1.0) * (p + 2.0) / 6.0
+    dry = 4.0 * (1.0 - m.wet)
+    return push * level * dry * m.wet**p, push * dry * m.wet
 
 
 def tether(plant: Plant, m: Motion) -> Array:
@@ -110,10 +112,16 @@ def sag_factor(plant: Plant, voltage: Array) -> Array:
     return 1.0 - plant["sag"] * short * (short / typical + 1e-9) ** (plant["sag_power"] - 1.0)
 
 
+def ground_ratio(plant: Plant, m: Motion, level: float) -> Array:
+    """Radius over four heights of each rotor, (na, n)."""
+    hub = m.place[2] + (m.turn[2][:, None] * plant["act_place"]).sum(0) - level
+    out: Array = plant["rotor_radius"] / (4.0 * np.maximum(hub, 0.02))
+    return out
+
+
 def ground_factor(plant: Plant, m: Motion, level: float) -> Array:
     """Thrust factor of each rotor (na, n) near the ground; the power of R/4h is not quite two."""
-    hub = m.place[2] + (m.turn[2][:, None] * plant["act_place"]).sum(0) - level
-    ratio = plant["rotor_radius"] / (4.0 * np.maximum(hub, 0.02))
+    ratio = ground_ratio(plant, m, level)
     gain = plant["ground_gain"] * 0.1 ** (2.0 - plant["ground_power"])
     return 1.0 / (1.0 - np.minimum(gain * ratio ** plant["ground_power"], 0.6))
 

@@ -106,3 +106,39 @@ def sling(plant: Plant, m: Motion, load: Array, speed: Array) -> tuple[Array, Ar
 def _wetted(m: Motion) -> Array:
     """Velocity against the medium that matters, air or water."""
     return m.wet * m.through_water + (1.0 - m.wet) * m.through_air
+
+
+def draw(name: str, kind: str, rng: np.random.Generator, plant: Plant) -> None:
+    """Switch one outsider on in a plant, about as strong as a clear effect."""
+    heavy = float(plant["mass"])
+    sign = rng.choice([-1.0, 1.0])
+    if name == "magnet":
+        middle = np.array([0.0, 0.0, {"auv": -2.0, "crossing": -0.2, "drop": 0.0}.get(kind, 1.4)])
+        plant["magnet_place"] = middle + rng.uniform(-0.7, 0.7, 3)
+        plant["magnet_gain"] = np.array(heavy * 0.25 * rng.uniform(0.7, 1.3) * sign)
+        plant["magnet_core"] = np.array(rng.uniform(0.3, 0.5))
+    elif name == "slung_mass":
+        plant["sling_mass"] = np.array(heavy * rng.uniform(0.04, 0.07))
+        plant["sling_length"] = np.array(rng.uniform(0.35, 0.7))
+    elif name == "cubic_drag":
+        plant["cubic"] = np.array((0.09 if kind == "quad" else 45.0) * rng.uniform(0.8, 1.3))
+    elif name == "periodic_torque":
+        plant["hum"] = rng.uniform(0.8, 1.4, 3) * plant["inertia"] * sign
+        plant["hum_rate"] = np.array(rng.uniform(8.0, 25.0))
+    elif name == "force_region":
+        heading = rng.uniform(0.0, 2.0 * np.pi)
+        size = heavy * (0.35 if kind != "auv" else 0.12) * rng.uniform(0.8, 1.3)
+        plant["field"] = size * np.array([np.cos(heading), np.sin(heading), 0.0])
+        plant["field_edge"] = np.array(rng.uniform(-0.1, 0.15))
+    elif name == "spinning_wheel":
+        plant["wheel"] = rng.uniform(1.0, 2.5, 3) * plant["inertia"].mean() * sign
+    elif name == "vortex_shedding":
+        plant["vortex_gain"] = np.array(heavy * 0.55 * rng.uniform(0.8, 1.4))
+        plant["vortex_width"] = np.array(rng.uniform(0.08, 0.2))
+    elif name == "sticking_actuator":
+        band = np.zeros(plant["act_place"].shape[1])
+        size = 45.0 if kind != "auv" else 3.5
+        band[rng.integers(band.shape[0])] = size * rng.uniform(0.8, 1.2)
+        plant["stick_band"] = band
+    else:
+        raise KeyError(name)

@@ -151,7 +151,7 @@ def _media(
     plant["hidden_power"] = np.array(rng.uniform(1.92, 2.08))
     plant["hidden_first"] = np.array(rng.uniform(0.96, 1.04))
     plant["hidden_in_water"] = np.array(float(vehicle.water))
-    reach = 0.2 if vehicle.kind == "auv" else 0.12
+    reach = 0.12 if vehicle.kind == "auv" else 0.08
     plant["hidden_span"] = reach * np.linspace(-1.0, 1.0, 5)
     plant["wave"] = np.array([0.0, 1.0, 0.0, rng.uniform(0.0, 6.28), rng.uniform(0.0, 0.1)])
     plant["tether_anchor"], plant["tether_length"] = np.zeros(3), np.array(1.0)

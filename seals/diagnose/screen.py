@@ -1,0 +1,106 @@
+"""The quick look at all candidates: what each would explain if everything were linear."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.diagnose.factors import Candidate
+from seals.diagnose.fit import Fit, Fitter, solve_scaled
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screen:
+    """Normal equations of all factors about one fit.
+
+    Args:
+        keys: of all factors.
+        normal: of every window, shape (W, p, p).
+        right: of every window, shape (W, p).
+        values: about which the equations hold.
+        cost: of the fit.
+        freed: keys freed already.
+    """
+
+    keys: tuple[str, ...]
+    normal: Floats
+    right: Floats
+    values: Mapping[str, float]
+    cost: float
+    freed: tuple[str, ...]
+
+
+def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> Screen:
+    """Linearise further factors about a fit."""
+    more = [k for k in keys if k not in fit.keys]
+    columns = fitter.whitened(more, fit.values)
+    misfit = fitter.misfit(fit.values)
+    count, p = len(fit.keys), len(fit.keys) + len(more)
+    windows = fitter.windows.count
+    normal, right = np.zeros((windows, p, p)), np.zeros((windows, p))
+    normal[:, :count, :count], right[:, :count] = fit.normal, fit.right
+    fixed = _columns_of(fitter, fit)
+    cross = fixed.product(columns)
+    normal[:, :count, count:] = cross
+    normal[:, count:, :count] = cross.transpose(0, 2, 1)
+    normal[:, count:, count:] = columns.product(columns)
+    right[:, count:] = columns.product(misfit)[:, :, 0]
+    return Screen(
+        keys=(*fit.keys, *more),
+        normal=normal,
+        right=right,
+        values={**dict.fromkeys(more, 0.0), **fit.values},
+        cost=fit.cost,
+        freed=fit.freed,
+    )
+
+
+def _columns_of(fitter: Fitter, fit: Fit) -> object:
+    """Whitened responses of the fit's own factors, in its order."""
+    from seals.diagnose.windows import Whitened
+
+    count = len(fitter.tolerances)
+    if len(fit.keys) == count:
+        return fitter.fixed
+    extra = fitter.whitened(fit.keys[count:], fit.values)
+    return Whitened(
+        outputs=np.concatenate([fitter.fixed.outputs, extra.outputs], axis=2),
+        absorbed=np.concatenate([fitter.fixed.absorbed, extra.absorbed], axis=2),
+    )
+
+
+def linear_gain(
+    fitter: Fitter, table: Screen, freed: Sequence[str], windows: Floats | None = None
+) -> tuple[float, dict[str, float]]:
+    """Fall of the cost when factors are freed, and the values reached, to first order.
+
+    Args:
+        fitter: priors.
+        table: linear equations.
+        freed: keys to free beside those already free.
+        windows: numbers of the windows to use; all when left out.
+    """
+    chosen = slice(None) if windows is None else windows
+    use = [
+        i
+        for i, k in enumerate(table.keys)
+        if k in fitter.tolerances or k in table.freed or k in freed
+    ]
+    keys = [table.keys[i] for i in use]
+    precision = fitter.precision(keys, (*table.freed, *freed))
+    at = np.array([table.values[k] for k in keys])
+    matrix = table.normal[chosen].sum(axis=0)[np.ix_(use, use)] + np.diag(precision)
+    gradient = table.right[chosen].sum(axis=0)[use] - precision * at
+    step = solve_scaled(matrix, gradient)
+    before = fitter.precision(keys, table.freed)
+    # freeing a prior already lowers the cost of values that it held
+    relief = float(np.sum((np.where(np.isfinite(before), before, 0.0) - precision) * at**2))
+    return float(step @ gradient) + relief, dict(zip(keys, at + step, strict=True))
+
+
+def candidate_keys(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """All keys of some candidates, once each."""
+    return tuple(dict.fromkeys(k for c in candidates for k in c.all_keys))

@@ -1,0 +1,110 @@
+"""What inertial sensors report, and when; commands and drives that come late."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from seals.effects import Effect, bind_effects
+from seals.motion import Reading, Timing
+from seals.plugins.effects.accelerometer_bias import AccelerometerBias
+from seals.plugins.effects.accelerometer_scale import AccelerometerScale
+from seals.plugins.effects.command_delay import CommandDelay
+from seals.plugins.effects.gyroscope_bias import GyroscopeBias
+from seals.plugins.effects.rotor_lag import RotorLag
+from seals.plugins.effects.sensor_delay import SensorDelay
+from seals.plugins.effects.sensor_misalignment import SensorMisalignment
+
+SPIN, FORCE = np.array([[0.1, 0.2, 0.3]] * 2), np.array([[1.0, -2.0, 9.0]] * 2)
+
+
+def params(effect: Effect, batch: int = 1, **values: Any) -> Any:
+    """Return the parameter arrays of one effect."""
+    given = {f"it.{name}": value for name, value in values.items()}
+    bound = bind_effects({"it": effect}, ["base"]).with_values(given, np.zeros(1), batch)
+    return bound.bound[0].params
+
+
+def measured(effect: Any, batch: int = 1, **values: Any) -> Reading:
+    """Return the reading of two rows after one effect."""
+    found: Reading = effect.measure(Reading(SPIN, FORCE), params(effect, batch, **values))
+    return found
+
+
+def test_a_biased_accelerometer_adds_its_bias() -> None:
+    """The specific force moves by the bias, the angular velocity stays."""
+    found = measured(AccelerometerBias(bias_x=0.5, bias_y=-0.25, bias_z=0.125))
+    assert_array_equal(found.specific_force, [[1.5, -2.25, 9.125]] * 2)
+    assert_array_equal(found.angular_velocity, SPIN)
+
+
+def test_a_wrong_scale_multiplies_each_axis() -> None:
+    """(1 + k) times the true value, axis by axis; the angular velocity stays."""
+    found = measured(AccelerometerScale(scale_x=0.5, scale_z=-0.25))
+    assert_array_equal(found.specific_force, [[1.5, -2.0, 6.75]] * 2)
+    assert_array_equal(found.angular_velocity, SPIN)
+
+
+def test_a_biased_gyroscope_adds_its_bias() -> None:
+    """The angular velocity moves by the bias of its row, the specific force stays."""
+    found = measured(GyroscopeBias(), 2, bias_y=np.array([0.0, 0.5]))
+    assert_allclose(found.angular_velocity, [[0.1, 0.2, 0.3], [0.1, 0.7, 0.3]], rtol=1e-14)
+    assert_array_equal(found.specific_force, FORCE)
+
+
+def test_a_turned_sensor_sees_the_world_turned_back() -> None:
+    """A sensor turned by a quarter about z reads body x as -y, in both readings."""
+    found = measured(SensorMisalignment(rotation_z=0.5 * math.pi))
+    # Exp(r)^T (x, y, z) = (y, -x, z)
+    assert_allclose(found.specific_force, [[-2.0, -1.0, 9.0]] * 2, atol=1e-14)
+    assert_allclose(found.angular_velocity, [[0.2, -0.1, 0.3]] * 2, atol=1e-14)
+
+
+def test_a_small_turn_adds_a_cross_product() -> None:
+    """To first order measured = true - r x true."""
+    turn = np.array([1e-4, -2e-4, 3e-4])
+    effect = SensorMisalignment(rotation_x=turn[0], rotation_y=turn[1], rotation_z=turn[2])
+    found = measured(effect).specific_force
+    assert_allclose(found, FORCE - np.cross(turn, FORCE), atol=1e-6)
+    assert_allclose(np.linalg.norm(found, axis=1), np.linalg.norm(FORCE, axis=1), rtol=1e-14)
+
+
+def test_a_large_turn_is_exact() -> None:
+    """A third of a circle about the diagonal swaps the axes in a ring."""
+    angle = 2.0 * math.pi / 3.0 / math.sqrt(3.0)
+    found = measured(SensorMisalignment(rotation_x=angle, rotation_y=angle, rotation_z=angle))
+    # Exp(r) sends x to y to z to x, its transpose (x, y, z) to (y, z, x)
+    assert_allclose(found.specific_force, [[-2.0, 9.0, 1.0]] * 2, atol=1e-14)
+
+
+def test_the_order_of_the_chain_is_stated() -> None:
+    """Misalignment, then scale, then bias."""
+    assert SensorMisalignment.order < AccelerometerScale.order < AccelerometerBias.order
+    assert GyroscopeBias.order == AccelerometerBias.order
+
+
+@pytest.mark.parametrize(
+    ("effect", "field"),
+    [
+        (RotorLag(time_constant_change=0.03), "lag"),
+        (CommandDelay(delay=0.03), "command_delay"),
+        (SensorDelay(delay=0.03), "sensor_delay"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_late_thing_changes_its_own_timing_alone(effect: Any, field: str) -> None:
+    """Each effect of timing sets one of the three changes."""
+    found: Timing = effect.timing(params(effect))
+    assert_array_equal(getattr(found, field), [[0.03]])
+    others = [name for name in Timing._fields if name != field]
+    assert [getattr(found, name) for name in others] == [0.0, 0.0]
+
+
+def test_delays_of_a_batch_are_columns() -> None:
+    """One delay a row."""
+    found = SensorDelay.timing(params(SensorDelay(), 2, delay=np.array([0.0, 0.02])))
+    assert_array_equal(found.sensor_delay, [[0.0], [0.02]])

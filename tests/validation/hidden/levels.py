@@ -1,0 +1,181 @@
+"""What each level hides in which vehicle, and along which pattern it moves."""
+
+from __future__ import annotations
+
+SENSOR = [
+    "accelerometer_bias",
+    "accelerometer_scale",
+    "gyroscope_bias",
+    "sensor_misalignment",
+    "sensor_delay",
+]
+ROTOR = [
+    "linear_drag",
+    "quadratic_drag",
+    "angular_drag",
+    "wind",
+    "ground_effect",
+    "tether",
+    "payload",
+    "centre_of_gravity",
+    "inertia",
+    "rotor_drag",
+    "thrust_coefficient",
+    "weak_rotor",
+    "rotor_lag",
+    "battery_sag",
+    "command_delay",
+]
+WET = ["quadratic_drag", "angular_drag", "added_mass", "buoyancy", "centre_of_buoyancy"]
+LIBRARY: dict[str, list[str]] = {
+    "quad": ROTOR + SENSOR,
+    "aam": ["payload", "joint_friction", "joint_backlash", "payload", "joint_friction"]
+    + [e for e in ROTOR if e not in {"ground_effect", "tether", "inertia"}]
+    + SENSOR,
+    "auv": [
+        *WET,
+        "linear_drag",
+        "current",
+        "waves",
+        "tether",
+        "payload",
+        "centre_of_gravity",
+        "inertia",
+        "thrust_coefficient",
+        "weak_rotor",
+        "rotor_lag",
+        "command_delay",
+        *SENSOR,
+    ],
+    "drop": [
+        *WET,
+        "slamming",
+        "slamming",
+        "linear_drag",
+        "current",
+        "inertia",
+        "centre_of_gravity",
+        *SENSOR,
+    ],
+    "drop_imu_only": ["slamming", "slamming", "buoyancy", "added_mass", "quadratic_drag"],
+    "crossing": [
+        *WET,
+        "thrust_in_water",
+        "thrust_in_water",
+        "slamming",
+        "current",
+        "payload",
+        "centre_of_gravity",
+        "thrust_coefficient",
+        "weak_rotor",
+        "rotor_lag",
+        "command_delay",
+        *SENSOR,
+    ],
+}
+PATTERN = {"ground_effect": "low", "waves": "shallow"}
+
+OUTSIDE: dict[str, list[str]] = {
+    "quad": [
+        "magnet",
+        "slung_mass",
+        "cubic_drag",
+        "periodic_torque",
+        "force_region",
+        "spinning_wheel",
+        "sticking_actuator",
+    ],
+    "aam": ["magnet", "slung_mass", "force_region", "periodic_torque", "sticking_actuator"],
+    "auv": [
+        "magnet",
+        "slung_mass",
+        "cubic_drag",
+        "periodic_torque",
+        "force_region",
+        "vortex_shedding",
+        "sticking_actuator",
+    ],
+    "drop": ["magnet", "periodic_torque", "spinning_wheel"],
+    "drop_imu_only": ["spinning_wheel", "periodic_torque"],
+    "crossing": ["magnet", "periodic_torque", "force_region", "sticking_actuator"],
+}
+
+# vehicle, pattern, true effect, its twin
+CONFOUNDED = [
+    ("quad", "hover", "payload", "thrust_coefficient"),
+    ("quad", "hover", "thrust_coefficient", "payload"),
+    ("quad", "hover", "accelerometer_scale", "accelerometer_bias"),
+    ("quad", "line", "linear_drag", "quadratic_drag"),
+    ("quad", "line", "linear_drag", "rotor_drag"),
+    ("auv", "line", "linear_drag", "quadratic_drag"),
+    ("auv", "line", "quadratic_drag", "linear_drag"),
+    ("auv", "slow", "buoyancy", "payload"),
+    ("auv", "slow", "payload", "buoyancy"),
+    ("auv", "slow", "centre_of_gravity", "centre_of_buoyancy"),
+    ("auv", "hold", "accelerometer_scale", "accelerometer_bias"),
+]
+# vehicle, pattern, effect that the motion does not show
+UNSEEN = [
+    ("quad", "hover", "linear_drag"),
+    ("quad", "hover", "quadratic_drag"),
+    ("quad", "hover", "inertia"),
+    ("quad", "hover", "rotor_drag"),
+    ("auv", "hold", "added_mass"),
+    ("auv", "hold", "quadratic_drag"),
+    ("auv", "hold", "linear_drag"),
+    ("auv", "hold", "inertia"),
+]
+# pairs that a log does not hold apart, and pairs where one drowns the other
+TOO_CLOSE = [
+    {"payload", "thrust_coefficient"},
+    {"battery_sag", "thrust_coefficient"},
+    {"linear_drag", "rotor_drag"},
+    {"linear_drag", "quadratic_drag"},
+    {"rotor_drag", "quadratic_drag"},
+    {"wind", "tether"},
+    {"centre_of_gravity", "weak_rotor"},
+    {"centre_of_gravity", "centre_of_buoyancy"},
+    {"centre_of_gravity", "payload"},
+    {"buoyancy", "payload"},
+    {"command_delay", "rotor_lag"},
+    {"ground_effect", "thrust_coefficient"},
+    {"ground_effect", "payload"},
+    {"accelerometer_bias", "accelerometer_scale"},
+    {"added_mass", "accelerometer_scale"},
+    {"added_mass", "slamming"},
+    {"buoyancy", "accelerometer_scale"},
+    {"battery_sag", "payload"},
+    {"waves", "current"},
+]
+# share of the clear size that is weak, where a third would still be loud or already lost
+WEAK = {
+    "linear_drag": 0.14,
+    "quadratic_drag": 0.3,
+    "angular_drag": 0.2,
+    "wind": 0.09,
+    "current": 0.08,
+    "slamming": 0.05,
+    "waves": 0.12,
+    "tether": 0.15,
+    "centre_of_gravity": 0.3,
+    "weak_rotor": 0.33,
+    "rotor_drag": 0.12,
+    "battery_sag": 0.15,
+    "rotor_lag": 0.45,
+    "command_delay": 0.3,
+    "sensor_delay": 0.3,
+    "sensor_misalignment": 0.45,
+    "gyroscope_bias": 0.5,
+    "accelerometer_bias": 0.55,
+    "accelerometer_scale": 0.55,
+    "ground_effect": 0.25,
+    "thrust_coefficient": 0.5,
+    "thrust_in_water": 0.5,
+    "payload": 0.35,
+    "inertia": 0.5,
+    "added_mass": 0.45,
+    "buoyancy": 0.5,
+    "centre_of_buoyancy": 0.3,
+    "joint_friction": 0.3,
+    "joint_backlash": 0.25,
+}
