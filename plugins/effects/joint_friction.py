@@ -59,6 +59,7 @@ class JointFriction(Effect):
         0.05, "rad/s", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False
     )
     joint: int = 0
+    stiff: ClassVar[bool] = True
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
 
     @staticmethod

@@ -38,6 +38,7 @@ def library_of(vehicle: Vehicle, *, speeds: Floats) -> Library:
         _drag(made, vehicle, medium, speeds)
     if vehicle.has_water:
         _water(made, vehicle)
+        _waves(made)
     if vehicle.servo:
         _arm(made, vehicle)
     _place(made, vehicle)
@@ -194,6 +195,14 @@ def _water(made: Collector, vehicle: Vehicle) -> None:
     made.add("surface", SurfaceForce(), {"share": (_SURFACE, 0.1)})
     keys = made.add("slamming_change", _effect("slamming"), {"coefficient": (0.0, 1.0)})
     made.candidate("slamming", keys)
+
+
+def _waves(made: Collector) -> None:
+    """Waves belong to the water, not to the effects: they have a name but no instance."""
+    table = {"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0}
+    bounds = {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
+    keys = made.add("waves", None, {k: (0.0, v) for k, v in table.items()}, bounds=bounds)
+    made.candidate("waves", keys)
 
 
 def _arm(made: Collector, vehicle: Vehicle) -> None:

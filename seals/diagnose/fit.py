@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,8 @@ from seals.diagnose.plant import Plant
 from seals.diagnose.trajectory import Course
 from seals.diagnose.windows import Whitened, Windows
 
+_SHARES = (1.0, 0.5, 0.2, 0.05)
+"""Shares of a step that are tried."""
 _WIDE = 4.0
 """Prior width of a freed factor in units of its plausible size."""
 
@@ -91,7 +93,7 @@ class Fitter:
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""
-        prediction = predict(self.plant, self.course, values)
+        prediction = predict(self.plant, self.course, values, delay=self.windows.delay)
         return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def precision(self, keys: Sequence[str], freed: Sequence[str]) -> Floats:
@@ -110,37 +112,71 @@ class Fitter:
         freed: Sequence[str],
         *,
         start: Mapping[str, float] | None = None,
-        iterations: int = 6,
+        iterations: int = 8,
         tolerance: float = 0.3,
     ) -> Fit:
         """Fit freed factors and all tolerances.
 
+        The freed factors move first, with the tolerances eliminated to first order, so that a
+        large effect does not drive them far from where their responses were taken.
+
         Args:
             freed: keys.
-            start: starting values by key.
-            iterations: at most.
+            start: starting values of the freed factors.
+            iterations: at most, in each of the two stages.
             tolerance: change of the cost at which to stop.
         """
         more = [k for k in freed if k not in self.tolerances]
         keys = (*self.tolerances, *more)
         precision = self.precision(keys, freed)
-        values = {k: float((start or {}).get(k, 0.0)) for k in keys}
-        best: Fit | None = None
-        damping = 0.0
+        first = {k: float(self.at.get(k, 0.0)) for k in keys}
+        first |= {k: float(v) for k, v in (start or {}).items() if k in freed}
+        now = self._linear(keys, freed, first, precision)
+        if freed:
+            now = self._descend(now, self._moved, iterations, tolerance, set(freed))
+        return self._descend(now, self._moved, iterations, tolerance, set(keys))
+
+    def start(self, freed: Sequence[str]) -> Fit:
+        """Equations where the tolerances were linearised, nothing fitted."""
+        more = [k for k in freed if k not in self.tolerances]
+        keys = (*self.tolerances, *more)
+        values = {k: float(self.at.get(k, 0.0)) for k in keys}
+        return self._linear(keys, freed, values, self.precision(keys, freed))
+
+    def _descend(
+        self,
+        now: Fit,
+        moved: Callable[[Fit, Floats, float], dict[str, float]],
+        iterations: int,
+        tolerance: float,
+        moving: set[str],
+    ) -> Fit:
+        """Gauss-Newton steps with step halving on the cost less what still frozen keys could do."""
+        frozen = [i for i, k in enumerate(now.keys) if k not in moving]
+        level = now.cost - reserve(now, frozen)
         for _ in range(iterations):
-            trial = self._linear(keys, freed, values, precision)
-            if best is None or trial.cost < best.cost:
-                gained = np.inf if best is None else best.cost - trial.cost
-                best, damping = trial, damping * 0.1
-                if gained < tolerance:
+            step = newton_step(now)
+            step[frozen] = 0.0
+            for share in _SHARES:
+                values = moved(now, step, share)
+                trial = self._linear(now.keys, now.freed, values, now.precision)
+                reached = trial.cost - reserve(trial, frozen)
+                if reached < level:
                     break
             else:
-                damping = max(10.0 * damping, 1e-2)
-                if damping > 1e3:
-                    break
-            values = self._stepped(best, damping)
-        assert best is not None
-        return best
+                return now
+            gained, level, now = level - reached, reached, trial
+            if gained < tolerance:
+                return now
+        return now
+
+    def _moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
+        """Values after a share of a step, inside the bounds."""
+        out = {}
+        for i, key in enumerate(fit.keys):
+            low, high = self.library.factors[key].bounds
+            out[key] = float(min(max(fit.values[key] + share * step[i], low), high))
+        return out
 
     def _linear(
         self,
@@ -185,18 +221,23 @@ class Fitter:
             penalty=penalty,
         )
 
-    def _stepped(self, fit: Fit, damping: float) -> dict[str, float]:
-        """Values after one damped Gauss-Newton step, inside the bounds."""
-        at = np.array([fit.values[k] for k in fit.keys])
-        matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
-        gradient = fit.right.sum(axis=0) - fit.precision * at
-        matrix = matrix + damping * np.diag(np.diag(matrix))
-        step = solve_scaled(matrix, gradient)
-        out = {}
-        for k, value in zip(fit.keys, at + step, strict=True):
-            low, high = self.library.factors[k].bounds
-            out[k] = float(min(max(value, low), high))
-        return out
+
+def newton_step(fit: Fit) -> Floats:
+    """Full Gauss-Newton step of all keys, shape (p,)."""
+    at = np.array([fit.values[k] for k in fit.keys])
+    matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
+    return solve_scaled(matrix, fit.right.sum(axis=0) - fit.precision * at)
+
+
+def reserve(fit: Fit, frozen: Sequence[int]) -> float:
+    """Fall of the cost that some keys alone would still give, to first order."""
+    if not frozen:
+        return 0.0
+    at = np.array([fit.values[fit.keys[i]] for i in frozen])
+    precision = fit.precision[frozen]
+    matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
+    gradient = fit.right.sum(axis=0)[frozen] - precision * at
+    return float(gradient @ solve_scaled(matrix, gradient))
 
 
 def solve_scaled(matrix: Floats, right: Floats) -> Floats:

@@ -70,20 +70,47 @@ class Columns:
     reading: Floats
 
 
-def predict(plant: Plant, course: Course, values: Mapping[str, float]) -> Prediction:
-    """Take one step from every row of the course with the model."""
+def predict(
+    plant: Plant, course: Course, values: Mapping[str, float], *, delay: float = 0.0
+) -> Prediction:
+    """Take one step from every row of the course with the model.
+
+    Args:
+        plant: extended model.
+        course: where the steps start.
+        values: changes by factor key.
+        delay: of the inertial sensors that the windows take care of [s].
+    """
     used = nonzero(values)
     rows = np.arange(plant.samples.rows)
     state = course.state(rows)
-    twin = plant.twin(used, len(rows))
-    drive = plant.drive(used)
-    after, rates = plant.advance(twin, state, rows, drive)
+    drive, torque = plant.drive(used), plant.friction(used, course.rates)
+    following = np.minimum(rows + 1, len(rows) - 1)
+    pair = None if torque is None else (torque, torque[following])
+    twin = plant.twin(used, len(rows), stiff=False)
+    after, rates = plant.advance(twin, state, rows, drive, pair)
     if course.joints.shape[1]:
         # a command reaches the joints after the reading of its row
+        twin = twin if torque is None else plant.twin(used, len(rows))
         rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
-    following = course.state(np.minimum(rows + 1, len(rows) - 1))
     reading = _stacked(plant.reading(state, rates, used))
-    return Prediction(defect=difference(after, following), reading=reading)
+    late = used.get(DELAY, 0.0) - delay
+    if late:
+        reading = _late(plant, reading, late)
+    return Prediction(defect=difference(after, course.state(following)), reading=reading)
+
+
+DELAY = "sensor_delay.delay"
+
+
+def _late(plant: Plant, reading: Floats, delay: float) -> Floats:
+    """Readings as they were a little earlier, run by run."""
+    out = reading.copy()
+    for first, last in plant.samples.runs:
+        time = plant.samples.time[first:last]
+        for k in range(reading.shape[1]):
+            out[first:last, k] = np.interp(time - delay, time, reading[first:last, k])
+    return out
 
 
 def dynamics_along(plant: Plant, course: Course, values: Mapping[str, float]) -> Dynamics:
@@ -93,10 +120,11 @@ def dynamics_along(plant: Plant, course: Course, values: Mapping[str, float]) ->
     size, joints = course.size, course.joints.shape[1]
     moves = [(k, _NUDGE) for k in range(size)]
     count = plant.samples.rows
-    base = _accelerations(plant, course, used, [None])[0]
+    base = _accelerations(plant, course, used, [None], stiff=False)[0]
     slope = np.zeros((count, size, size))
     sense = np.zeros((count, 3, size))
-    moved = _accelerations(plant, course, used, [_shift(size, k, s) for k, s in moves])
+    shifts = [_shift(size, k, s) for k, s in moves]
+    moved = _accelerations(plant, course, used, shifts, stiff=False)
     for (k, step), rates in zip(moves, moved, strict=True):
         change = (rates - base) / step
         slope[:, 6:12, k] = change[:, :6]
@@ -206,6 +234,8 @@ def _accelerations(
     used: Mapping[str, float],
     shifts: Sequence[Floats | None],
     drive: Any = None,
+    *,
+    stiff: bool = True,
 ) -> list[Floats]:
     """Linear, angular acceleration, specific force and joint accelerations for shifted courses.
 
@@ -219,14 +249,10 @@ def _accelerations(
         chosen = shifts[start : start + batch]
         rows = np.tile(np.arange(count), len(chosen))
         state = _shifted(course.state(rows), np.repeat(_dense(chosen, course.size), count, axis=0))
-        twin = plant.twin(_numbers_of(used, len(rows)), len(rows))
+        twin = plant.twin(dict(used), len(rows), stiff=stiff)
         rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
         out += list(_packed(rates).reshape(len(chosen), count, -1))
     return out
-
-
-def _numbers_of(used: Mapping[str, float], batch: int) -> dict[str, Any]:
-    return {k: float(v) for k, v in used.items()}
 
 
 def _dense(shifts: Sequence[Floats | None], size: int) -> Floats:
@@ -273,6 +299,8 @@ def _parameter_changes(
     used: Mapping[str, float],
     jobs: Sequence[tuple[str, float]],
     base: Floats,
+    *,
+    stiff: bool = True,
 ) -> dict[str, Floats]:
     """Derivatives of accelerations and specific force by parameters of laws."""
     count = plant.samples.rows
@@ -282,7 +310,7 @@ def _parameter_changes(
     for start in range(0, len(jobs), batch):
         chosen = jobs[start : start + batch]
         rows = np.tile(np.arange(count), len(chosen))
-        twin = plant.twin(_spread(used, chosen, count), len(rows))
+        twin = plant.twin(_spread(used, chosen, count), len(rows), stiff=stiff)
         state = tiled(course.state(np.arange(count)), len(chosen))
         rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
         packed = _packed(rates).reshape(len(chosen), count, -1)
@@ -308,7 +336,7 @@ def _wrench_columns(
     base: Floats,
 ) -> tuple[Floats, Floats]:
     """Rates of the state error and specific force by a wrench, (T, n, 6) and (T, 3, 6)."""
-    changes = _parameter_changes(plant, course, used, pushes, base)
+    changes = _parameter_changes(plant, course, used, pushes, base, stiff=False)
     count, size, joints = plant.samples.rows, course.size, course.joints.shape[1]
     rate, feel = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
     for i, (key, _) in enumerate(pushes):

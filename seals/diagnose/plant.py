@@ -16,7 +16,7 @@ from seals.diagnose.samples import Samples
 from seals.diagnose.vehicle import Vehicle
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Measure, Timed
-from seals.motion import Inputs, Reading
+from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
 from seals.twin import Rates, Twin, TwinState
 
@@ -54,6 +54,7 @@ class Plant:
         self.waves = get("wave", "still").load()()
         self._airy = get("wave", "airy").load()
         effects = library.effects
+        self._stiff = {n for n, e in effects.items() if e.stiff}
         self._quiet = {n for n, e in effects.items() if isinstance(e, Measure | Timed)}
 
     def drive(self, values: Values) -> Drive | None:
@@ -83,14 +84,17 @@ class Plant:
             at[last - 1, -1] = states[-1, -1]
         return Drive(at=at)
 
-    def twin(self, values: Values, batch: int) -> Twin:
+    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> Twin:
         """Twin of the nominal model with the changes of ``values``.
 
         Args:
             values: numbers or arrays (batch,) by factor key; factors left out are zero.
             batch: rows.
+            stiff: whether effects that are too steep for explicit steps take part.
         """
         used = {key.partition(".")[0] for key in values} - self._quiet
+        if not stiff:
+            used -= self._stiff
         chosen = {n: e for n, e in self.library.effects.items() if n in self._nominal or n in used}
         bound = bind_effects(chosen, self.vehicle.robot.links)
         given = {k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
@@ -142,21 +146,58 @@ class Plant:
         return twin.rates(state, time, self.inputs(rows, drive, held=True))
 
     def advance(
-        self, twin: Twin, state: TwinState, rows: Any, drive: Drive | None
+        self,
+        twin: Twin,
+        state: TwinState,
+        rows: Any,
+        drive: Drive | None,
+        torque: tuple[Floats, Floats] | None = None,
     ) -> tuple[TwinState, Rates]:
-        """States one row later, and the rates at the start."""
+        """States one row later, and the rates at the start.
+
+        Args:
+            twin: of the model.
+            state: at the rows.
+            rows: of the log.
+            drive: states of the actuators.
+            torque: of the joints from outside the twin at the start and the end of the step, each
+                (N, J); None for none.
+        """
         step = self.samples.step / self.parts
         first: Rates | None = None
         for part in range(self.parts):
             time = self.samples.time[rows][:, None] + part * step
-            at = [
-                self.inputs(rows, None if drive is None else drive.at[rows, 2 * part + i])
-                for i in range(3)
-            ]
+            at = []
+            for i in range(3):
+                inputs = self.inputs(rows, None if drive is None else drive.at[rows, 2 * part + i])
+                if torque is not None:
+                    late = (part + 0.5 * i) / self.parts
+                    inputs = inputs._replace(
+                        joint_torque=(1.0 - late) * torque[0] + late * torque[1]
+                    )
+                at.append(inputs)
             state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]))
             first = k1 if first is None else first
         assert first is not None
         return state, first
+
+    def friction(self, values: Values, rates: Floats) -> Floats | None:
+        """Torque of the stiff effects at known joint rates, shape (T, J); None for none."""
+        used = {key.partition(".")[0] for key in values} & self._stiff
+        if not used:
+            return None
+        chosen = {n: self.library.effects[n] for n in used}
+        given = {
+            k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen
+        }
+        bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
+            given, np.zeros(1), len(rates)
+        )
+        joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
+        torque = np.zeros_like(rates)
+        for b in bound.joint_loads:
+            torque = torque + b.hooks.joint_loads(joints, inputs, None, b.params)[0]
+        return torque
 
     def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
         """What the inertial sensors report, sensor axes; values are numbers or arrays (N,)."""

@@ -10,9 +10,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.diagnose.catalogue import library_of
 from seals.diagnose.fit import Fitter
-from seals.diagnose.linearise import dynamics_along, predict
+from seals.diagnose.linearise import DELAY, dynamics_along, predict
 from seals.diagnose.plant import Plant
 from seals.diagnose.rollout import simulated_course, start_states
+from seals.diagnose.rough import surface
 from seals.diagnose.samples import Samples, read_samples
 from seals.diagnose.trajectory import Course, difference, measured_course
 from seals.diagnose.vehicle import Vehicle, read_vehicle
@@ -21,10 +22,16 @@ from seals.logs.log import Log
 
 WINDOW = 1.0
 """Length of a window [s]: about three correlation times of the gusts."""
+LOOSE = 30.0
+"""Factor on the gusts under which any force may act."""
 _LOOSE, _IMPACT = 0.3, 3.0
 """Free force, in weights, under which the course is refined, in general and on impact."""
+_BIASES = (0.1, 1.0)
+"""1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
 _ARM = 0.1
 """Lever of the free torque [m]."""
+_QUICK = 0.05
+"""Spacing of the knots of the gusts where a hull pierces the surface [s]."""
 _FINE = 0.04
 """Spacing of the knots of the free force [s]."""
 _FORGOTTEN = 5.0
@@ -89,6 +96,7 @@ def linearised(
 ) -> Fitter:
     """Linearise the model along a course and set up the windows."""
     dynamics = dynamics_along(plant, course, at)
+    rough = surface(plant, course)
     windows = Windows(
         plant.samples,
         plant.vehicle,
@@ -96,9 +104,12 @@ def linearised(
         dynamics,
         length=window if plant.samples.posed else 1e6,
         gust=gusts * plant.vehicle.gust,
-        extra=surface_spread(plant, course),
+        extra=None if rough is None else rough.push,
+        blur=None if rough is None else rough.blur,
+        knot=None if rough is None else max(_QUICK, 1.5 * plant.samples.step),
         stated=None if plant.samples.posed else stated_starts(plant, course),
         skip=forgotten(plant),
+        delay=at.get(DELAY, 0.0),
     )
     return Fitter(plant, course, dynamics, windows, at=at)
 
@@ -133,7 +144,7 @@ def typical(course: Course) -> Floats:
 def refined(plant: Plant, course: Course, *, window: float) -> Course:
     """Course that fits the pose best when any force may act.
 
-    The accelerometer stays out: its faults must not bend the course.
+    The inertial sensors' biases are free: their faults must not bend the course.
     """
     vehicle = plant.vehicle
     weight = vehicle.mass * vehicle.environment.gravity
@@ -149,52 +160,12 @@ def refined(plant: Plant, course: Course, *, window: float) -> Course:
             length=window,
             gust=np.array([level, level * _ARM]),
             skip=forgotten(plant),
-            ignore=("specific_force",),
+            bias=_BIASES,
             knot=max(_FINE, 1.5 * plant.samples.step),
         )
         prediction = predict(plant, course, {})
         course = course.moved(windows.states(windows.residual(prediction), prediction))
     return course
-
-
-def surface_spread(plant: Plant, course: Course) -> Floats | None:
-    """Further gusts while the hull pierces the surface: ripple and the shape of the hull."""
-    vehicle = plant.vehicle
-    if not vehicle.has_water or not vehicle.commands:
-        pass
-    hull = vehicle.hull
-    if hull is None or vehicle.environment.water_level is None:
-        return None
-    twin = plant.twin({}, plant.samples.rows)
-    state = course.state(np.arange(plant.samples.rows))
-    from seals.frames import matrix_of
-    from seals.motion import Motion
-
-    rotation = matrix_of(state.quaternion)
-    sample = twin.evaluator.surroundings.sample(
-        Motion(
-            time=plant.samples.time[:, None],
-            position=state.position,
-            rotation=rotation,
-            up=rotation[:, 2, :],
-            velocity=state.velocity,
-            angular_velocity=state.spin,
-            body=twin.body.bodies,
-        )
-    )
-    s = sample.submersion[:, 0] + np.zeros(plant.samples.rows)
-    crossing = 4.0 * s * (1.0 - s)
-    if not crossing.max() > 1e-6:
-        return None
-    density = float(vehicle.environment.water_density or 998.0)
-    weight = density * vehicle.environment.gravity * hull.volume
-    spread = np.zeros((plant.samples.rows, 6))
-    # two per cent of the lift, and as much of the impact pressure on the plan area
-    pressure = 0.5 * density * hull.plan_area * np.sum(state.velocity**2, axis=1)
-    level = crossing * (0.02 * weight + 0.02 * pressure)
-    spread[:, :3] = level[:, None] * np.array([0.3, 0.3, 1.0])
-    spread[:, 3:] = level[:, None] * 0.1 * hull.volume ** (1.0 / 3.0)
-    return spread
 
 
 def stated_starts(plant: Plant, course: Course) -> tuple[Floats, Floats]:

@@ -31,11 +31,14 @@ class Windows:
         dynamics: derivatives along the course.
         length: of a window [s].
         gust: levels of unmodelled force and torque [N, N m], shape (2,).
-        extra: further standard deviation of the gusts at every row [N, N m], shape (T, 6).
+        extra: standard deviation of further short pushes at every row [N, N m], shape (T, 6).
+        blur: standard deviation of further errors of the specific force [m/s^2], shape (T,).
         stated: start states of the runs against the course and their 1-sigma, (runs, n) and
             (n,), when every run is one window; None leaves the start states free.
         skip: rows left out at the start of every run.
-        ignore: channels that are not used.
+        bias: 1-sigma of free biases of gyroscope [rad/s] and accelerometer [m/s^2] in every window;
+            None for none.
+        delay: of the inertial sensors, applied to everything they read [s].
         knot: spacing of the knots of the gusts [s]; left out, a third of their correlation time.
     """
 
@@ -49,22 +52,24 @@ class Windows:
         length: float,
         gust: Floats,
         extra: Floats | None = None,
+        blur: Floats | None = None,
         stated: tuple[Floats, Floats] | None = None,
         skip: int = 0,
-        ignore: tuple[str, ...] = (),
+        bias: tuple[float, float] | None = None,
+        delay: float = 0.0,
         knot: float | None = None,
     ) -> None:
         self.samples, self.vehicle, self.course = samples, vehicle, course
-        self._ignored, self._knot = ignore, knot
+        self._bias, self._knot, self.delay = bias, knot, delay
         self._stated = stated
         self.dynamics, self.size = dynamics, course.size
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
-        self._reference()
+        self._reference(blur)
         self._gusts(gust, extra)
         self._marginal()
 
-    def _reference(self) -> None:
+    def _reference(self, blur: Floats | None) -> None:
         """Measured values against the course, weights, and which state component each reads."""
         course, sigma = self.course, self.vehicle.sigma
         seen = self.samples.channels
@@ -93,13 +98,14 @@ class Windows:
             if name in seen:
                 table[name] = (None, seen[name])
         for name, (first, residual) in table.items():
-            spread = sigma[name] * np.sqrt(_QUANTISED)
+            spread = np.full(self.samples.rows, sigma[name] * np.sqrt(_QUANTISED))
+            if name == "specific_force" and blur is not None:
+                spread = np.hypot(spread, blur)
             for k in range(residual.shape[1]):
                 column = residual[:, k]
                 good = np.isfinite(column)
                 values.append(np.where(good, column, 0.0))
-                used = good & (name not in self._ignored)
-                weight.append(np.where(used, 1.0 / spread, 0.0))
+                weight.append(np.where(good, 1.0 / spread, 0.0))
                 self.channel_of.append(name)
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]
@@ -117,48 +123,51 @@ class Windows:
         self.hats = np.stack([np.interp(time, at, np.eye(knots)[j]) for j in range(knots)], axis=1)
         decay = np.exp(-np.abs(at[:, None] - at[None, :]) / self.vehicle.gust_time)
         levels = np.repeat(np.maximum(gust, 1e-9), 3)
-        size = np.broadcast_to(levels, (self.count, knots, 6)).copy()
-        if extra is not None:
-            nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
-            size = np.sqrt(size**2 + extra[self.rows[:, nearest]] ** 2)
-        inverse = np.linalg.inv(decay + 1e-9 * np.eye(knots))
         # columns run knot by knot within each axis
         self._knots = knots
         prior = np.zeros((self.count, 6 * knots, 6 * knots))
+        nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
         for axis in range(6):
             block = slice(axis * knots, (axis + 1) * knots)
-            scale = 1.0 / size[:, :, axis]
-            prior[:, block, block] = scale[:, :, None] * inverse * scale[:, None, :]
+            covariance = np.tile(levels[axis] ** 2 * (decay + 1e-9 * np.eye(knots)), (self.count, 1, 1))
+            if extra is not None:
+                covariance += np.eye(knots) * extra[self.rows[:, nearest], axis][:, None, :] ** 2
+            prior[:, block, block] = np.linalg.inv(covariance)
         self._gust_precision = prior
 
     def _marginal(self) -> None:
         """Columns of start states and gusts, and the factor of their normal matrix."""
         n, m = self.size, 6 * self._knots
-        start = np.zeros((self.count, n, n + m))
+        free = 0 if self._bias is None else 6
+        start = np.zeros((self.count, n, n + m + free))
         start[:, :, :n] = np.eye(n)
         kick = self.dynamics.kick[self.rows]
         feel = self.dynamics.feel[self.rows]
         mean = 0.5 * (self.hats[1:] + self.hats[:-1])
 
         def push(k: int) -> Floats:
-            out = np.zeros((self.count, n, n + m))
-            out[:, :, n:] = _outer(kick[:, k], mean[k])
+            out = np.zeros((self.count, n, n + m + free))
+            out[:, :, n : n + m] = _outer(kick[:, k], mean[k])
             return out
 
         def felt(k: int) -> Floats:
-            out = np.zeros((self.count, 6, n + m))
-            out[:, 3:, n:] = _outer(feel[:, k], self.hats[k])
+            out = np.zeros((self.count, 6, n + m + free))
+            out[:, 3:, n : n + m] = _outer(feel[:, k], self.hats[k])
+            out[:, :, n + m :] = np.eye(6)[:, :free]
             return out
 
         self._loose = self._run(start, push, felt)
         normal = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
-        normal[:, n:, n:] += self._gust_precision
+        normal[:, n : n + m, n : n + m] += self._gust_precision
+        if self._bias is not None:
+            last = range(n + m, n + m + free)
+            normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
         if self._stated is not None:
             self.observed += self.count * n
         scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
         self._scale = scale
         normal = normal * scale[:, :, None] * scale[:, None, :]
-        normal += 1e-11 * np.eye(n + m)
+        normal += 1e-11 * np.eye(n + m + free)
         self._factor = np.linalg.cholesky(normal)
         self._factor_inverse = np.linalg.inv(self._factor)
 
@@ -187,6 +196,11 @@ class Windows:
                 out[:, k, i] = (spin if _gyro(self.channel_of[i]) else force)[:, axis]
             if k + 1 < self.length:
                 state = np.matmul(transition[:, k], state) + push(k)
+        if self.delay:
+            late = _shift(self.length, self.delay / self.samples.step)
+            shape = out[:, :, self._inertial].shape
+            inertial = out[:, :, self._inertial].reshape(shape[0], self.length, -1)
+            out[:, :, self._inertial] = np.matmul(late, inertial).reshape(shape)
         out *= self.weight[:, :, :, None]
         flat = out.reshape(self.count, self.length * channels, -1)
         if self._stated is None:
@@ -232,7 +246,7 @@ class Windows:
             Start state errors (W, n) and the wrench at every row of the windows (W, K, 6).
         """
         found = self._coefficients(residual)
-        knots = found[:, self.size :].reshape(self.count, 6, self._knots)
+        knots = found[:, self.size : self.size + 6 * self._knots].reshape(self.count, 6, self._knots)
         wrench = np.einsum("kj,waj->wka", self.hats, knots)
         return found[:, : self.size], wrench
 
@@ -299,6 +313,17 @@ def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]
         for k in range((last - first) // size)
     ]
     return np.asarray(starts, dtype=np.int64)[:, None] + np.arange(size)
+
+
+def _shift(rows: int, late: float) -> Floats:
+    """Matrix that reads a series ``late`` rows earlier, straight lines between rows and before."""
+    at = np.arange(rows) - late
+    below = np.clip(np.floor(at).astype(int), 0, rows - 2)
+    share = at - below
+    matrix = np.zeros((rows, rows))
+    matrix[np.arange(rows), below] = 1.0 - share
+    matrix[np.arange(rows), below + 1] += share
+    return matrix
 
 
 def _outer(matrix: Floats, weights: Floats) -> Floats:

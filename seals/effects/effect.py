@@ -79,6 +79,9 @@ class Effect:
     twins: ClassVar[tuple[str, ...]] = ()
     """Effects a log may be unable to tell apart from this one."""
 
+    stiff: ClassVar[bool] = False
+    """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
+
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
         return {}

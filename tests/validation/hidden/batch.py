@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.validation.hidden import fly, references, sensors
+from tests.validation.hidden.arm import ArmBody
 from tests.validation.hidden.body import Body
 from tests.validation.hidden.cases import SECONDS, Case
 from tests.validation.hidden.commands import Commands
@@ -17,10 +18,11 @@ from tests.validation.hidden.plant import Plant, stack, take
 from tests.validation.hidden.rotation import Array, exponential, matrix, multiply, to_world
 
 STEP = {"drop": 0.02}
-PER_ROW = {"drop": 40}
+PER_ROW = {"drop": 25}
 PREROLL = 0.6
 WINDOW = 0.5
-CHUNK = 1500
+# windows replayed together: few where every one carries hundreds of cells
+CHUNK = {"drop": 120, "crossing": 120}
 
 
 class Flight:
@@ -45,8 +47,6 @@ class Flight:
         """Equations of motion under given parameters."""
         first = self.cases[0].vehicle
         if first.arm is not None:
-            from tests.validation.hidden.arm import ArmBody
-
             return ArmBody(plant, rotor=True, ground=first.ground, water=False)
         return Body(plant, rotor=first.rotor, ground=first.ground, water=first.water)
 
@@ -120,8 +120,9 @@ class Flight:
         """Differences that the hidden effect makes within windows, into each case's findings."""
         member, first, rows = self.layout()
         kept: dict[str, list[Array]] = {}
-        for low in range(0, member.shape[0], CHUNK):
-            some = slice(low, low + CHUNK)
+        chunk = CHUNK.get(self.kind, 1500)
+        for low in range(0, member.shape[0], chunk):
+            some = slice(low, low + chunk)
             one = self.replay(self.with_it, self.sent, member[some], first[some], rows)
             two = self.replay(self.without, self.sent.obeyed(), member[some], first[some], rows)
             kind = self.cases[0].spec.body

@@ -63,8 +63,10 @@ class Body:
         self._reach = (
             float(np.sqrt((plant["cell_place"] ** 2).sum(0)).max()) + 0.1 if water else 0.0
         )
+        self._swell = 0.02 + float(plant["wave"][0].max()) * 1.2
         self._zero, self._one = np.zeros(self.size), np.ones(self.size)
         self.gust = np.zeros((6, self.size))
+        self.seen: Motion | None = None
 
     def _mass_with(self, wet: Array) -> Array:
         out = self._rigid.copy()
@@ -102,13 +104,19 @@ class Body:
         if height.min() > self._reach:
             return self._zero, shift, None
         cell = self.plant["cell_place"]
+        up = (turn[2][:, None] * cell).sum(0) + height
+        # the surface is worth its cosines only where it may cut a hull
+        near = np.flatnonzero((up.min(0) < self._swell) & (up.max(0) > -self._swell))
         surface: Array | float = 0.0
-        if self._wavy or self._on["ripple"]:
-            x = place[0] + (turn[0][:, None] * cell).sum(0)
-            y = place[1] + (turn[1][:, None] * cell).sum(0)
-            surface = surroundings.elevation(self.plant, x, y, t)
+        if near.size and (self._wavy or self._on["ripple"]):
+            surface = np.zeros_like(up)
+            some = cell[:, :, near]
+            x = place[0, near] + (turn[0][:, None, near] * some).sum(0)
+            y = place[1, near] + (turn[1][:, None, near] * some).sum(0)
+            water = {key: self.plant[key][..., near] for key in ("wave", "ripple", "gravity")}
+            surface[:, near] = surroundings.elevation(water, x, y, t[near])
         wet, centroid, layer = submerged(
-            cell, self.plant["cell_share"], turn, height, surface=surface, thick=CELL_THICK
+            cell, self.plant["cell_share"], up, surface=surface, thick=CELL_THICK
         )
         return wet, centroid + shift, layer
 
@@ -147,6 +155,7 @@ class Body:
         """Rate of the state under actuator commands (na, n)."""
         plant = self.plant
         m, stream, surge = self.motion(state, t)
+        self.seen = m
         out = np.zeros_like(state)
         out[0:3] = m.world_velocity
         out[3:7] = rate(state[3:7], m.spin)
@@ -173,8 +182,10 @@ class Body:
 
     def _load(self, state: Array) -> Array:
         act = state[HEAD : HEAD + self.count]
+        if not self.count:
+            return self._zero
         if not self.rotor:
-            return np.minimum((np.abs(act) / 6.0).mean(0), 4.0)
+            return np.minimum((np.abs(act) / 3.0).mean(0), 4.0)
         # current as the power of the thrust: three halves
         thrust = self.plant["act_gain"] * act * np.abs(act) / self.plant["hover_thrust"]
         load: Array = (np.abs(thrust) ** 1.5).mean(0)
@@ -257,6 +268,11 @@ class Body:
     def commands(self) -> int:
         """Number of commands per row."""
         return self.count
+
+    @property
+    def band(self) -> Array:
+        """Stiction of each command."""
+        return self.plant["stick_band"]
 
     def hold(self, state: Array) -> Array:
         """Commands that keep the actuators where they are."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.validation.hidden import catalogue, levels, outsiders, plant, references, vehicles
+from tests.validation.hidden import catalogue, levels, links, outsiders, plant, references, vehicles
 from tests.validation.hidden.catalogue import Hidden
 from tests.validation.hidden.plant import Plant
 from tests.validation.hidden.rotation import Array, from_angles
@@ -74,6 +74,9 @@ def build(spec: Spec) -> Case:
         speed = references.typical_speed(batch, seconds)[:, 0]
     without = plant.draw(vehicle, rng)
     without["speed"] = speed
+    if vehicle.arm is not None:
+        batch = {k: a[..., None] for k, a in wanted.items()}
+        without["joint_start"] = references.joints(batch, 0.0)[:, 0]
     with_it = dict(without)
     hidden = [_effect(name, spec, vehicle, rng, wanted) for name in spec.effects]
     if spec.level == "out_of_library":
@@ -100,7 +103,7 @@ def _vehicle(spec: Spec, rng: np.random.Generator) -> Vehicle:
     if spec.body == "drop":
         bare = "slamming" in spec.effects or (spec.level == "null" and rng.random() < 0.25)
         return vehicles.drop(rng, with_added_mass=not bare)
-    made: Vehicle = getattr(vehicles, spec.body)(rng)
+    made: Vehicle = links.aam(rng) if spec.body == "aam" else getattr(vehicles, spec.body)(rng)
     return made
 
 

@@ -238,8 +238,10 @@ def tether(v: Vehicle, rng: Rng, f: float, wanted: references.Wanted | None = No
 
 def payload(v: Vehicle, rng: Rng, f: float, place: Array | None = None) -> Hidden:
     """A point mass on the body."""
-    mass = six(f * v.mass * rng.uniform(0.07, 0.12))
-    if place is None:
+    mass = six(f * v.mass * rng.uniform(0.07, 0.12) * (1.0 if v.arm is None else 0.55))
+    if v.arm is not None:
+        place = six(np.array([0.0, 0.0, -v.arm.lengths[2] - rng.uniform(0.0, 0.03)]))
+    elif place is None:
         place = six(np.array([rng.uniform(-0.03, 0.03), rng.uniform(-0.03, 0.03), -0.05]))
     values = {"mass": mass} | {f"position_{a}": float(x) for a, x in zip(XYZ, place, strict=True)}
 
@@ -247,7 +249,8 @@ def payload(v: Vehicle, rng: Rng, f: float, place: Array | None = None) -> Hidde
         plant["payload_mass"] = plant["payload_mass"] + mass
         plant["payload_place"] = np.asarray(place, dtype=float)
 
-    return Hidden("payload", values, [["mass"]], set_in, {"link": "body"})
+    link = "body" if v.arm is None else "link3"
+    return Hidden("payload", values, [["mass"]], set_in, {"link": link})
 
 
 def centre_of_gravity(v: Vehicle, rng: Rng, f: float) -> Hidden:
@@ -359,3 +362,31 @@ def sensor_delay(v: Vehicle, rng: Rng, f: float) -> Hidden:
 def accelerometer_scale_of(value: Array) -> Hidden:
     """Given scale errors of the accelerometer."""
     return _three("accelerometer_scale", "scale", value, "imu_scale", sensor="imu")
+
+
+def joint_friction(v: Vehicle, rng: Rng, f: float) -> Hidden:
+    """Dry friction and grease in one joint."""
+    which = int(rng.integers(3))
+    values = {
+        "joint": float(which + 1),
+        "coulomb": six(f * rng.uniform(0.09, 0.13)),
+        "viscous": six(f * rng.uniform(0.03, 0.07)),
+    }
+
+    def set_in(plant: Plant) -> None:
+        one = np.arange(3) == which
+        plant["hidden_rub"] = plant["hidden_rub"] + one * values["coulomb"]
+        plant["hidden_viscous"] = plant["hidden_viscous"] + one * values["viscous"]
+
+    return Hidden("joint_friction", values, [["coulomb"]], set_in)
+
+
+def joint_backlash(v: Vehicle, rng: Rng, f: float) -> Hidden:
+    """Play between motor and link of one joint."""
+    which = int(rng.integers(3))
+    values = {"joint": float(which + 1), "width": six(f * rng.uniform(0.05, 0.075))}
+
+    def set_in(plant: Plant) -> None:
+        plant["backlash"] = plant["backlash"] + (np.arange(3) == which) * values["width"]
+
+    return Hidden("joint_backlash", values, [["width"]], set_in)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.validation.hidden.references import Wanted, at
+from tests.validation.hidden.arm import centre_of_all
+from tests.validation.hidden.references import Wanted, at, joints
 from tests.validation.hidden.rotation import Array, cross, exponential, matrix, multiply, to_body
 from tests.validation.hidden.vehicles import GRAVITY, WATER, Vehicle
 
@@ -27,6 +28,8 @@ class Controller:
         self._sum = np.zeros((3, len(vehicles)))
         self._turn_sum = np.zeros((3, len(vehicles)))
         self._share = np.stack([_allocation(v) for v in vehicles], axis=-1)
+        self._arms = [v.arm for v in vehicles]
+        self._lean = np.zeros((3, len(vehicles)))
         self._ratio = np.array([v.water_ratio for v in vehicles])
 
     def __call__(
@@ -37,6 +40,13 @@ class Controller:
         velocity = velocity + self._noise(3, 0.004)
         spin = spin + self._noise(3, 0.004)
         q = multiply(q, exponential(self._noise(3, 0.001)))
+        self._lean = np.zeros((3, place.shape[1]))
+        if self.kind == "aam":
+            joint = joints(self.wanted, t)
+            for i, arm in enumerate(self._arms):
+                self._lean[:, i] = centre_of_all(arm, joint[:, i : i + 1])[:, 0]
+            speed = self._rotors(t, place, q, velocity, spin, step)
+            return np.concatenate((speed, joint))
         if self.kind == "auv":
             return self._thrusters(t, place, q, velocity, spin, step)
         return self._rotors(t, place, q, velocity, spin, step)
@@ -74,6 +84,9 @@ class Controller:
         damp = np.array([[13.0], [13.0], [5.0]])
         torque = self._inertia * (stiff * lean + damp * (turning - spin) + self._turn_sum)
         total = (force * turn[:, 2]).sum(0)
+        # thrust through the centre of gravity, which an arm carries about
+        torque[0] += self._lean[1] * total
+        torque[1] -= self._lean[0] * total
         loss = 1.0 + under * (self._ratio - 1.0)
         wrench = np.concatenate((np.maximum(total, 0.0)[None], torque)) / loss
         thrust = (self._share * wrench).sum(1)

@@ -55,9 +55,10 @@ class Gusts:
         return self.value
 
 
-def stepped(body: Any, state: Array, command: Array, t: Array, dt: float) -> Array:
-    """One midpoint step; quaternions are brought back to unit length."""
+def stepped(body: Any, state: Array, command: Array, t: Array, dt: float, seen: Array) -> Array:
+    """One midpoint step, with quaternion, velocity and spin at its start written into (10, n)."""
     middle = state + 0.5 * dt * body.derivative(state, command, t)
+    seen[:4], seen[4:7], seen[7:] = state[3:7], body.seen.velocity, body.seen.spin
     out: Array = state + dt * body.derivative(middle, command, t + 0.5 * dt)
     out[3:7] /= np.sqrt((out[3:7] ** 2).sum(0))
     return out
@@ -87,18 +88,19 @@ def closed_loop(
     delay = body.plant["act_delay"]
     for k in range(rows):
         t = k * step
-        _note(track, k, body, state, t)
+        _note(track, k, body, state)
         if control is not None:
             m = body.motion(state, np.full(n, t))[0]
             wanted = control(t, m.place, state[3:7], m.world_velocity, m.spin, step)
-            sent.send(k, wanted, body.plant["stick_band"])
+            sent.send(k, wanted, body.band)
         for j in range(per_row):
             now = t + j * inner
             if gusts:
                 body.gust = wind.advance()
             command = sent.arriving(every + k, here, j * inner, (j + 1) * inner, delay)
-            state = stepped(body, state, command, np.full(n, now), inner)
-            body.watch(state, track.fine[k * per_row + j + 1], np.full(n, now + inner))
+            seen = track.fine[k * per_row + j]
+            state = stepped(body, state, command, np.full(n, now), inner, seen)
+    body.watch(state, track.fine[rows * per_row], np.full(n, rows * step))
     return track, sent
 
 
@@ -125,14 +127,15 @@ def windows(
     start = first * sent.step
     for k in range(rows + 1):
         t = start + k * sent.step
-        _note(track, k, body, state, t)
+        _note(track, k, body, state)
         if k == rows:
+            body.watch(state, track.fine[k * per_row], t)
             break
         for j in range(per_row):
             now = t + j * inner
             command = sent.arriving(first + k, log, j * inner, (j + 1) * inner, delay)
-            state = stepped(body, state, command, now, inner)
-            body.watch(state, track.fine[k * per_row + j + 1], now + inner)
+            seen = track.fine[k * per_row + j]
+            state = stepped(body, state, command, now, inner, seen)
     return track
 
 
@@ -148,10 +151,8 @@ def _blank(
     )
 
 
-def _note(track: Track, row: int, body: Any, state: Array, t: float | Array) -> None:
+def _note(track: Track, row: int, body: Any, state: Array) -> None:
     track.rows[row] = state
     track.volts[row] = body.voltage(state)
-    if row == 0:
-        body.watch(state, track.fine[0], np.broadcast_to(t, (body.size,)))
 
 

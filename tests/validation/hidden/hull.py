@@ -8,10 +8,11 @@ import numpy as np
 
 from tests.validation.hidden.rotation import Array, cross, matrix, multiply
 
-CELL = 0.012
+# edges of a cell along the part's own axes [m]: fine along the usual vertical, or across a boom
+CELL = {"box": (0.03, 0.03, 0.012), "cylinder": (0.025, 0.025, 0.012), "capsule": (0.012, 0.012, 0.03)}
 
 
-def _local_points(part: dict[str, Any], cell: float) -> tuple[Array, float]:
+def _local_points(part: dict[str, Any], coarse: float) -> tuple[Array, float]:
     """Cell centres (3, k) in the part's own frame and the volume of one cell."""
     size, kind = np.asarray(part["size"], dtype=float), part["type"]
     if kind == "box":
@@ -20,7 +21,8 @@ def _local_points(part: dict[str, Any], cell: float) -> tuple[Array, float]:
         half = np.array([size[0], size[0], size[1] / 2.0])
     else:
         half = np.array([size[0], size[0], size[1] / 2.0 + size[0]])
-    counts = np.maximum(np.ceil(2.0 * half / cell).astype(int), 2)
+    edges = coarse * np.asarray(CELL.get(kind, (0.012, 0.012, 0.012)))
+    counts = np.maximum(np.ceil(2.0 * half / edges).astype(int), 2)
     axes = [h * (2.0 * (np.arange(c) + 0.5) / c - 1.0) for h, c in zip(half, counts, strict=True)]
     points = np.stack([m.ravel() for m in np.meshgrid(*axes, indexing="ij")])
     unit = float(np.prod(2.0 * half / counts))
@@ -33,11 +35,11 @@ def _local_points(part: dict[str, Any], cell: float) -> tuple[Array, float]:
     return points, unit
 
 
-def cells(parts: list[dict[str, Any]], *, cell: float = CELL) -> tuple[Array, Array]:
+def cells(parts: list[dict[str, Any]], *, coarse: float = 1.0) -> tuple[Array, Array]:
     """Cell centres (3, k) in the body and their shares (k,) of the whole volume."""
     places, weights = [], []
     for part in parts:
-        points, unit = _local_points(part, cell)
+        points, unit = _local_points(part, coarse)
         roll, pitch, yaw = part["rpy"]
         turn = matrix(
             multiply(
@@ -57,19 +59,17 @@ def _about(axis: int, angle: float) -> Array:
 
 
 def submerged(
-    place: Array, share: Array, turn: Array, height: Array, *, surface: Array | float, thick: float
+    place: Array, share: Array, up: Array, *, surface: Array | float, thick: float
 ) -> tuple[Array, Array, Array]:
     """Share under water (n,), its centroid (3, n) and the wet layer (k, n) of each case.
 
     Args:
         place: Cell centres in the body, (3, k, n).
         share: Share of the volume in each cell, (k, n).
-        turn: Body to world, (3, 3, n).
-        height: Height of the body origin above the still water, (n,) [m].
+        up: Height of each cell above the still water, (k, n) [m].
         surface: Elevation of the water above each cell, (k, n) or a number [m].
         thick: Height over which a cell fills [m].
     """
-    up = (turn[2][:, None] * place).sum(0) + height
     fill = np.clip((surface - up) / thick + 0.5, 0.0, 1.0)
     wet = share * fill
     total = wet.sum(0)

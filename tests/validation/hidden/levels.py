@@ -30,7 +30,7 @@ WET = ["quadratic_drag", "angular_drag", "added_mass", "buoyancy", "centre_of_bu
 LIBRARY: dict[str, list[str]] = {
     "quad": ROTOR + SENSOR,
     "aam": ["payload", "joint_friction", "joint_backlash", "payload", "joint_friction"]
-    + [e for e in ROTOR if e not in {"ground_effect", "tether", "inertia"}]
+    + [e for e in ROTOR if e not in {"ground_effect", "tether", "inertia", "centre_of_gravity"}]
     + SENSOR,
     "auv": [
         *WET,

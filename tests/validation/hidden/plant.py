@@ -83,6 +83,8 @@ def draw(vehicle: Vehicle, rng: np.random.Generator, *, exact: bool = False) -> 
     off = Deviations(rng, exact=exact)
     plant: Plant = {}
     _body(plant, vehicle, off)
+    if vehicle.arm is not None:
+        vehicle.arm.truth(plant, off, rng)
     _actuators(plant, vehicle, off, rng, exact)
     _media(plant, vehicle, off, rng, exact)
     _hull(plant, vehicle, off, rng, exact)
@@ -167,8 +169,7 @@ def _hull(
     plant["volume"] = vehicle.volume * (1.0 + off("displaced_volume"))
     if not vehicle.primitives:
         return
-    size = 0.03 if vehicle.kind == "auv" else 0.012
-    place, share = cells(vehicle.primitives, cell=size)
+    place, share = cells(vehicle.primitives, coarse=2.0 if vehicle.kind == "auv" else 1.0)
     # the stated volume and centroid rule: scale and shift of the shape
     centre = vehicle.centre_of_buoyancy + off("centre_of_buoyancy", 3)
     plant["cob_shift"], plant["centroid_whole"] = centre - place @ share, centre

@@ -45,7 +45,7 @@ SHAPES: dict[tuple[str, str], dict[str, Any]] = {
     ("quad", "slow"): {"size": [0.12, 0.12, 0.06, 0.05], "period": (9.0, 14.0)},
     ("aam", "sines"): {"size": [0.8, 0.8, 0.42, 1.0], "period": (4.0, 6.0), "steps": 1},
     ("aam", "hover"): {"size": [0.0] * 4},
-    ("auv", "sines"): {"size": [0.55, 0.55, 0.45, 0.9], "period": (6.5, 10.0), "steps": 1},
+    ("auv", "sines"): {"size": [0.62, 0.62, 0.48, 0.95], "period": (6.0, 9.0), "steps": 1},
     ("auv", "shallow"): {"size": [0.5, 0.5, 0.08, 0.6], "period": (6.5, 10.0), "middle": -0.33},
     ("auv", "line"): {"size": [0.0] * 4, "speed": 0.36},
     ("auv", "slow"): {"size": [0.08, 0.0, 0.03, 0.0], "period": (10.0, 16.0)},
@@ -71,6 +71,20 @@ def draw(kind: str, pattern: str, rng: np.random.Generator, seconds: float) -> W
     out["middle"] = np.array([0.0, 0.0, shape.get("middle", middle), 0.0])
     speed = shape.get("speed", 0.0) * rng.uniform(0.85, 1.15)
     out["line"] = np.array([speed, 0.0, 0.0, 0.0])
+    if kind == "aam":
+        moving = 1.0 if pattern == "sines" else 0.0
+        periods = rng.uniform(2.2, 4.5, (3, 2))
+        out["joint_rate"] = 2.0 * np.pi / periods
+        out["joint_size"] = moving * rng.uniform(0.18, 0.38, (3, 2))
+        out["joint_phase"] = rng.uniform(0.0, 2.0 * np.pi, (3, 2))
+        out["joint_middle"] = np.array([0.3, -0.95, -0.25]) + rng.uniform(-0.15, 0.15, 3)
+    return out
+
+
+def joints(wanted: Wanted, t: float) -> Array:
+    """Joint angles (3, n) asked for at a time."""
+    swing = wanted["joint_size"] * np.sin(wanted["joint_rate"] * t + wanted["joint_phase"])
+    out: Array = wanted["joint_middle"] + swing.sum(1)
     return out
 
 

@@ -69,7 +69,8 @@ def _around(rng: np.random.Generator, low: float, high: float) -> float:
     return float(rng.uniform(low, high))
 
 
-def _rotors(rng: np.random.Generator, mass: float, arm: float, height: float) -> dict[str, Any]:
+def rotors(rng: np.random.Generator, mass: float, arm: float, height: float) -> dict[str, Any]:
+    """Fields of four rotors that hover at 440 to 615 rad/s."""
     hover = _around(rng, 440.0, 615.0)
     thrust = mass * GRAVITY / 4.0 / hover**2
     return {
@@ -86,7 +87,8 @@ def _rotors(rng: np.random.Generator, mass: float, arm: float, height: float) ->
     }
 
 
-def _air(rng: np.random.Generator) -> dict[str, Any]:
+def air(rng: np.random.Generator) -> dict[str, Any]:
+    """Fields of the drag in air."""
     x = _around(rng, 0.2, 0.4)
     out: dict[str, Any] = {
         "air_linear": six([x, x * _around(rng, 0.93, 1.07), _around(rng, 0.2, 0.4)])
@@ -111,8 +113,8 @@ def quad(rng: np.random.Generator) -> Vehicle:
         ground=0.0,
         gust_force=six(0.018 * mass),
         gust_torque=six(0.0002 * mass),
-        **_rotors(rng, mass, arm, _around(rng, 0.0, 0.04)),
-        **_air(rng),
+        **rotors(rng, mass, arm, _around(rng, 0.0, 0.04)),
+        **air(rng),
     )
 
 
@@ -121,7 +123,7 @@ def crossing(rng: np.random.Generator) -> Vehicle:
     mass, arm = six(_around(rng, 1.5, 2.2)), _around(rng, 0.12, 0.135)
     xx = mass * arm**2 * _around(rng, 0.32, 0.42)
     yy = xx * _around(rng, 1.0, 1.1)
-    rotors = _rotors(rng, mass, arm, _around(rng, 0.0, 0.04))
+    lift = rotors(rng, mass, arm, _around(rng, 0.0, 0.04))
     inertia = six([xx, yy, (xx + yy) * _around(rng, 0.78, 0.92)])
     spin, turn = _around(rng, 0.05, 0.07), _around(rng, 0.05, 0.07)
     boom = arm * 2.0 * np.sqrt(2.0) * _around(rng, 0.98, 1.02)
@@ -160,7 +162,7 @@ def crossing(rng: np.random.Generator) -> Vehicle:
         bottom=-3.0,
         gust_force=six(0.02 * mass),
         gust_torque=six(0.0003 * mass),
-        **rotors,
+        **lift,
     )
 
 

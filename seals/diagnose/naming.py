@@ -1,0 +1,179 @@
+"""The search: which effects, alone or together, explain what the nominal model leaves over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.diagnose.factors import Candidate
+from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
+from seals.diagnose.problem import Problem, followed, linearised
+from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
+from seals.diagnose.special import special_starts
+
+SURVIVORS = 7
+"""Candidates that are fitted in full after the quick look."""
+_NEAR = 12.0
+"""Fall of the linear gain within which a candidate survives in any case."""
+THRESHOLD = 12.0
+"""Score above which an effect is taken to be there."""
+MOST = 3
+"""Effects that are looked for at most."""
+_LOUD = 100.0
+"""Score above which a fit is repeated on a linearisation of its own."""
+_SETTLED = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """What was tried.
+
+    Args:
+        nominal: the model as it is.
+        best: the model that was chosen, the nominal one when no effect stands out.
+        rounds: hypotheses of every round, best first.
+    """
+
+    nominal: Hypothesis
+    best: Hypothesis
+    rounds: tuple[tuple[Hypothesis, ...], ...] = field(default=())
+
+
+def search(problem: Problem, *, threshold: float = THRESHOLD) -> Search:
+    """Add effects one at a time while they pay, then see whether any can be exchanged."""
+    fitter = problem.fitter
+    fit = fitter.fit(())
+    nominal = Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+    best, rounds = nominal, []
+    for _ in range(MOST):
+        tried = extensions(problem, nominal, best)
+        rounds.append(tried)
+        if not tried or tried[0].score < best.score + threshold:
+            break
+        best = tried[0]
+        if len(best.candidates) > 1:
+            best = exchanged(problem, nominal, best, rounds[0])
+    return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+
+
+def extensions(
+    problem: Problem, nominal: Hypothesis, base: Hypothesis
+) -> tuple[Hypothesis, ...]:
+    """All models with one effect more than ``base``, best first."""
+    library = problem.plant.library
+    taken = {c.label for c in base.candidates}
+    families = {c.name for c in base.candidates}
+    candidates = [
+        c for c in library.candidates if c.label not in taken and c.name not in families
+    ]
+    starts = special_starts(problem, base)
+    regular = [c for c in candidates if c.name not in _SPECIAL]
+    table, first = quick_look(base, regular)
+    out: list[Hypothesis] = []
+    for candidate, values in first:
+        begin = [values, *_starts_of(candidate, base)]
+        out.append(fitted(problem, nominal, base, candidate, begin))
+    for candidate in candidates:
+        if candidate.name in _SPECIAL and starts.get(candidate.name):
+            out.append(fitted(problem, nominal, base, candidate, starts[candidate.name]))
+    out.sort(key=lambda h: -h.score)
+    return tuple(polished(problem, nominal, out))
+
+
+_SPECIAL = ("tether", "waves")
+
+
+def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:
+    given = {k: base.fit.values[k] for k in base.fit.freed}
+    return [given | dict(zip(candidate.all_keys, s, strict=False)) for s in candidate.starts]
+
+
+def quick_look(
+    base: Hypothesis, candidates: Sequence[Candidate]
+) -> tuple[Screen, list[tuple[Candidate, dict[str, float]]]]:
+    """Candidates that survive a linear look about the point of linearisation, with first values."""
+    fitter, freed = base.fitter, base.fit.freed
+    about = fitter.start(freed) if not freed else base.fit
+    table = screen(fitter, about, candidate_keys(candidates))
+    ranked = []
+    for candidate in candidates:
+        gain, values = linear_gain(fitter, table, candidate.all_keys)
+        keys = (*freed, *candidate.all_keys)
+        ranked.append((gain, candidate, {k: values[k] for k in keys if k in values}))
+    ranked.sort(key=lambda r: -r[0])
+    top = ranked[0][0] if ranked else 0.0
+    kept = [
+        (c, v)
+        for i, (g, c, v) in enumerate(ranked)
+        if i < SURVIVORS or (g > top - _NEAR and i < 2 * SURVIVORS)
+    ]
+    return table, kept
+
+
+def fitted(
+    problem: Problem,
+    nominal: Hypothesis,
+    base: Hypothesis,
+    candidate: Candidate,
+    starts: Sequence[Mapping[str, float]],
+) -> Hypothesis:
+    """Fit one effect beside those of ``base``."""
+    candidates = (*base.candidates, candidate)
+    keys = keys_of(candidates)
+    fits = [base.fitter.fit(keys, start=start) for start in starts]
+    best = min(fits, key=lambda f: f.cost)
+    return scored(candidates, best, base.fitter, nominal.fit)
+
+
+def polished(
+    problem: Problem, nominal: Hypothesis, tried: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Repeat the loud fits at the top where their own linearisation holds."""
+    out = list(tried)
+    for i, hypothesis in enumerate(out[:3]):
+        if hypothesis.score > _LOUD:
+            out[i] = relinearised(problem, nominal, hypothesis)
+    return sorted(out, key=lambda h: -h.score)
+
+
+def relinearised(
+    problem: Problem, nominal: Hypothesis, hypothesis: Hypothesis, *, rounds: int = 3
+) -> Hypothesis:
+    """Fit a hypothesis again about its own values."""
+    keys = hypothesis.fit.freed
+    fit, fitter = hypothesis.fit, hypothesis.fitter
+    for _ in range(rounds):
+        at = dict(fit.values)
+        if problem.samples.posed:
+            fitter = linearised(problem.plant, fitter.course, at)
+        else:
+            fitter = followed(fitter, keys, rounds=2)
+        before, fit = fit, fitter.fit(keys, start=fit.values)
+        if abs(before.cost - fit.cost) < _SETTLED:
+            break
+    return scored(hypothesis.candidates, fit, fitter, nominal.fit)
+
+
+def exchanged(
+    problem: Problem,
+    nominal: Hypothesis,
+    best: Hypothesis,
+    singles: Sequence[Hypothesis],
+) -> Hypothesis:
+    """Try other effects in place of each one that was found."""
+    for k in range(len(best.candidates) - 1):
+        others = best.candidates[:k] + best.candidates[k + 1 :]
+        for single in singles[:5]:
+            candidate = single.candidates[-1]
+            if candidate.name in {c.name for c in best.candidates}:
+                continue
+            values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
+            keys = keys_of((*others, candidate))
+            fit = best.fitter.fit(keys, start={x: values[x] for x in keys})
+            rival = scored((*others, candidate), fit, best.fitter, nominal.fit)
+            if rival.score > best.score + 1.0:
+                best = rival
+    return best
