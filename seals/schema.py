@@ -7,6 +7,7 @@ read the metadata written here.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -76,6 +77,11 @@ def param(
 
 def parameters_of(plugin: type | object) -> dict[str, Parameter]:
     """Return the physical parameters of a plug-in class or object, by field name, in order."""
+    return dict(_declared(plugin if isinstance(plugin, type) else type(plugin)))
+
+
+@functools.cache
+def _declared(plugin: type) -> Mapping[str, Parameter]:
     fields = dataclasses.fields(cast(Any, plugin))
     return {f.name: f.metadata[_KEY] for f in fields if _KEY in f.metadata}
 

@@ -85,7 +85,8 @@ def _rigid(made: Collector, vehicle: Vehicle) -> None:
             free = {"position_z": (0.0, 0.03)}
         name = f"payload_{link}"
         keys = made.add(name, _effect("payload", **options), {**size, **free}, bounds=bounds)
-        made.candidate("payload", keys[:1], variant={"link": k}, free=keys[1:])
+        starts = [(s * vehicle.mass, 0.0) for s in (0.03, 0.06, 0.12)] if k else []
+        made.candidate("payload", keys[:1], variant={"link": k}, free=keys[1:], starts=starts)
 
 
 def _actuators(made: Collector, vehicle: Vehicle) -> None:
@@ -217,7 +218,8 @@ def _arm(made: Collector, vehicle: Vehicle) -> None:
         made.add(f"mass_{link}", effect, {"mass": (spread, float(robot.mass[k]))})
         friction = _effect("joint_friction", joint=k)
         table = {"coulomb": (tol.get("joint_friction", 0.0), 0.05), "viscous": (0.0, 0.05)}
-        keys = made.add(f"joint_friction_{k}", friction, table)
+        low = {"coulomb": (0.0, np.inf), "viscous": (0.0, np.inf)}
+        keys = made.add(f"joint_friction_{k}", friction, table, bounds=low)
         made.candidate("joint_friction", keys, variant={"joint": k})
         slack = _effect("joint_backlash", joint=k, kp=kp)
         keys = made.add(

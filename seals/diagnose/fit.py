@@ -133,8 +133,12 @@ class Fitter:
         first |= {k: float(v) for k, v in (start or {}).items() if k in freed}
         now = self._linear(keys, freed, first, precision)
         if freed:
-            now = self._descend(now, self._moved, iterations, tolerance, set(freed))
-        return self._descend(now, self._moved, iterations, tolerance, set(keys))
+            now = self._descend(now, iterations, tolerance, set(freed))
+        return self._descend(now, iterations, tolerance, set(keys))
+
+    def again(self, fit: Fit) -> Fit:
+        """Misfit and equations of another fitter's fit in these windows."""
+        return self._linear(fit.keys, fit.freed, fit.values, fit.precision)
 
     def start(self, freed: Sequence[str]) -> Fit:
         """Equations where the tolerances were linearised, nothing fitted."""
@@ -144,22 +148,20 @@ class Fitter:
         return self._linear(keys, freed, values, self.precision(keys, freed))
 
     def _descend(
-        self,
-        now: Fit,
-        moved: Callable[[Fit, Floats, float], dict[str, float]],
-        iterations: int,
-        tolerance: float,
-        moving: set[str],
+        self, now: Fit, iterations: int, tolerance: float, moving: set[str]
     ) -> Fit:
         """Gauss-Newton steps with step halving on the cost less what still frozen keys could do."""
         frozen = [i for i, k in enumerate(now.keys) if k not in moving]
         level = now.cost - reserve(now, frozen)
         for _ in range(iterations):
-            step = newton_step(now)
+            step, promised = newton_step(now)
+            if promised - reserve(now, frozen) < tolerance:
+                return now
             step[frozen] = 0.0
             for share in _SHARES:
-                values = moved(now, step, share)
-                trial = self._linear(now.keys, now.freed, values, now.precision)
+                trial = self._linear(
+                    now.keys, now.freed, self._moved(now, step, share), now.precision
+                )
                 reached = trial.cost - reserve(trial, frozen)
                 if reached < level:
                     break
@@ -222,11 +224,13 @@ class Fitter:
         )
 
 
-def newton_step(fit: Fit) -> Floats:
-    """Full Gauss-Newton step of all keys, shape (p,)."""
+def newton_step(fit: Fit) -> tuple[Floats, float]:
+    """Full Gauss-Newton step of all keys, shape (p,), and the fall of the cost it promises."""
     at = np.array([fit.values[k] for k in fit.keys])
     matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
-    return solve_scaled(matrix, fit.right.sum(axis=0) - fit.precision * at)
+    gradient = fit.right.sum(axis=0) - fit.precision * at
+    step = solve_scaled(matrix, gradient)
+    return step, float(step @ gradient)
 
 
 def reserve(fit: Fit, frozen: Sequence[int]) -> float:

@@ -174,11 +174,8 @@ def columns_along(
         joints = course.joints.shape[1]
         rate[:, 6:12], rate[:, 12 + joints :] = change[:, :6], change[:, 9:]
         push[:, :, i] = np.matmul(integral, _average(rate)[:, :, None])[:, :, 0]
-        shifted = rates._replace(
-            specific_force=rates.specific_force + change[:, 6:9] * _NUDGE,
-            spin=rates.spin + change[:, 3:6] * _NUDGE,
-        )
-        reading[:, :, i] = (_stacked(plant.reading(state, shifted, used)) - seen) / _NUDGE
+        # the faults of the sensors themselves change these responses only to second order
+        reading[:, :, i] = _felt(plant, change)
     for key in sensed:
         if key == "sensor_delay.delay":
             for first, last in plant.samples.runs:
@@ -199,6 +196,15 @@ _SENSOR_EFFECTS = (
     "sensor_misalignment",
     "sensor_delay",
 )
+
+
+def _felt(plant: Plant, change: Floats) -> Floats:
+    """Change of the inertial readings by accelerations and specific force, shape (T, 6)."""
+    arm, turn = plant.vehicle.imu_position, plant.vehicle.imu_turn
+    force = change[:, 6:9]
+    if np.any(arm):
+        force = force + np.cross(change[:, 3:6], arm)
+    return np.concatenate([np.zeros_like(force), force @ turn.T], axis=1)
 
 
 def discrete(slope: Floats, step: float) -> tuple[Floats, Floats]:

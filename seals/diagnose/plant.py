@@ -14,7 +14,7 @@ from seals.diagnose.drive import JITTER, respond
 from seals.diagnose.factors import Library
 from seals.diagnose.samples import Samples
 from seals.diagnose.vehicle import Vehicle
-from seals.effects.binding import bind_effects
+from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Measure, Timed
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
@@ -50,12 +50,15 @@ class Plant:
     def __init__(self, vehicle: Vehicle, library: Library, samples: Samples, *, parts: int) -> None:
         self.vehicle, self.library, self.samples, self.parts = vehicle, library, samples, parts
         self._nominal = tuple(vehicle.effects)
+        self._sets: dict[frozenset[str], EffectSet] = {}
         self._drives: dict[tuple[float, float], Drive] = {}
         self.waves = get("wave", "still").load()()
         self._airy = get("wave", "airy").load()
         effects = library.effects
         self._stiff = {n for n, e in effects.items() if e.stiff}
-        self._quiet = {n for n, e in effects.items() if isinstance(e, Measure | Timed)}
+        self._quiet = {
+            n for n, e in effects.items() if any(has_hook(type(e), h) for h in (Measure, Timed))
+        }
 
     def drive(self, values: Values) -> Drive | None:
         """States of the actuators under the timing of ``values`` (numbers)."""
@@ -107,6 +110,14 @@ class Plant:
             batch=batch,
             values=given,
         )
+
+    def _bound(self, used: frozenset[str]) -> EffectSet:
+        """Effects of the nominal model and some more, bound once for each choice."""
+        if used not in self._sets:
+            effects = self.library.effects
+            chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
+            self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
+        return self._sets[used]
 
     def _total(self, key: str, change: Any) -> Any:
         """Value of a parameter: that of its instance and the change."""
@@ -208,8 +219,8 @@ class Plant:
         turn = self.vehicle.imu_turn.T
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
-        chosen = {n: e for n, e in self.library.effects.items() if n in used}
-        sensors = {n: e for n, e in chosen.items() if isinstance(e, Measure)}
+        effects = self.library.effects
+        sensors = {n: effects[n] for n in used if n in effects and has_hook(type(effects[n]), Measure)}
         if not sensors:
             return reading
         given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}

@@ -124,7 +124,7 @@ class Windows:
         decay = np.exp(-np.abs(at[:, None] - at[None, :]) / self.vehicle.gust_time)
         levels = np.repeat(np.maximum(gust, 1e-9), 3)
         # columns run knot by knot within each axis
-        self._knots = knots
+        self._knots, self._spread = knots, 0.0
         prior = np.zeros((self.count, 6 * knots, 6 * knots))
         nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
         for axis in range(6):
@@ -133,6 +133,7 @@ class Windows:
             if extra is not None:
                 covariance += np.eye(knots) * extra[self.rows[:, nearest], axis][:, None, :] ** 2
             prior[:, block, block] = np.linalg.inv(covariance)
+            self._spread += float(np.linalg.slogdet(covariance)[1].sum())
         self._gust_precision = prior
 
     def _marginal(self) -> None:
@@ -230,6 +231,15 @@ class Windows:
         push, reading = columns.push[self.rows], columns.reading[self.rows]
         start = np.zeros((self.count, self.size, len(columns.keys)))
         return self._run(start, lambda k: push[:, k], lambda k: reading[:, k])
+
+    @property
+    def volume(self) -> float:
+        """Log of the ratio of prior to posterior volume of gusts and start states.
+
+        Up to a constant of the start states; twice the log evidence is less by this number.
+        """
+        diagonal = np.diagonal(self._factor, axis1=1, axis2=2)
+        return float(2.0 * np.log(diagonal / self._scale).sum()) + self._spread
 
     def whiten(self, outputs: Floats) -> Whitened:
         """Outputs with what start states and gusts can absorb of them."""

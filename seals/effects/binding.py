@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -57,18 +58,21 @@ class EffectSet:
     def __init__(self, bound: Sequence[BoundEffect]) -> None:
         """Sort bound effects by the hooks they define."""
         self.bound = tuple(bound)
-        self.flows = tuple(b for b in bound if isinstance(b.effect, FlowField))
-        self.inertias = tuple(b for b in bound if isinstance(b.effect, Inertia))
-        self.loads = tuple(b for b in bound if isinstance(b.effect, Loads))
-        self.joint_loads = tuple(b for b in bound if isinstance(b.effect, JointLoads))
-        self.actuators = tuple(b for b in bound if isinstance(b.effect, Actuated))
-        self.actuations = tuple(b for b in bound if isinstance(b.effect, Actuation))
-        self.drive_loads = tuple(b for b in bound if isinstance(b.effect, DriveLoads))
-        self.nominals = tuple(b for b in bound if isinstance(b.effect, Nominal))
-        self.measures = tuple(b for b in bound if isinstance(b.effect, Measure))
-        self.timings = tuple(b for b in bound if isinstance(b.effect, Timed))
+        self.flows = self._having(FlowField)
+        self.inertias = self._having(Inertia)
+        self.loads = self._having(Loads)
+        self.joint_loads = self._having(JointLoads)
+        self.actuators = self._having(Actuated)
+        self.actuations = self._having(Actuation)
+        self.drive_loads = self._having(DriveLoads)
+        self.nominals = self._having(Nominal)
+        self.measures = self._having(Measure)
+        self.timings = self._having(Timed)
         self.names = tuple(b.name for b in bound)
         self.index = {b.name: k for k, b in enumerate(bound)}
+
+    def _having(self, hook: type) -> tuple[BoundEffect, ...]:
+        return tuple(b for b in self.bound if has_hook(type(b.effect), hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -113,6 +117,13 @@ class EffectSet:
                 for b in self.bound
             ]
         )
+
+
+@functools.cache
+def has_hook(effect: type, hook: type) -> bool:
+    """Whether a class of effects defines a hook, given by its protocol; asked once for each."""
+    names = [n for n in vars(hook) if not n.startswith("_")]
+    return all(callable(getattr(effect, n, None)) for n in names)
 
 
 def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectSet:

@@ -75,7 +75,7 @@ def draw(kind: str, pattern: str, rng: np.random.Generator, seconds: float) -> W
         moving = 1.0 if pattern == "sines" else 0.0
         periods = rng.uniform(2.2, 4.5, (3, 2))
         out["joint_rate"] = 2.0 * np.pi / periods
-        out["joint_size"] = moving * rng.uniform(0.18, 0.38, (3, 2))
+        out["joint_size"] = moving * rng.uniform(0.24, 0.4, (3, 2))
         out["joint_phase"] = rng.uniform(0.0, 2.0 * np.pi, (3, 2))
         out["joint_middle"] = np.array([0.3, -0.95, -0.25]) + rng.uniform(-0.15, 0.15, 3)
     return out
