@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.gusts import unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
 from seals.diagnose.problem import Problem, followed, linearised
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
@@ -20,6 +21,8 @@ _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
 THRESHOLD = 12.0
 """Score above which an effect is taken to be there."""
+RIVALS = 3
+"""Effects that are tried in the place of each one that was found."""
 MOST = 3
 """Effects that are looked for at most."""
 _LOUD = 100.0
@@ -69,9 +72,11 @@ def extensions(
     candidates = [
         c for c in library.candidates if c.label not in taken and c.name not in families
     ]
-    starts = special_starts(problem, base)
+    noisy = unrest(problem, base)
+    missing = noisy.level > 1.0 and noisy.gain > _FORCE
+    starts = special_starts(problem, base) if missing else {}
     regular = [c for c in candidates if c.name not in _SPECIAL]
-    table, first = quick_look(base, regular)
+    _, first = quick_look(base, regular)
     out: list[Hypothesis] = []
     for candidate, values in first:
         begin = [values, *_starts_of(candidate, base)]
@@ -84,6 +89,8 @@ def extensions(
 
 
 _SPECIAL = ("tether", "waves")
+_FORCE = 25.0
+"""Evidence for stronger gusts from which on effects of unknown place or period are tried."""
 
 
 def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:
@@ -177,3 +184,27 @@ def exchanged(
             if rival.score > best.score + 1.0:
                 best = rival
     return best
+
+
+def rivals_of(
+    problem: Problem, search: Search, best: Hypothesis, index: int
+) -> tuple[Hypothesis, ...]:
+    """Models with another effect in the place of one of the chosen, best first."""
+    own = best.candidates[index]
+    singles = [h for h in search.rounds[0] if h.candidates[-1].name != own.name]
+    if len(best.candidates) == 1:
+        return tuple(singles)
+    others = tuple(c for k, c in enumerate(best.candidates) if k != index)
+    taken = {c.name for c in best.candidates}
+    pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
+    ranked = sorted(pool.values(), key=lambda h: -h.score)
+    found = []
+    for single in ranked:
+        candidate = single.candidates[-1]
+        if candidate.name in taken or len(found) >= RIVALS:
+            continue
+        values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
+        keys = keys_of((*others, candidate))
+        fit = best.fitter.fit(keys, start={k: values[k] for k in keys})
+        found.append(scored((*others, candidate), fit, best.fitter, search.nominal.fit))
+    return tuple(sorted(found, key=lambda h: -h.score))

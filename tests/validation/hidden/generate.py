@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.validation.hidden import equivalents, levels, writing
+from tests.validation.hidden import equivalents, gain, levels, writing
 from tests.validation.hidden.batch import Flight
 from tests.validation.hidden.cases import Case, Spec, build
 from tests.validation.hidden.vehicles import six
@@ -26,16 +26,27 @@ LEVELS = {
     "poor_excitation": 6,
 }
 TRIES = 4
-# excess that a level asks for: least and most of the loudest channel
+# excess of the loudest channel that a level asks for
 EXCESS = {
-    "clear": (8.0, np.inf),
-    "pairs": (8.0, np.inf),
-    "weak": (0.25, np.inf),
+    "clear": (5.0, np.inf),
+    "pairs": (5.0, np.inf),
+    "weak": (0.1, np.inf),
     "poor_excitation": (0.0, 0.05),
     "out_of_library": (5.0, np.inf),
-    "sensor_only": (2.0, np.inf),
-    "confounded": (5.0, np.inf),
+    "sensor_only": (1.0, np.inf),
+    "confounded": (2.0, np.inf),
 }
+# least and most gain beyond the tolerances, and the one to aim at after a miss
+GAIN = {
+    "clear": (220.0, np.inf, 400.0),
+    "pairs": (180.0, np.inf, 400.0),
+    "weak": (55.0, 150.0, 95.0),
+    "sensor_only": (150.0, np.inf, 260.0),
+    "out_of_library": (250.0, np.inf, 500.0),
+    "confounded": (45.0, np.inf, 90.0),
+    "poor_excitation": (0.0, 8.0, 4.0),
+}
+TWIN_LEFT = 12.0
 
 
 def _choice(rng: np.random.Generator, weights: dict[str, int]) -> str:
@@ -69,7 +80,8 @@ def _spec(
     for _ in range(2000):
         wish = level or _choice(rng, LEVELS)
         kind = vehicle or _choice(rng, KINDS)
-        made = _possible(rng, seed, wish, kind, effect)
+        own = (*seed, list(LEVELS).index(wish), list(KINDS).index(kind))
+        made = _possible(rng, own, wish, kind, effect)
         if made is not None:
             return made
     raise SystemExit(f"no case for level {level}, vehicle {vehicle}, effect {effect}")
@@ -121,22 +133,41 @@ def _pair(
 
 
 def judge(case: Case) -> tuple[bool, float]:
-    """Whether the excess fits the level, and by what the size should change where it does not."""
-    excess = case.found.get("excess", {})
+    """Whether the case is what its level says, and by what its size should change if not."""
+    excess, gains = case.found.get("excess", {}), case.found.get("gains", {})
     loudest = max(excess.values(), default=0.0)
     case.found["detectability"] = {
         "excess": {_short(k): six(v) for k, v in excess.items()},
         "excess_max": six(loudest),
+        **_rounded(gains),
     }
-    if case.spec.level == "null":
+    level = case.spec.level
+    if level == "null":
         case.found["detectability"] = {"excess_max": 0.0}
         return True, 1.0
-    low, high = EXCESS[case.spec.level]
-    if loudest < low:
-        return False, 1.3
-    if loudest > high:
-        return False, 0.7
+    low, high = EXCESS[level]
+    if not low <= loudest <= high:
+        return False, 1.4 if loudest < low else 0.7
+    if not gains:
+        return True, 1.0
+    low, high, aim = GAIN[level]
+    worth = min(gains.get("gain_of_each", [gains["gain_after_tolerances"]]))
+    if not low <= worth <= high:
+        return False, float(np.clip(np.sqrt(aim / max(worth, 1e-3)), 0.2, 3.0))
+    left = max(gains.get("gain_left_after_twin", {"": 0.0}).values())
+    if left > TWIN_LEFT:
+        return False, float(np.clip(np.sqrt(0.6 * TWIN_LEFT / left), 0.5, 0.9))
     return True, 1.0
+
+
+def _rounded(gains: dict[str, Any]) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key, value in gains.items():
+        if isinstance(value, dict):
+            out[key] = {k: six(v) for k, v in value.items()}
+        else:
+            out[key] = six(value)
+    return out
 
 
 def _short(channel: str) -> str:
@@ -144,7 +175,7 @@ def _short(channel: str) -> str:
     return names.get(channel, channel)
 
 
-def produce(specs: list[Spec], out: Path, seed: int) -> int:
+def produce(specs: list[Spec], out: Path, seed: int, *, gains: bool = True) -> int:
     """Fly and write all specs; cases that miss their level are drawn again, a little changed."""
     names = {spec.seed: f"g{i + 1:03d}" for i, spec in enumerate(specs)}
     label = {spec.seed: spec.seed for spec in specs}
@@ -158,6 +189,8 @@ def produce(specs: list[Spec], out: Path, seed: int) -> int:
             flight.excess()
             readings = flight.readings()
             for i, case in enumerate(group):
+                if gains and case.spec.level != "null":
+                    case.found["gains"] = gain.measure(flight, i)
                 good, change = judge(case)
                 case.found["accepted"] = good
                 home = label[case.spec.seed]
@@ -191,11 +224,13 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--effect")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--no-gain", action="store_true", help="skip the slow part of the labels")
     args = parser.parse_args(argv)
     specs = plan(
         args.count, args.seed, level=args.level, vehicle=args.vehicle, effect=args.effect
     )
-    print(f"{produce(specs, args.out, args.seed)} cases in {args.out}")
+    done = produce(specs, args.out, args.seed, gains=not args.no_gain)
+    print(f"{done} cases in {args.out}")
     return 0
 
 

@@ -1,0 +1,153 @@
+"""The whole diagnosis of one log, and its written form."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.diagnose.factors import Candidate
+from seals.diagnose.fit import Fit, solve_scaled
+from seals.diagnose.hypothesis import Hypothesis
+from seals.diagnose.naming import Search, search
+from seals.diagnose.problem import Problem, prepare
+from seals.diagnose.verdict import Answer, Claim, judge
+from seals.logs.log import Log
+from seals.schema import parameters_of
+
+_NORMAL90 = 1.6449
+FOLDS = 5
+"""Parts of the log that are held out in turn."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """What is missing in the model of a log.
+
+    Args:
+        problem: the log made ready.
+        search: what was tried.
+        answer: verdict and claims.
+        held_out: misfit per degree of freedom on rows that no fit saw: ``before``, ``after`` and
+            ``noise_floor``.
+        seconds: that it took.
+    """
+
+    problem: Problem
+    search: Search
+    answer: Answer
+    held_out: Mapping[str, float]
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the diagnosis in the form of ``diagnosis.json``."""
+        answer = self.answer
+        effects = [_effect(claim) for claim in answer.claims]
+        sets = []
+        for claim in answer.claims:
+            if claim.rivals:
+                sets.append([claim.name, *claim.rivals])
+        if answer.verdict.value == "ambiguous":
+            rest = 1.0 - answer.claims[0].confidence
+            effects += [_rival(self.search, n, rest) for n in answer.claims[0].rivals]
+        return {
+            "verdict": answer.verdict.value,
+            "effects": effects,
+            "ambiguous_with": sets,
+            "next_experiment": None,
+            "held_out_error": dict(self.held_out),
+            "explained": answer.explained,
+            "left_over": {"level": answer.unrest.level, "gain": answer.unrest.gain},
+            "reasons": list(answer.reasons),
+            "seconds": self.seconds,
+        }
+
+
+def diagnose(log: Log) -> Diagnosis:
+    """Name what the model of a log is missing.
+
+    Raises:
+        LogError: the log cannot be used.
+    """
+    begin = time.perf_counter()
+    problem = prepare(log)
+    found = search(problem)
+    answer = judge(problem, found)
+    chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
+    held_out = {
+        "before": held_out_misfit(found.nominal, problem),
+        "after": held_out_misfit(chosen, problem),
+        "noise_floor": 1.0,
+    }
+    return Diagnosis(
+        problem=problem,
+        search=found,
+        answer=answer,
+        held_out=held_out,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def held_out_misfit(hypothesis: Hypothesis, problem: Problem) -> float:
+    """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
+    fit = hypothesis.fit
+    windows = hypothesis.fitter.windows
+    count = windows.count
+    fold = np.arange(count) * min(FOLDS, count) // count
+    at = np.array([fit.values[k] for k in fit.keys])
+    total = 0.0
+    for part in range(int(fold.max()) + 1):
+        test = fold == part
+        matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
+        gradient = fit.right[~test].sum(axis=0) - fit.precision * at
+        step = solve_scaled(matrix, gradient)
+        inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
+        total += float((fit.misfit[test] - 2.0 * fit.right[test] @ step + inner).sum())
+    return total / windows.observed
+
+
+def _effect(claim: Claim) -> dict[str, Any]:
+    candidate = claim.hypothesis.candidates[claim.index]
+    return {
+        "name": candidate.name,
+        "confidence": claim.confidence,
+        "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
+    }
+
+
+def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
+    hypothesis = next(h for h in found.rounds[0] if h.candidates[-1].name == name)
+    candidate = hypothesis.candidates[-1]
+    return {
+        "name": name,
+        "confidence": confidence,
+        "parameters": parameters(candidate, hypothesis.fit, hypothesis),
+    }
+
+
+def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[str, Any]:
+    """Fitted parameters with 90 % intervals."""
+    out: dict[str, Any] = {
+        name: {"value": value, "low90": value, "high90": value, "unit": "1"}
+        for name, value in candidate.variant.items()
+        if name in ("rotor", "joint")
+    }
+    library = hypothesis.fitter.library
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        value, spread = fit.values[key], fit.spread(key)
+        # the datasheet's tolerance of the same quantity cannot be told from the effect
+        half = _NORMAL90 * float(np.hypot(spread, library.factors[key].tolerance))
+        effect = library.effects.get(library.factors[key].instance)
+        meta = parameters_of(effect) if effect is not None else {}
+        parameter = library.factors[key].parameter
+        unit = meta[parameter].unit if parameter in meta else "1"
+        out[name] = {
+            "value": float(value),
+            "low90": float(value - half),
+            "high90": float(value + half),
+            "unit": unit,
+        }
+    return out

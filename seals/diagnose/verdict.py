@@ -1,0 +1,169 @@
+"""From the search to an answer: a name, a set of names, or an honest refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from seals.diagnose.excitation import expected_gains
+from seals.diagnose.gusts import Unrest, unrest
+from seals.diagnose.hypothesis import Hypothesis
+from seals.diagnose.naming import Search, rivals_of
+from seals.diagnose.problem import Problem
+
+
+class Verdict(Enum):
+    """What a diagnosis says, and the exit code it gives."""
+
+    nothing_missing = "nothing_missing"
+    named = "named"
+    ambiguous = "ambiguous"
+    none_of_these = "none_of_these"
+    cannot_tell = "cannot_tell"
+    bad_data = "bad_data"
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command."""
+        return _CODES[self.value]
+
+
+_CODES = {
+    "nothing_missing": 0,
+    "named": 10,
+    "ambiguous": 11,
+    "none_of_these": 12,
+    "cannot_tell": 13,
+    "bad_data": 20,
+}
+TEMPERATURE = 2.5
+"""Score difference by which the odds of two hypotheses change by e."""
+CLOSE = 7.0
+"""Score difference within which two hypotheses cannot be told apart."""
+RESTLESS = 2.0
+"""Factor on the gusts above which a force is missing: their level is good to a factor of two."""
+REST_GAIN = 30.0
+"""Evidence for stronger gusts from which on they count."""
+EXPLAINED = 0.9
+"""Share of the misfit that a name must explain."""
+EXCITED = 15.0
+"""Expected gain below which a log could not show an effect of plausible size."""
+MOTION = ("linear_drag", "angular_drag", "inertia", "added_mass", "rotor_drag")
+"""Effects that any log with enough motion would show."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One effect of an answer.
+
+    Args:
+        hypothesis: model in which it was fitted.
+        index: of the effect among the hypothesis's candidates.
+        confidence: that it is this effect and no other.
+        rivals: names that explain the log about as well.
+    """
+
+    hypothesis: Hypothesis
+    index: int
+    confidence: float
+    rivals: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.hypothesis.candidates[self.index].name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """A verdict with its reasons.
+
+    Args:
+        verdict: what is said.
+        claims: effects, best first.
+        unrest: level of what is left.
+        explained: share of the misfit that the claims explain.
+        excitation: expected gain by candidate.
+        reasons: in words.
+    """
+
+    verdict: Verdict
+    claims: tuple[Claim, ...]
+    unrest: Unrest
+    explained: float
+    excitation: Mapping[str, float] = field(default_factory=dict)
+    reasons: tuple[str, ...] = ()
+
+
+def judge(problem: Problem, search: Search) -> Answer:
+    """Turn a search into an answer."""
+    best = search.best
+    left = unrest(problem, best)
+    floor = _floor(search)
+    before = search.nominal.fit.cost
+    share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
+    restless = left.level > RESTLESS and left.gain > REST_GAIN
+    if restless and share < EXPLAINED:
+        words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
+        return Answer(
+            verdict=Verdict.none_of_these,
+            claims=(),
+            unrest=left,
+            explained=share,
+            reasons=(words,),
+        )
+    if not best.candidates:
+        return _quiet(search, left)
+    claims = [_claim(problem, search, best, k) for k in range(len(best.candidates))]
+    claims.sort(key=lambda c: -c.confidence)
+    doubtful = len(claims) == 1 and bool(claims[0].rivals)
+    return Answer(
+        verdict=Verdict.ambiguous if doubtful else Verdict.named,
+        claims=tuple(claims),
+        unrest=left,
+        explained=share,
+    )
+
+
+def _floor(search: Search) -> float:
+    """Misfit that noise and gusts alone would leave."""
+    return 0.985 * search.best.fitter.windows.observed
+
+
+def _quiet(search: Search, left: Unrest) -> Answer:
+    """Nothing stands out: because nothing is missing, or because the log could not show it."""
+    gains = expected_gains(search.nominal)
+    names: dict[str, float] = {}
+    for label, gain in gains.items():
+        name = label.partition(" ")[0]
+        names[name] = max(names.get(name, 0.0), gain)
+    blind = [n for n in MOTION if n in names and names[n] < EXCITED]
+    verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
+    words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
+    return Answer(
+        verdict=verdict, claims=(), unrest=left, explained=1.0, excitation=gains, reasons=(words,)
+    )
+
+
+def _claim(problem: Problem, search: Search, best: Hypothesis, index: int) -> Claim:
+    """Confidence in one effect against what could stand in its place."""
+    rivals = rivals_of(problem, search, best, index)
+    name = best.candidates[index].name
+    odds: dict[str, float] = {}
+    for rival in rivals:
+        other = rival.candidates[-1].name
+        if other != name:
+            gap = (best.score - rival.score) / TEMPERATURE
+            odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
+    confidence = 1.0 / (1.0 + sum(odds.values()))
+    near = sorted((n for n, o in odds.items() if o > np.exp(-CLOSE / TEMPERATURE)), key=lambda n: -odds[n])
+    return Claim(
+        hypothesis=best, index=index, confidence=confidence, rivals=tuple(_few(near))
+    )
+
+
+def _few(names: Sequence[str], most: int = 3) -> Sequence[str]:
+    return names[:most]
