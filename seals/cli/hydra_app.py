@@ -27,11 +27,18 @@ def compare(arguments: list[str]) -> int:
     return launch("compare", arguments, _compare_task)
 
 
+def diagnose(arguments: list[str]) -> int:
+    """Diagnose: compose, then hand over to ``seals.diagnose.application``."""
+    # many small matrices: threads inside the linear algebra only get into each other's way
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return launch("diagnose", arguments, _diagnose_task)
+
+
 def launch(root: str, arguments: list[str], task: Task) -> int:
     """Run a task as a Hydra application.
 
     Args:
-        root: name of the root configuration, ``run`` or ``compare``.
+        root: name of the root configuration: ``run``, ``compare`` or ``diagnose``.
         arguments: overrides and Hydra's own flags.
         task: takes the composed configuration; may return an exit code.
 
@@ -122,6 +129,13 @@ def _compare_task(config: Any) -> int | None:
     build_run(config)
     build(config.reader, where="reader")
     from seals.compare.application import execute
+
+    result: int | None = execute(config)
+    return result
+
+
+def _diagnose_task(config: Any) -> int | None:
+    from seals.diagnose.application import execute
 
     result: int | None = execute(config)
     return result

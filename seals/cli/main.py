@@ -42,6 +42,13 @@ VERBS = {
         summary="compare a model with a measurement",
         usage="log=PATH [KEY=VALUE ...]\n  seals compare log=runs/some_run robot=ball water=fossen",
     ),
+    "diagnose": Verb(
+        target="seals.cli.hydra_app:diagnose",
+        summary="name the physical effect that the model of a log is missing",
+        usage="log=FOLDER [out=FOLDER]\n  seals diagnose log=flight_7 out=answer_7\n"
+        "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
+        "13 cannot tell, 20 bad data",
+    ),
     "list": Verb(
         target="seals.cli.listing:list_installed",
         summary="list what is installed",

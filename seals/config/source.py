@@ -98,6 +98,7 @@ class ConfSearchPath(SearchPathPlugin):
 def install() -> None:
     """Register source, search path and root schemas with Hydra; calling twice is harmless."""
     from seals.config.compare import CompareSettings
+    from seals.config.diagnose import DiagnoseSettings
     from seals.config.run import RunSettings
 
     hub = Plugins.instance()
@@ -106,6 +107,7 @@ def install() -> None:
     store = ConfigStore.instance()
     store.store("run_schema", RunSettings, provider="seals")
     store.store("compare_schema", CompareSettings, provider="seals")
+    store.store("diagnose_schema", DiagnoseSettings, provider="seals")
 
 
 def robot_names() -> list[str]:

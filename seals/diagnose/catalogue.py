@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.diagnose.discrepancy import DragExponent, SurfaceForce
+from seals.diagnose.discrepancy import DragExponent, SurfaceForce, WaveMoment
 from seals.diagnose.factors import Collector, Library
 from seals.diagnose.vehicle import Vehicle
 from seals.effects.effect import Effect, MediumKind
@@ -203,6 +203,7 @@ def _waves(made: Collector) -> None:
     table = {"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0}
     bounds = {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
     keys = made.add("waves", None, {k: (0.0, v) for k, v in table.items()}, bounds=bounds)
+    made.effects["wave_moment"] = WaveMoment(correction=True)
     made.candidate("waves", keys)
 
 

@@ -48,8 +48,8 @@ class Diagnosis:
         effects = [_effect(claim) for claim in answer.claims]
         sets = []
         for claim in answer.claims:
-            if claim.rivals:
-                sets.append([claim.name, *claim.rivals])
+            if claim.alike:
+                sets.append([claim.name, *claim.alike])
         if answer.verdict.value == "ambiguous":
             rest = 1.0 - answer.claims[0].confidence
             effects += [_rival(self.search, n, rest) for n in answer.claims[0].rivals]
@@ -66,15 +66,19 @@ class Diagnosis:
         }
 
 
-def diagnose(log: Log) -> Diagnosis:
+def diagnose(log: Log, *, processes: int = 1) -> Diagnosis:
     """Name what the model of a log is missing.
+
+    Args:
+        log: in the native format, with all of ``meta.yaml``.
+        processes: that share the fits.
 
     Raises:
         LogError: the log cannot be used.
     """
     begin = time.perf_counter()
     problem = prepare(log)
-    found = search(problem)
+    found = search(problem, processes=processes)
     answer = judge(problem, found)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array, Floats, as_like, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -118,3 +119,29 @@ class FreeWrench(Effect):
         """The wrench [N, N m]."""
         still = motion.velocity * as_like(0.0, motion.velocity)
         return Wrench(params["force"] + still, params["torque"] + still), memory
+
+
+@dataclass(kw_only=True)
+class WaveMoment(Effect):
+    """Takes back the moment of the waves' pressure force: it acts on the origin.
+
+    Equation:
+        T = -r_b x (rho V s a_water), with r_b the centroid of the submerged volume.
+
+    Args:
+        share: how much of the moment is taken back [1].
+    """
+
+    share: float = param(1.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="the law of waves")
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Moment against that of the pressure gradient at the centre of buoyancy [N m]."""
+        push = medium.acceleration * (
+            medium.density * motion.body.volume * medium.submersion * params["share"]
+        )
+        return Wrench(None, -cross(medium.buoyancy_centre, push)), memory

@@ -27,9 +27,7 @@ def expected_gains(base: Hypothesis) -> Mapping[str, float]:
     return {c.label: _gain(fitter, total, table.keys, c) for c in candidates}
 
 
-def _gain(
-    fitter: Fitter, total: np.ndarray, keys: tuple[str, ...], candidate: Candidate
-) -> float:
+def _gain(fitter: Fitter, total: np.ndarray, keys: tuple[str, ...], candidate: Candidate) -> float:
     factors = fitter.library.factors
     own = [keys.index(k) for k in candidate.keys]
     rest = [keys.index(k) for k in fitter.tolerances if k not in candidate.keys]

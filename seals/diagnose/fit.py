@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,9 @@ from seals.diagnose.windows import Whitened, Windows
 
 _SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried."""
-_WIDE = 4.0
+_SLOW = 3e-5
+"""Share of the cost that a step must gain for another one to follow."""
+_WIDE = 1.5
 """Prior width of a freed factor in units of its plausible size."""
 
 
@@ -105,14 +107,17 @@ class Fitter:
             else factors[k].tolerance
             for k in keys
         ]
-        return 1.0 / np.asarray(widths) ** 2
+        with np.errstate(divide="ignore"):
+            # a factor that is known exactly and not freed cannot move: infinite precision
+            precision: Floats = 1.0 / np.asarray(widths, dtype=float) ** 2
+        return precision
 
     def fit(
         self,
         freed: Sequence[str],
         *,
         start: Mapping[str, float] | None = None,
-        iterations: int = 8,
+        iterations: int = 6,
         tolerance: float = 0.3,
     ) -> Fit:
         """Fit freed factors and all tolerances.
@@ -147,9 +152,7 @@ class Fitter:
         values = {k: float(self.at.get(k, 0.0)) for k in keys}
         return self._linear(keys, freed, values, self.precision(keys, freed))
 
-    def _descend(
-        self, now: Fit, iterations: int, tolerance: float, moving: set[str]
-    ) -> Fit:
+    def _descend(self, now: Fit, iterations: int, tolerance: float, moving: set[str]) -> Fit:
         """Gauss-Newton steps with step halving on the cost less what still frozen keys could do."""
         frozen = [i for i, k in enumerate(now.keys) if k not in moving]
         level = now.cost - reserve(now, frozen)
@@ -168,7 +171,7 @@ class Fitter:
             else:
                 return now
             gained, level, now = level - reached, reached, trial
-            if gained < tolerance:
+            if gained < max(tolerance, _SLOW * level):
                 return now
         return now
 

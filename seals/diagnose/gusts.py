@@ -33,8 +33,6 @@ def unrest(problem: Problem, hypothesis: Hypothesis) -> Unrest:
         other = linearised(problem.plant, fitter.course, fitter.at, gusts=level * GUSTS)
         fit = other.again(hypothesis.fit)
         promised = newton_step(fit)[1]
-        scores[level] = (
-            fit.cost - promised + price(fit, other.library) + other.windows.volume
-        )
+        scores[level] = fit.cost - promised + price(fit, other.library) + other.windows.volume
     best = min(scores, key=lambda s: scores[s])
     return Unrest(level=best, gain=scores[1.0] - scores[best])

@@ -59,13 +59,10 @@ def price(fit: Fit, library: Library) -> float:
         ]
     )
     scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
-    sign, value = np.linalg.slogdet(scaled + np.eye(len(widths)))
-    return float(value)
+    return float(np.linalg.slogdet(scaled + np.eye(len(widths)))[1])
 
 
-def scored(
-    candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Fit
-) -> Hypothesis:
+def scored(candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Fit) -> Hypothesis:
     """Score a fit against that of the nominal model."""
     library = fitter.library
     gain = nominal.cost - fit.cost

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.fit import Fit
 from seals.diagnose.gusts import unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
+from seals.diagnose.parallel import spread
 from seals.diagnose.problem import Problem, followed, linearised
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
 from seals.diagnose.special import special_starts
 
 SURVIVORS = 7
 """Candidates that are fitted in full after the quick look."""
+FOLLOWERS = 4
+"""The same beside effects that were found already."""
 _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
 THRESHOLD = 12.0
@@ -45,14 +46,20 @@ class Search:
     rounds: tuple[tuple[Hypothesis, ...], ...] = field(default=())
 
 
-def search(problem: Problem, *, threshold: float = THRESHOLD) -> Search:
-    """Add effects one at a time while they pay, then see whether any can be exchanged."""
+def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1) -> Search:
+    """Add effects one at a time while they pay, then see whether any can be exchanged.
+
+    Args:
+        problem: the log made ready.
+        threshold: score that every effect must add.
+        processes: that share the fits.
+    """
     fitter = problem.fitter
     fit = fitter.fit(())
     nominal = Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
     best, rounds = nominal, []
     for _ in range(MOST):
-        tried = extensions(problem, nominal, best)
+        tried = extensions(problem, nominal, best, processes=processes)
         rounds.append(tried)
         if not tried or tried[0].score < best.score + threshold:
             break
@@ -63,27 +70,35 @@ def search(problem: Problem, *, threshold: float = THRESHOLD) -> Search:
 
 
 def extensions(
-    problem: Problem, nominal: Hypothesis, base: Hypothesis
+    problem: Problem, nominal: Hypothesis, base: Hypothesis, *, processes: int = 1
 ) -> tuple[Hypothesis, ...]:
     """All models with one effect more than ``base``, best first."""
     library = problem.plant.library
     taken = {c.label for c in base.candidates}
     families = {c.name for c in base.candidates}
-    candidates = [
-        c for c in library.candidates if c.label not in taken and c.name not in families
-    ]
+    candidates = [c for c in library.candidates if c.label not in taken and c.name not in families]
     noisy = unrest(problem, base)
     missing = noisy.level > 1.0 and noisy.gain > _FORCE
     starts = special_starts(problem, base) if missing else {}
     regular = [c for c in candidates if c.name not in _SPECIAL]
     _, first = quick_look(base, regular)
-    out: list[Hypothesis] = []
-    for candidate, values in first:
-        begin = [values, *_starts_of(candidate, base)]
-        out.append(fitted(problem, nominal, base, candidate, begin))
-    for candidate in candidates:
-        if candidate.name in _SPECIAL and starts.get(candidate.name):
-            out.append(fitted(problem, nominal, base, candidate, starts[candidate.name]))
+    jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
+    jobs += [
+        (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
+    ]
+
+    def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
+        return base.fitter.fit(keys_of((*base.candidates, job[0])), start=job[1])
+
+    fits = spread(work, jobs, processes)
+    chosen: dict[str, tuple[Candidate, Fit]] = {}
+    for (candidate, _), fit in zip(jobs, fits, strict=True):
+        known = chosen.get(candidate.label)
+        if known is None or fit.cost < known[1].cost:
+            chosen[candidate.label] = (candidate, fit)
+    out = [
+        scored((*base.candidates, c), fit, base.fitter, nominal.fit) for c, fit in chosen.values()
+    ]
     out.sort(key=lambda h: -h.score)
     return tuple(polished(problem, nominal, out))
 
@@ -115,24 +130,9 @@ def quick_look(
     kept = [
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
-        if i < SURVIVORS or (g > top - _NEAR and i < 2 * SURVIVORS)
+        if i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS)
     ]
     return table, kept
-
-
-def fitted(
-    problem: Problem,
-    nominal: Hypothesis,
-    base: Hypothesis,
-    candidate: Candidate,
-    starts: Sequence[Mapping[str, float]],
-) -> Hypothesis:
-    """Fit one effect beside those of ``base``."""
-    candidates = (*base.candidates, candidate)
-    keys = keys_of(candidates)
-    fits = [base.fitter.fit(keys, start=start) for start in starts]
-    best = min(fits, key=lambda f: f.cost)
-    return scored(candidates, best, base.fitter, nominal.fit)
 
 
 def polished(

@@ -22,7 +22,7 @@ from seals.twin import Rates, Twin, TwinState
 
 Values = Mapping[str, Any]
 """Changes by factor key: numbers, or arrays over the batch."""
-WAVES = "waves"
+WAVES, WAVE_MOMENT = "waves", "wave_moment"
 _TIMED = ("command_delay.delay", "rotor_lag.time_constant_change")
 
 
@@ -96,6 +96,8 @@ class Plant:
             stiff: whether effects that are too steep for explicit steps take part.
         """
         used = {key.partition(".")[0] for key in values} - self._quiet
+        if WAVES in used:
+            used = (used - {WAVES}) | {WAVE_MOMENT}
         if not stiff:
             used -= self._stiff
         chosen = {n: e for n, e in self.library.effects.items() if n in self._nominal or n in used}
@@ -198,9 +200,7 @@ class Plant:
         if not used:
             return None
         chosen = {n: self.library.effects[n] for n in used}
-        given = {
-            k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen
-        }
+        given = {k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
         bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
             given, np.zeros(1), len(rates)
         )
@@ -220,7 +220,9 @@ class Plant:
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
         effects = self.library.effects
-        sensors = {n: effects[n] for n in used if n in effects and has_hook(type(effects[n]), Measure)}
+        sensors = {
+            n: effects[n] for n in used if n in effects and has_hook(type(effects[n]), Measure)
+        }
         if not sensors:
             return reading
         given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}

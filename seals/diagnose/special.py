@@ -92,7 +92,10 @@ def _waves(
             east, north = np.cos(direction), np.sin(direction)
             theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * time
             # push = s (rho V + M_A) a_water, a_water from the two phases of the wave
-            sine, cosine = mass * omega**2 * decay * np.sin(theta), mass * omega**2 * decay * np.cos(theta)
+            sine, cosine = (
+                mass * omega**2 * decay * np.sin(theta),
+                mass * omega**2 * decay * np.cos(theta),
+            )
             first = np.stack([east * sine, north * sine, -cosine], axis=1).ravel()
             second = np.stack([east * cosine, north * cosine, sine], axis=1).ravel()
             basis = np.stack([first, second], axis=1)

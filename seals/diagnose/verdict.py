@@ -39,10 +39,12 @@ _CODES = {
     "cannot_tell": 13,
     "bad_data": 20,
 }
-TEMPERATURE = 2.5
+TEMPERATURE = 2.0
 """Score difference by which the odds of two hypotheses change by e."""
-CLOSE = 7.0
+CLOSE = 3.0
 """Score difference within which two hypotheses cannot be told apart."""
+ALIKE = 14.0
+"""Score difference within which a hypothesis is mentioned beside the chosen one."""
 RESTLESS = 2.0
 """Factor on the gusts above which a force is missing: their level is good to a factor of two."""
 REST_GAIN = 30.0
@@ -51,6 +53,8 @@ EXPLAINED = 0.9
 """Share of the misfit that a name must explain."""
 EXCITED = 15.0
 """Expected gain below which a log could not show an effect of plausible size."""
+CERTAIN = 30.0
+"""Score from which on a name stands even where the log was hardly excited."""
 MOTION = ("linear_drag", "angular_drag", "inertia", "added_mass", "rotor_drag")
 """Effects that any log with enough motion would show."""
 
@@ -63,13 +67,15 @@ class Claim:
         hypothesis: model in which it was fitted.
         index: of the effect among the hypothesis's candidates.
         confidence: that it is this effect and no other.
-        rivals: names that explain the log about as well.
+        rivals: names that explain the log as well.
+        alike: names that explain it nearly as well, rivals among them.
     """
 
     hypothesis: Hypothesis
     index: int
     confidence: float
     rivals: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -117,6 +123,8 @@ def judge(problem: Problem, search: Search) -> Answer:
         )
     if not best.candidates:
         return _quiet(search, left)
+    if best.score < CERTAIN and _unexcited(search, best):
+        return _quiet(search, left, blind=[c.name for c in best.candidates])
     claims = [_claim(problem, search, best, k) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
@@ -133,14 +141,20 @@ def _floor(search: Search) -> float:
     return 0.985 * search.best.fitter.windows.observed
 
 
-def _quiet(search: Search, left: Unrest) -> Answer:
+def _unexcited(search: Search, best: Hypothesis) -> bool:
+    """Whether the log could not show any of the named effects at a plausible size."""
+    gains = expected_gains(search.nominal)
+    return all(gains.get(c.label, np.inf) < EXCITED for c in best.candidates)
+
+
+def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     """Nothing stands out: because nothing is missing, or because the log could not show it."""
     gains = expected_gains(search.nominal)
     names: dict[str, float] = {}
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         names[name] = max(names.get(name, 0.0), gain)
-    blind = [n for n in MOTION if n in names and names[n] < EXCITED]
+    blind = [*blind, *(n for n in MOTION if n in names and names[n] < EXCITED)]
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
     return Answer(
@@ -159,9 +173,15 @@ def _claim(problem: Problem, search: Search, best: Hypothesis, index: int) -> Cl
             gap = (best.score - rival.score) / TEMPERATURE
             odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
     confidence = 1.0 / (1.0 + sum(odds.values()))
-    near = sorted((n for n, o in odds.items() if o > np.exp(-CLOSE / TEMPERATURE)), key=lambda n: -odds[n])
+    ordered = sorted(odds, key=lambda n: -odds[n])
+    near = [n for n in ordered if odds[n] > np.exp(-CLOSE / TEMPERATURE)]
+    alike = [n for n in ordered if odds[n] > np.exp(-ALIKE / TEMPERATURE)]
     return Claim(
-        hypothesis=best, index=index, confidence=confidence, rivals=tuple(_few(near))
+        hypothesis=best,
+        index=index,
+        confidence=confidence,
+        rivals=tuple(_few(near)),
+        alike=tuple(_few(alike)),
     )
 
 

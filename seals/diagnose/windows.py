@@ -129,7 +129,9 @@ class Windows:
         nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
         for axis in range(6):
             block = slice(axis * knots, (axis + 1) * knots)
-            covariance = np.tile(levels[axis] ** 2 * (decay + 1e-9 * np.eye(knots)), (self.count, 1, 1))
+            covariance = np.tile(
+                levels[axis] ** 2 * (decay + 1e-9 * np.eye(knots)), (self.count, 1, 1)
+            )
             if extra is not None:
                 covariance += np.eye(knots) * extra[self.rows[:, nearest], axis][:, None, :] ** 2
             prior[:, block, block] = np.linalg.inv(covariance)
@@ -256,7 +258,9 @@ class Windows:
             Start state errors (W, n) and the wrench at every row of the windows (W, K, 6).
         """
         found = self._coefficients(residual)
-        knots = found[:, self.size : self.size + 6 * self._knots].reshape(self.count, 6, self._knots)
+        knots = found[:, self.size : self.size + 6 * self._knots].reshape(
+            self.count, 6, self._knots
+        )
         wrench = np.einsum("kj,waj->wka", self.hats, knots)
         return found[:, : self.size], wrench
 

@@ -152,7 +152,7 @@ class DriveLoads(Protocol):
     """An effect with the hook ``drive_loads``."""
 
     @staticmethod
-    def drive_loads(
+    def drive_loads(  # noqa: PLR0917  the signature of the hook
         drives: Drives,
         motion: Motion,
         medium: Medium,

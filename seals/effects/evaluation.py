@@ -113,7 +113,7 @@ class Evaluator:
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new)
 
-    def _driven(
+    def _driven(  # noqa: PLR0917  one instant of the scene
         self,
         actuator: BoundEffect,
         motion: Motion,

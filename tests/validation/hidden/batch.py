@@ -119,6 +119,8 @@ class Flight:
     def excess(self) -> None:
         """Differences that the hidden effect makes within windows, into each case's findings."""
         member, first, rows = self.layout()
+        hides = np.array([c.spec.level != "null" for c in self.cases])[self.owner]
+        first, member = first[hides[member]], member[hides[member]]
         kept: dict[str, list[Array]] = {}
         chunk = CHUNK.get(self.kind, 1500)
         for low in range(0, member.shape[0], chunk):
@@ -131,6 +133,8 @@ class Flight:
                 kept.setdefault(name, []).append((value[4:rows] ** 2).mean(0))
         for i, case in enumerate(self.cases):
             mine = self.owner[member] == i
+            if not mine.any():
+                continue
             case.found["excess"] = {
                 name: _worst_quarter(np.concatenate(v, axis=-1)[:, mine])
                 for name, v in kept.items()

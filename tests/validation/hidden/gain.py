@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tests.validation.hidden import catalogue, fly, sensors
+from tests.validation.hidden import fly, sensors
 from tests.validation.hidden.batch import Flight
 from tests.validation.hidden.cases import Case
-from tests.validation.hidden.catalogue import Hidden
 from tests.validation.hidden.commands import Commands
 from tests.validation.hidden.plant import TOLERANCE, Plant, stack, stated, take
 from tests.validation.hidden.rotation import Array, exponential, multiply
@@ -241,16 +240,44 @@ class Gains:
 
     def of(self, difference: Array, free: list[Array] | None = None) -> float:
         """Chi-square of a projected difference that tolerances (and free columns) leave."""
+        return self._fit(difference, free or [np.zeros_like(difference)])[0]
+
+    def left(
+        self, plant: Plant, sent: Commands, twin: list[tuple[float, Callable[[float], Change]]]
+    ) -> float:
+        """Chi-square left when a twin may be fitted too; a few Gauss-Newton steps."""
+        amount = np.zeros(len(twin))
+        goal, best = self._run([plant], sent)[0], np.inf
+        for _ in range(4):
+            here = self._with_twin(twin, amount)
+            near = [self._with_twin(twin, amount + np.eye(len(twin))[i] * size)
+                    for i, (size, _) in enumerate(twin)]
+            runs = self._run([here, *near])
+            r = self._project(self.windows.whitened(goal, runs[0]).T[..., None])
+            free = [self._project(self.windows.whitened(x, runs[0]).T[..., None]) for x in runs[1:]]
+            value, step = self._fit(r, free)
+            best = min(best, value)
+            amount = amount + step * np.array([size for size, _ in twin])
+        return best
+
+    def _with_twin(
+        self, twin: list[tuple[float, Callable[[float], Change]]], amount: Array
+    ) -> Plant:
+        plant = dict(self._base_plant)
+        for (_, by), x in zip(twin, amount, strict=True):
+            by(float(x))(plant)
+        return plant
+
+    def _fit(self, difference: Array, free: list[Array]) -> tuple[float, Array]:
+        """Chi-square left by tolerances and free columns, and the columns' amounts."""
         root = np.sqrt(self.windows.weight)
-        r, b = root * difference[:, 0], root * self._tolerance
-        prior = np.eye(b.shape[1])
-        if free:
-            extra = root * np.concatenate(free, axis=1)
-            extra = extra / np.maximum(np.linalg.norm(extra, axis=0), 1e-12)
-            b = np.concatenate((b, extra), axis=1)
-            prior = np.diag(np.r_[np.ones(prior.shape[0]), np.full(extra.shape[1], 1e-10)])
-        best = np.linalg.solve(prior + b.T @ b, b.T @ r)
-        return max(float(r @ r - best @ (b.T @ r)), 0.0)
+        r = root * difference[:, 0]
+        extra = root * np.concatenate(free, axis=1)
+        long = np.maximum(np.linalg.norm(extra, axis=0), 1e-9)
+        b = np.concatenate((root * self._tolerance, extra / long), axis=1)
+        prior = np.diag(np.r_[np.ones(self._tolerance.shape[1]), np.full(len(long), 1e-10)])
+        found = np.linalg.solve(prior + b.T @ b, b.T @ r)
+        return max(float(r @ r - found @ (b.T @ r)), 0.0), found[-len(long) :] / long
 
 
 def measure(flight: Flight, index: int) -> dict[str, Any]:
@@ -266,35 +293,36 @@ def measure(flight: Flight, index: int) -> dict[str, Any]:
             gains.of(alone[1], [alone[0]]),
         ]
     if case.spec.twin is not None:
-        free = [
-            gains.difference(_changed(case.without, change))
-            for change in _twin_changes(case.spec.twin, case)
-        ]
-        out["gain_left_after_twin"] = {case.spec.twin: gains.of(whole, free)}
+        twin = case.spec.twin
+        out["gain_left_after_twin"] = {twin: gains.left(case.with_it, flight.sent, _twin(twin, case))}
     return out
 
 
-def _twin_changes(name: str, case: Case) -> list[Change]:
-    """Changes that span a twin's parameters."""
-    if name == "payload":
-        made: Hidden = catalogue.payload(case.vehicle, case.rng, 0.3, np.zeros(3))
-        return [made.set_in]
-    single = {"thrust_coefficient": ("act_common", 0.03), "rotor_drag": ("rotor_drag", 0.006)}
-    if name in single:
-        return [_nudge(single[name][0], None, single[name][1], False)]
-    vectors = {
-        "accelerometer_bias": ("imu_bias", 0.1),
-        "linear_drag": ("hidden_linear", 0.1 if not case.vehicle.water else 2.0),
-        "quadratic_drag": ("hidden_quadratic", 0.05 if not case.vehicle.water else 4.0),
+def _twin(name: str, case: Case) -> list[tuple[float, Callable[[float], Change]]]:
+    """Directions that span a twin's parameters: a typical step and the change by an amount."""
+    wet = case.vehicle.water
+    numbers = {
+        "thrust_coefficient": ("act_common", 0.03),
+        "rotor_drag": ("rotor_drag", 0.006),
+        "payload": ("payload_mass", 0.03 * case.vehicle.mass),
+        "buoyancy": ("volume", 0.01 * case.vehicle.volume),
     }
-    if name == "centre_of_buoyancy":
-        return [
-            _both(_nudge("cob_shift", i, 0.003, False), _nudge("centroid_whole", i, 0.003, False))
-            for i in range(3)
-        ]
-    if name == "buoyancy":
-        return [_nudge("volume", None, 0.01, True)]
-    key, size = vectors[name]
-    return [_nudge(key, i, size, False) for i in range(3)]
+    vectors = {
+        "accelerometer_bias": (("imu_bias",), 0.1),
+        "linear_drag": (("hidden_linear",), 2.0 if wet else 0.1),
+        "quadratic_drag": (("hidden_quadratic",), 4.0 if wet else 0.05),
+        "centre_of_buoyancy": (("cob_shift", "centroid_whole"), 0.003),
+    }
+    if name in numbers:
+        key, size = numbers[name]
+        return [(size, lambda x: _nudge(key, None, x, False))]
+    keys, size = vectors[name]
 
+    def along(axis: int) -> Callable[[float], Change]:
+        def by(x: float) -> Change:
+            parts = [_nudge(k, axis, x, False) for k in keys]
+            return parts[0] if len(parts) == 1 else _both(*parts)
 
+        return by
+
+    return [(size, along(i)) for i in range(3)]

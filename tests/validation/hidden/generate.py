@@ -199,7 +199,8 @@ def produce(specs: list[Spec], out: Path, seed: int, *, gains: bool = True) -> i
                     writing.write(out / names[home], flight, i, readings)
                     written += 1
                 else:
-                    fresh = (*home, attempt + 1)
+                    # the same case in another size first; another draw when that does not help
+                    fresh = (*home, attempt + 1) if attempt > 1 else case.spec.seed
                     label[fresh] = home
                     again.append(replace(case.spec, seed=fresh, size=case.spec.size * change))
         waiting = again

@@ -1,0 +1,25 @@
+"""Typed settings of one diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(kw_only=True)
+class DiagnoseSettings:
+    """A measured log, and where the answer goes.
+
+    Args:
+        name: of the diagnosis, part of the run folder's name.
+        log: log folder or file.
+        reader: plug-in that reads the log.
+        out: folder of the answer, or None for the run's folder.
+        processes: that share the work; 0 for one per core.
+    """
+
+    name: str = "diagnose"
+    log: Any = None
+    reader: Any = None
+    out: str | None = None
+    processes: int = 0
