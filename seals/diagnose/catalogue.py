@@ -251,4 +251,4 @@ def _sensors(made: Collector, vehicle: Vehicle) -> None:
         made.candidate(name, keys)
     delay = {"delay": (tol.get("sensor_delay", 0.0), 0.02)}
     keys = made.add("sensor_delay", _effect("sensor_delay"), delay)
-    made.candidate("sensor_delay", keys, starts=[(0.0,), (0.015,)])
+    made.candidate("sensor_delay", keys, starts=[(0.008,), (0.02,), (0.035,)])

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Library
-from seals.diagnose.linearise import Dynamics, columns_along, predict
+from seals.diagnose.linearise import Columns, Dynamics, columns_along, predict
 from seals.diagnose.plant import Plant
 from seals.diagnose.trajectory import Course
 from seals.diagnose.windows import Whitened, Windows
@@ -70,6 +70,7 @@ class Fitter:
         dynamics: derivatives along the course.
         windows: of the log.
         at: parameters of the linearisation of the tolerances.
+        columns: responses of the tolerances, when they are known.
     """
 
     def __init__(
@@ -80,18 +81,28 @@ class Fitter:
         windows: Windows,
         *,
         at: Mapping[str, float] | None = None,
+        columns: Columns | None = None,
     ) -> None:
         self.plant, self.course, self.dynamics, self.windows = plant, course, dynamics, windows
         self.library: Library = plant.library
         self.tolerances = self.library.tolerances
         self.at = dict(at or {})
-        self.fixed = self.whitened(self.tolerances, self.at)
+        self.columns = columns or self._columns(self.tolerances, self.at)
+        self.fixed = windows.whiten(windows.responses(self.columns))
         self._square = self.fixed.product(self.fixed)
+
+    def seen_through(self, windows: Windows) -> Fitter:
+        """Return the same linearisation in other windows."""
+        return Fitter(
+            self.plant, self.course, self.dynamics, windows, at=self.at, columns=self.columns
+        )
+
+    def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+        return columns_along(self.plant, self.course, values, keys, self.dynamics)
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
         """Whitened responses of factors at given values."""
-        columns = columns_along(self.plant, self.course, values, keys, self.dynamics)
-        return self.windows.whiten(self.windows.responses(columns))
+        return self.windows.whiten(self.windows.responses(self._columns(keys, values)))
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""

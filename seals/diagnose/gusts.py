@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from seals.diagnose.fit import newton_step
 from seals.diagnose.hypothesis import Hypothesis, price
-from seals.diagnose.problem import GUSTS, Problem, linearised
+from seals.diagnose.problem import GUSTS, rewindowed
 
 LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
 """Factors on the gusts that are compared."""
@@ -25,12 +25,12 @@ class Unrest:
     gain: float
 
 
-def unrest(problem: Problem, hypothesis: Hypothesis) -> Unrest:
+def unrest(hypothesis: Hypothesis) -> Unrest:
     """Compare levels of the gusts at the values of a hypothesis."""
     fitter = hypothesis.fitter
     scores = {}
     for level in LEVELS:
-        other = linearised(problem.plant, fitter.course, fitter.at, gusts=level * GUSTS)
+        other = rewindowed(fitter, gusts=level * GUSTS)
         fit = other.again(hypothesis.fit)
         promised = newton_step(fit)[1]
         scores[level] = fit.cost - promised + price(fit, other.library) + other.windows.volume

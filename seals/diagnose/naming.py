@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fit
+from seals.diagnose.fit import Fit, Fitter
 from seals.diagnose.gusts import unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
+from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
-from seals.diagnose.problem import Problem, followed, linearised
+from seals.diagnose.problem import Problem, followed, linearised, rewindowed
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
 from seals.diagnose.special import special_starts
 
@@ -77,7 +78,7 @@ def extensions(
     taken = {c.label for c in base.candidates}
     families = {c.name for c in base.candidates}
     candidates = [c for c in library.candidates if c.label not in taken and c.name not in families]
-    noisy = unrest(problem, base)
+    noisy = unrest(base)
     missing = noisy.level > 1.0 and noisy.gain > _FORCE
     starts = special_starts(problem, base) if missing else {}
     regular = [c for c in candidates if c.name not in _SPECIAL]
@@ -88,21 +89,31 @@ def extensions(
     ]
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
-        return base.fitter.fit(keys_of((*base.candidates, job[0])), start=job[1])
+        keys = keys_of((*base.candidates, job[0]))
+        return _shifted(base.fitter, job[1]).fit(keys, start=job[1])
 
     fits = spread(work, jobs, processes)
-    chosen: dict[str, tuple[Candidate, Fit]] = {}
-    for (candidate, _), fit in zip(jobs, fits, strict=True):
+    chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
+    for (candidate, begin), fit in zip(jobs, fits, strict=True):
         known = chosen.get(candidate.label)
         if known is None or fit.cost < known[1].cost:
-            chosen[candidate.label] = (candidate, fit)
+            chosen[candidate.label] = (candidate, fit, _shifted(base.fitter, begin))
     out = [
-        scored((*base.candidates, c), fit, base.fitter, nominal.fit) for c, fit in chosen.values()
+        scored((*base.candidates, c), fit, fitter, nominal.fit)
+        for c, fit, fitter in chosen.values()
     ]
     out.sort(key=lambda h: -h.score)
     return tuple(polished(problem, nominal, out))
 
 
+def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
+    """Windows that follow a late sensor, for starts with more than a little delay."""
+    delay = start.get(DELAY, 0.0)
+    return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > _LATE else fitter
+
+
+_LATE = 3e-3
+"""Delay of the inertial sensors from which on the windows follow it [s]."""
 _SPECIAL = ("tether", "waves")
 _FORCE = 25.0
 """Evidence for stronger gusts from which on effects of unknown place or period are tried."""
@@ -147,7 +158,7 @@ def polished(
 
 
 def relinearised(
-    problem: Problem, nominal: Hypothesis, hypothesis: Hypothesis, *, rounds: int = 3
+    problem: Problem, nominal: Hypothesis, hypothesis: Hypothesis, *, rounds: int = 2
 ) -> Hypothesis:
     """Fit a hypothesis again about its own values."""
     keys = hypothesis.fit.freed

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.diagnose.catalogue import library_of
 from seals.diagnose.fit import Fitter
-from seals.diagnose.linearise import DELAY, dynamics_along, predict
+from seals.diagnose.linearise import DELAY, Dynamics, dynamics_along, predict
 from seals.diagnose.plant import Plant
 from seals.diagnose.rollout import simulated_course, start_states
 from seals.diagnose.rough import surface
@@ -96,22 +96,53 @@ def linearised(
 ) -> Fitter:
     """Linearise the model along a course and set up the windows."""
     dynamics = dynamics_along(plant, course, at)
+    delay = at.get(DELAY, 0.0)
+    windows = windows_of(plant, course, dynamics, window=window, gusts=gusts, delay=delay)
+    return Fitter(plant, course, dynamics, windows, at=at)
+
+
+def windows_of(
+    plant: Plant,
+    course: Course,
+    dynamics: Dynamics,
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+    delay: float = 0.0,
+) -> Windows:
+    """Set up the windows of a log.
+
+    Args:
+        plant: extended model.
+        course: about which it is linear.
+        dynamics: derivatives along the course.
+        window: length [s].
+        gusts: factor on their stated level.
+        delay: of the inertial sensors [s].
+    """
     rough = surface(plant, course)
-    windows = Windows(
+    posed = plant.samples.posed
+    return Windows(
         plant.samples,
         plant.vehicle,
         course,
         dynamics,
-        length=window if plant.samples.posed else 1e6,
+        length=window if posed else 1e6,
         gust=gusts * plant.vehicle.gust,
         extra=None if rough is None else rough.push,
         blur=None if rough is None else rough.blur,
         knot=None if rough is None else max(_QUICK, 1.5 * plant.samples.step),
-        stated=None if plant.samples.posed else stated_starts(plant, course),
+        stated=None if posed else stated_starts(plant, course),
         skip=forgotten(plant),
-        delay=at.get(DELAY, 0.0),
+        delay=delay,
     )
-    return Fitter(plant, course, dynamics, windows, at=at)
+
+
+def rewindowed(fitter: Fitter, *, gusts: float = GUSTS, delay: float | None = None) -> Fitter:
+    """The same linearisation under other gusts or another delay of the inertial sensors."""
+    late = fitter.windows.delay if delay is None else delay
+    windows = windows_of(fitter.plant, fitter.course, fitter.dynamics, gusts=gusts, delay=late)
+    return fitter.seen_through(windows)
 
 
 def followed(

@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 
 from seals.arrays import Floats
 from seals.diagnose.hypothesis import Hypothesis
-from seals.diagnose.problem import LOOSE, Problem, linearised
+from seals.diagnose.problem import LOOSE, Problem, rewindowed
 from seals.frames import matrix_of, rotate
 
 _EVERY = 5
@@ -33,7 +33,7 @@ def special_starts(problem: Problem, base: Hypothesis) -> dict[str, list[dict[st
 
 def free_force(problem: Problem, base: Hypothesis) -> tuple[Floats, Floats, Floats]:
     """Where, which and when: the force that best explains what a model leaves over, world axes."""
-    fitter = linearised(problem.plant, base.fitter.course, base.fitter.at, gusts=LOOSE)
+    fitter = rewindowed(base.fitter, gusts=LOOSE)
     misfit = fitter.misfit(base.fit.values)
     _, wrench = fitter.windows.explained(misfit.outputs[:, :, 0])
     rows = fitter.windows.rows[:, ::_EVERY].ravel()

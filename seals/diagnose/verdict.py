@@ -107,7 +107,7 @@ class Answer:
 def judge(problem: Problem, search: Search) -> Answer:
     """Turn a search into an answer."""
     best = search.best
-    left = unrest(problem, best)
+    left = unrest(best)
     floor = _floor(search)
     before = search.nominal.fit.cost
     share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)

@@ -110,6 +110,11 @@ class Windows:
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]
         self.weight = np.stack(weight, axis=1)[self.rows]
+        late = int(np.ceil(self.delay / self.samples.step)) if self.delay > 0.0 else 0
+        for i, name in enumerate(self.channel_of):
+            if name in ("angular_velocity", "specific_force"):
+                # what a late sensor reads first lies before the window
+                self.weight[:, :late, i] = 0.0
         self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
         self.observed = int(np.count_nonzero(self.weight)) - (self.count * self.size)
 

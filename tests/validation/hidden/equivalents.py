@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tests.validation.hidden import forces
+from tests.validation.hidden.arm import friction
 from tests.validation.hidden.batch import Flight
 from tests.validation.hidden.body import IMPULSE
 from tests.validation.hidden.forces import Motion
@@ -100,6 +101,8 @@ def settle(flight: Flight, *, stride: int = 2) -> None:
         for effect in case.hidden:
             if effect.name == "slamming":
                 _settle_slam(flight, mine, effect.values)
+            if effect.name == "joint_friction":
+                _settle_friction(flight, mine, effect.values)
             if effect.name not in sums:
                 continue
             top, bottom = (s[:, mine].sum(1) for s in sums[effect.name])
@@ -117,6 +120,18 @@ def _settle_slam(flight: Flight, mine: Array, values: dict[str, float]) -> None:
     true, law = flight.track.rows[-1][IMPULSE][:, mine].sum(1)
     if law > 0.0:
         values["coefficient"] = six(values["coefficient"] * true / law)
+
+
+def _settle_friction(flight: Flight, mine: Array, values: dict[str, float]) -> None:
+    """Coulomb and viscous parts together, from the true torque at the inner rows' joint rates."""
+    joint = int(values["joint"]) - 1
+    member = int(np.flatnonzero(mine)[0])
+    speed = flight.track.rows[flight.skip :, flight.body.rate_rows.start + joint, member]
+    one = {k: flight.with_it[k][..., member] for k in ("stribeck",)}
+    true = friction(one, speed, np.array(values["coulomb"]), np.array(values["viscous"]))
+    laws = np.stack((-np.sign(speed), -speed), axis=1)
+    dry, wet = np.linalg.lstsq(laws, true, rcond=None)[0]
+    values["coulomb"], values["viscous"] = six(dry), six(wet)
 
 
 def _replace(values: dict[str, float], name: str, value: float) -> None:
