@@ -106,7 +106,7 @@ def held_out_misfit(hypothesis: Hypothesis, problem: Problem) -> float:
     for part in range(int(fold.max()) + 1):
         test = fold == part
         matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
-        gradient = fit.right[~test].sum(axis=0) - fit.precision * at
+        gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
         step = solve_scaled(matrix, gradient)
         inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
         total += float((fit.misfit[test] - 2.0 * fit.right[test] @ step + inner).sum())

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Library
-from seals.diagnose.linearise import Columns, Dynamics, columns_along, predict
+from seals.diagnose.linearise import DELAY, Columns, Dynamics, columns_along, predict
 from seals.diagnose.plant import Plant
 from seals.diagnose.trajectory import Course
 from seals.diagnose.windows import Whitened, Windows
@@ -35,6 +35,7 @@ class Fit:
         normal: normal matrices of the windows, shape (W, p, p).
         right: right sides at the fitted values, shape (W, p).
         precision: prior precision of the keys, shape (p,).
+        centre: prior mean of the keys, shape (p,).
         penalty: prior part of the cost.
     """
 
@@ -46,6 +47,7 @@ class Fit:
     normal: Floats
     right: Floats
     precision: Floats
+    centre: Floats
     penalty: float
 
     @property
@@ -147,6 +149,8 @@ class Fitter:
         precision = self.precision(keys, freed)
         first = {k: float(self.at.get(k, 0.0)) for k in keys}
         first |= {k: float(v) for k, v in (start or {}).items() if k in freed}
+        if self.windows.delay and DELAY in first:
+            first[DELAY] = self.windows.delay
         now = self._linear(keys, freed, first, precision)
         if freed:
             now = self._descend(now, iterations, tolerance, set(freed))
@@ -224,7 +228,13 @@ class Fitter:
                     normal[:, i, j] = own[:, a, b]
         level = misfit.product(misfit)[:, 0, 0]
         at_values = np.array([values[k] for k in keys])
-        penalty = float(np.sum(precision * at_values**2))
+        centre = np.zeros(total)
+        if self.windows.delay and DELAY in keys:
+            # these windows follow a late sensor: its delay is theirs, and held
+            held = list(keys).index(DELAY)
+            normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0
+            centre[held] = self.windows.delay
+        penalty = float(np.sum(precision * (at_values - centre) ** 2))
         return Fit(
             freed=tuple(freed),
             keys=tuple(keys),
@@ -234,6 +244,7 @@ class Fitter:
             normal=normal,
             right=right,
             precision=precision,
+            centre=centre,
             penalty=penalty,
         )
 
@@ -242,7 +253,7 @@ def newton_step(fit: Fit) -> tuple[Floats, float]:
     """Full Gauss-Newton step of all keys, shape (p,), and the fall of the cost it promises."""
     at = np.array([fit.values[k] for k in fit.keys])
     matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
-    gradient = fit.right.sum(axis=0) - fit.precision * at
+    gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
     step = solve_scaled(matrix, gradient)
     return step, float(step @ gradient)
 
@@ -254,7 +265,7 @@ def reserve(fit: Fit, frozen: Sequence[int]) -> float:
     at = np.array([fit.values[fit.keys[i]] for i in frozen])
     precision = fit.precision[frozen]
     matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
-    gradient = fit.right.sum(axis=0)[frozen] - precision * at
+    gradient = fit.right.sum(axis=0)[frozen] - precision * (at - fit.centre[frozen])
     return float(gradient @ solve_scaled(matrix, gradient))
 
 

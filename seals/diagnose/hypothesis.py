@@ -62,11 +62,15 @@ def price(fit: Fit, library: Library) -> float:
     return float(np.linalg.slogdet(scaled + np.eye(len(widths)))[1])
 
 
-def scored(candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Fit) -> Hypothesis:
+def scored(
+    candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Hypothesis
+) -> Hypothesis:
     """Score a fit against that of the nominal model."""
     library = fitter.library
-    gain = nominal.cost - fit.cost
-    paid = price(fit, library) - price(nominal, library)
+    # windows that follow a late sensor leave out rows, each worth one
+    dropped = nominal.fitter.windows.observed - fitter.windows.observed
+    gain = nominal.fit.cost - fit.cost - dropped
+    paid = price(fit, library) - price(nominal.fit, library)
     return Hypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=gain - paid)
 
 

@@ -99,8 +99,7 @@ def extensions(
         if known is None or fit.cost < known[1].cost:
             chosen[candidate.label] = (candidate, fit, _shifted(base.fitter, begin))
     out = [
-        scored((*base.candidates, c), fit, fitter, nominal.fit)
-        for c, fit, fitter in chosen.values()
+        scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
     out.sort(key=lambda h: -h.score)
     return tuple(polished(problem, nominal, out))
@@ -162,6 +161,8 @@ def relinearised(
 ) -> Hypothesis:
     """Fit a hypothesis again about its own values."""
     keys = hypothesis.fit.freed
+    if DELAY in keys and hypothesis.fitter.windows.delay:
+        hypothesis = timed(nominal, hypothesis)
     fit, fitter = hypothesis.fit, hypothesis.fitter
     for _ in range(rounds):
         at = dict(fit.values)
@@ -172,7 +173,30 @@ def relinearised(
         before, fit = fit, fitter.fit(keys, start=fit.values)
         if abs(before.cost - fit.cost) < _SETTLED:
             break
-    return scored(hypothesis.candidates, fit, fitter, nominal.fit)
+    return scored(hypothesis.candidates, fit, fitter, nominal)
+
+
+def timed(nominal: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:
+    """Find the delay of the inertial sensors by windows that follow it, with ever finer steps."""
+    best = hypothesis
+    for step in _DELAY_STEPS:
+        for _ in range(3):
+            at = best.fitter.windows.delay
+            near = [_delayed(nominal, best, at + side * step) for side in (-1.0, 1.0)]
+            if max(h.score for h in near) <= best.score:
+                break
+            best = max(near, key=lambda h: h.score)
+    return best
+
+
+def _delayed(nominal: Hypothesis, hypothesis: Hypothesis, delay: float) -> Hypothesis:
+    fitter = rewindowed(hypothesis.fitter, delay=delay)
+    fit = fitter.fit(hypothesis.fit.freed, start={**hypothesis.fit.values, DELAY: delay})
+    return scored(hypothesis.candidates, fit, fitter, nominal)
+
+
+_DELAY_STEPS = (3e-3, 1e-3, 3e-4)
+"""Steps of the search for a delay [s]."""
 
 
 def exchanged(
@@ -191,7 +215,7 @@ def exchanged(
             values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
             keys = keys_of((*others, candidate))
             fit = best.fitter.fit(keys, start={x: values[x] for x in keys})
-            rival = scored((*others, candidate), fit, best.fitter, nominal.fit)
+            rival = scored((*others, candidate), fit, best.fitter, nominal)
             if rival.score > best.score + 1.0:
                 best = rival
     return best
@@ -217,5 +241,5 @@ def rivals_of(
         values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
         keys = keys_of((*others, candidate))
         fit = best.fitter.fit(keys, start={k: values[k] for k in keys})
-        found.append(scored((*others, candidate), fit, best.fitter, search.nominal.fit))
+        found.append(scored((*others, candidate), fit, best.fitter, search.nominal))
     return tuple(sorted(found, key=lambda h: -h.score))

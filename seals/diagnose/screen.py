@@ -23,6 +23,7 @@ class Screen:
         values: about which the equations hold.
         cost: of the fit.
         freed: keys freed already.
+        centre: prior means that are not zero.
     """
 
     keys: tuple[str, ...]
@@ -31,6 +32,7 @@ class Screen:
     values: Mapping[str, float]
     cost: float
     freed: tuple[str, ...]
+    centre: Mapping[str, float]
 
 
 def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> Screen:
@@ -55,6 +57,7 @@ def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> Screen:
         values={**dict.fromkeys(more, 0.0), **fit.values},
         cost=fit.cost,
         freed=fit.freed,
+        centre=dict(zip(fit.keys, map(float, fit.centre), strict=True)),
     )
 
 
@@ -91,14 +94,17 @@ def linear_gain(
     ]
     keys = [table.keys[i] for i in use]
     precision = fitter.precision(keys, (*table.freed, *freed))
-    at = np.array([table.values[k] for k in keys])
+    at = np.array([table.values[k] for k in keys]) - np.array(
+        [table.centre.get(k, 0.0) for k in keys]
+    )
     matrix = table.normal[chosen].sum(axis=0)[np.ix_(use, use)] + np.diag(precision)
     gradient = table.right[chosen].sum(axis=0)[use] - precision * at
     step = solve_scaled(matrix, gradient)
     before = fitter.precision(keys, table.freed)
     # freeing a prior already lowers the cost of values that it held
     relief = float(np.sum((np.where(np.isfinite(before), before, 0.0) - precision) * at**2))
-    return float(step @ gradient) + relief, dict(zip(keys, at + step, strict=True))
+    reached = {k: table.values[k] + float(d) for k, d in zip(keys, step, strict=True)}
+    return float(step @ gradient) + relief, reached
 
 
 def candidate_keys(candidates: Sequence[Candidate]) -> tuple[str, ...]:

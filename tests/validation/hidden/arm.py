@@ -17,12 +17,14 @@ from tests.validation.hidden.plant import Plant
 from tests.validation.hidden.rotation import Array, cross, matrix, rate, to_body, to_world
 
 JOINTS = 3
+# whether a joint (row) carries a member (column: base, three links, payload)
+BEHIND = np.array([[0, 1, 1, 1, 1], [0, 0, 1, 1, 1], [0, 0, 0, 1, 1]], dtype=float)[:, :, None]
 CREEP = 0.04  # rate over which dry friction turns over [rad/s]
 CONTACT, CUSHION = 120.0, 0.35  # teeth in contact [N m/rad], [N m s/rad]
 
 
 def about_y(v: Array) -> Array:
-    """Cross product of the y axis with (3, n)."""
+    """Cross product of the y axis with (3, ...)."""
     return np.stack((v[2], np.zeros_like(v[0]), -v[0]))
 
 
@@ -162,59 +164,79 @@ class ArmBody(Body):
 
     def _chain(self, state: Array, m: Motion) -> tuple[Array, Array]:
         """Mass matrix (n, 9, 9) and the forces (9, n) of velocities and weight."""
-        plant, n = self.plant, self.size
-        speed = state[self.rate_rows]
-        where = pose(plant, state[self.joint_rows])
-        fall = plant["gravity"] * m.turn[2]
-        origin_accel = cross(m.spin, m.velocity) + fall
-        mass, bias = np.zeros((9, 9, n)), np.zeros((9, n))
-        inertia = np.zeros((3, 3, n))
-        inertia[range(3), range(3)] = plant["inertia"]
-        self._member(mass, bias, m, origin_accel, plant["mass"], plant["com"], inertia, where, speed, 0)
-        for i in range(JOINTS + 1):
-            joints = min(i + 1, JOINTS)
-            heavy = plant["link_mass"][i] if i < JOINTS else plant["payload_mass"]
-            own = plant["link_inertia"][:, i] if i < JOINTS else np.zeros((3, n))
-            inertia = turned(own, where.angles[i])
-            self._member(
-                mass, bias, m, origin_accel, heavy, where.centres[i], inertia, where, speed, joints
-            )
-        return mass.transpose(2, 0, 1), bias
+        heavy, centre, inertia, origin = self._members(state)
+        slope = about_y(centre[:, None] - origin[:, :, None]) * BEHIND
+        fall = self.plant["gravity"] * m.turn[2]
+        accel, load = _coasting(m, fall, state[self.rate_rows], centre, inertia, origin, slope)
+        force = heavy * accel
+        bias = np.zeros((9, self.size))
+        bias[:3] = force.sum(1)
+        bias[3:6] = (cross(centre, force) + load).sum(1)
+        bias[6:] = (slope * force[:, None]).sum((0, 2)) + (BEHIND * load[1]).sum(1)
+        return _mass_matrix(heavy, centre, inertia, slope), bias
 
-    def _member(
-        self, mass: Array, bias: Array, m: Motion, origin_accel: Array, heavy: Array,
-        centre: Array, inertia: Array, where: Pose, speed: Array, joints: int,
-    ) -> None:
-        """Add one member that hangs behind the given number of joints."""
-        n, w = self.size, m.spin
-        move, turn = np.zeros((3, 9, n)), np.zeros((3, 9, n))
-        for a in range(3):
-            move[a, a] = 1.0
-            turn[a, 3 + a] = 1.0
-        x, y, z = centre
-        move[0, 4], move[0, 5], move[1, 3] = z, -y, -z
-        move[1, 5], move[2, 3], move[2, 4] = x, y, -x
-        slide = np.zeros((3, n))
-        for j in range(joints):
-            move[:, 6 + j] = about_y(centre - where.origins[j])
-            turn[1, 6 + j] = 1.0
-            slide = slide + speed[j] * move[:, 6 + j]
-        twist = speed[:joints].sum(0)
-        swing = np.zeros((3, n))
-        for j in range(joints):
-            own = np.zeros((3, n))
-            for k in range(j):
-                own = own + speed[k] * about_y(where.origins[j] - where.origins[k])
-            swing = swing + speed[j] * about_y(slide - own)
-        accel = origin_accel + cross(w, cross(w, centre)) + 2.0 * cross(w, slide) + swing
-        spin = w.copy()
-        spin[1] = spin[1] + twist
-        turning = cross(w, np.stack((0.0 * twist, twist, 0.0 * twist)))
-        momentum = (inertia * spin).sum(1)
-        load = (inertia * turning).sum(1) + cross(spin, momentum)
-        mass += heavy * np.einsum("iap,ibp->abp", move, move)
-        mass += np.einsum("iap,ijp,jbp->abp", turn, inertia, turn, optimize=True)
-        bias += (move * (heavy * accel)[:, None]).sum(0) + (turn * load[:, None]).sum(0)
+    def _members(self, state: Array) -> tuple[Array, Array, Array, Array]:
+        """Masses (5, n), centres (3, 5, n), inertias (3, 3, 5, n) and joint origins (3, 3, n)."""
+        plant = self.plant
+        where = pose(plant, state[self.joint_rows])
+        heavy = np.stack((plant["mass"], *plant["link_mass"], plant["payload_mass"]))
+        centre = np.stack((plant["com"], *where.centres), axis=1)
+        inertia = np.zeros((3, 3, 5, self.size))
+        inertia[range(3), range(3), 0] = plant["inertia"]
+        inertia[:, :, 1:4] = turned(plant["link_inertia"], np.stack(where.angles[:JOINTS]))
+        return heavy, centre, inertia, np.stack(where.origins, axis=1)
+
+
+def _coasting(
+    m: Motion,
+    fall: Array,
+    speed: Array,
+    centre: Array,
+    inertia: Array,
+    origin: Array,
+    slope: Array,
+) -> tuple[Array, Array]:
+    """Acceleration of each centre and torque on each member when no rate changes, (3, 5, n)."""
+    w = m.spin[:, None]
+    slide = (speed[:, None] * slope).sum(1)
+    carried = np.zeros_like(origin)
+    for j in range(1, JOINTS):
+        for k in range(j):
+            carried[:, j] += speed[k] * about_y(origin[:, j] - origin[:, k])
+    swing = about_y(((slide[:, None] - carried[:, :, None]) * BEHIND * speed[:, None]).sum(1))
+    accel = (cross(m.spin, m.velocity) + fall)[:, None] + cross(w, cross(w, centre))
+    accel = accel + 2.0 * cross(w, slide) + swing
+    twist = (BEHIND * speed[:, None]).sum(0)
+    spin = np.stack(np.broadcast_arrays(w[0], w[1] + twist, w[2]))
+    turning = np.stack((-w[2] * twist, np.zeros_like(twist), w[0] * twist))
+    load = (inertia * turning).sum(1) + cross(spin, (inertia * spin).sum(1))
+    return accel, load
+
+
+def _mass_matrix(heavy: Array, centre: Array, inertia: Array, slope: Array) -> Array:
+    """Mass matrix (n, 9, 9) of velocity, spin and joint rates."""
+    n = heavy.shape[1]
+    out = np.zeros((9, 9, n))
+    x, y, z = (heavy * centre).sum(1)
+    for a in range(3):
+        out[a, a] = heavy.sum(0)
+    out[0, 4], out[0, 5], out[1, 5] = z, -y, x
+    out[1, 3], out[2, 3], out[2, 4] = -z, y, -x
+    out[3:6, :3] = out[:3, 3:6].transpose(1, 0, 2)
+    square = (centre**2).sum(0)
+    about = inertia - heavy * centre[:, None] * centre[None]
+    about[range(3), range(3)] += heavy * square
+    out[3:6, 3:6] = about.sum(2)
+    out[:3, 6:] = (heavy * slope).sum(2)
+    moment = heavy * cross(centre[:, None], slope) + BEHIND * inertia[:, 1, None]
+    out[3:6, 6:] = moment.sum(2)
+    out[6:, :6] = out[:6, 6:].transpose(1, 0, 2)
+    for i in range(JOINTS):
+        for j in range(JOINTS):
+            both = BEHIND[i] * BEHIND[j]
+            out[6 + i, 6 + j] = (heavy * (slope[:, i] * slope[:, j]).sum(0)).sum(0)
+            out[6 + i, 6 + j] += (both * inertia[1, 1]).sum(0)
+    return out.transpose(2, 0, 1)
 
 
 def friction(plant: Plant, speed: Array, dry: Array, viscous: Array) -> Array:

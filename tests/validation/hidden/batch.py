@@ -172,5 +172,3 @@ def _worst_quarter(values: Array) -> float:
     ordered = np.sort(values, axis=1)[:, ::-1]
     count = max(1, values.shape[1] // 4)
     return float(ordered[:, :count].mean(1).max())
-
-

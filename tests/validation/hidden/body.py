@@ -1,8 +1,8 @@
 """Rigid body in air and water, integrated in its momentum by the midpoint rule.
 
 State rows: place 0-2, quaternion 3-6, momentum (linear, angular about the origin, body axes, fluid
-included) 7-12, spent charge 13, shedding phase 14, slung load 15-20, entry impulse 21 (true) and 22 (textbook),
-actuators 23 onwards.
+included) 7-12, spent charge 13, shedding phase 14, slung load 15-20, entry impulse 21 (true) and
+22 (textbook), actuators 23 onwards.
 """
 
 from __future__ import annotations
@@ -171,7 +171,9 @@ class Body:
         out[7:10] = force - cross(m.spin, state[7:10])
         out[10:13] = torque - cross(m.spin, state[10:13]) - cross(m.velocity, state[7:10])
         if self.count:
-            lag = np.where(command > state[HEAD:HEAD+self.count], plant["lag_up"], plant["lag_down"])
+            lag = np.where(
+                command > state[HEAD : HEAD + self.count], plant["lag_up"], plant["lag_down"]
+            )
             out[HEAD : HEAD + self.count] = (command - state[HEAD : HEAD + self.count]) / lag
         return out
 

@@ -75,13 +75,11 @@ def unit_of(effect: str, parameter: str) -> str:
     """Unit of a parameter, as the truth file writes it."""
     if parameter in {"rotor", "joint"}:
         return "index"
-    stem = parameter.split("_")[0]
+    stem = parameter.split("_", maxsplit=1)[0]
     return PARAMETER_UNITS.get((effect, stem), UNITS.get(effect, "1"))
 
 
-def _three(
-    name: str, stem: str, value: Array, key: str, *, start: int = 0, **facts: Any
-) -> Hidden:
+def _three(name: str, stem: str, value: Array, key: str, *, start: int = 0, **facts: Any) -> Hidden:
     """An effect that adds a vector to a plant array."""
     value = six(value)
     names = [f"{stem}_{axis}" for axis in XYZ]
@@ -125,7 +123,8 @@ def quadratic_drag(v: Vehicle, rng: Rng, f: float) -> Hidden:
     if v.water:
         value = f * v.water_quadratic * rng.uniform(0.55, 0.75) * rng.uniform(0.85, 1.15, 3)
     else:
-        value = f * rng.uniform(0.14, 0.22) * rng.uniform(0.85, 1.15, 3)
+        base = 0.18 if v.kind == "quad" else 0.34
+        value = f * base * rng.uniform(0.8, 1.2) * rng.uniform(0.85, 1.15, 3)
     return _three("quadratic_drag", "coefficient", value, "hidden_quadratic", medium=_medium(v))
 
 
@@ -334,7 +333,9 @@ def thrust_in_water(v: Vehicle, rng: Rng, f: float) -> Hidden:
 
 def accelerometer_bias(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Offset of the accelerometer."""
-    return _three("accelerometer_bias", "bias", f * _signs(rng, 0.25, 0.4), "imu_bias", sensor="imu")
+    return _three(
+        "accelerometer_bias", "bias", f * _signs(rng, 0.25, 0.4), "imu_bias", sensor="imu"
+    )
 
 
 def accelerometer_scale(v: Vehicle, rng: Rng, f: float) -> Hidden:

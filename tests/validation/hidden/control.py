@@ -124,9 +124,7 @@ def _allocation(vehicle: Vehicle) -> Array:
     moment = cross(vehicle.positions, vehicle.axes)
     if vehicle.rotor:
         ratio = vehicle.torque / vehicle.thrust
-        rows = np.stack(
-            (vehicle.axes[2], moment[0], moment[1], -ratio * vehicle.directions)
-        )
+        rows = np.stack((vehicle.axes[2], moment[0], moment[1], -ratio * vehicle.directions))
     else:
         rows = np.stack((*vehicle.axes, moment[0], moment[2]))
     return np.asarray(np.linalg.pinv(rows), dtype=float)

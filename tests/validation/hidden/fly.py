@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-
 from tests.validation.hidden.commands import PAD, Commands
 from tests.validation.hidden.control import Controller
 from tests.validation.hidden.plant import Plant
@@ -105,8 +104,15 @@ def closed_loop(
 
 
 def windows(
-    body: Any, state: Array, sent: Commands, *, log: Index, first: Index, rows: int,
-    inner: float, per_row: int,
+    body: Any,
+    state: Array,
+    sent: Commands,
+    *,
+    log: Index,
+    first: Index,
+    rows: int,
+    inner: float,
+    per_row: int,
 ) -> Track:
     """Replay windows from given states under the commands that were sent, without gusts.
 
@@ -139,9 +145,7 @@ def windows(
     return track
 
 
-def _blank(
-    rows: int, shape: tuple[int, ...], body: Any, inner: float, per_row: int
-) -> Track:
+def _blank(rows: int, shape: tuple[int, ...], body: Any, inner: float, per_row: int) -> Track:
     return Track(
         rows=np.zeros((rows, *shape)),
         fine=np.zeros((rows * per_row + 1, 10, shape[1])),
@@ -154,5 +158,3 @@ def _blank(
 def _note(track: Track, row: int, body: Any, state: Array) -> None:
     track.rows[row] = state
     track.volts[row] = body.voltage(state)
-
-

@@ -79,7 +79,9 @@ def spread_drag(plant: Plant, m: Motion) -> tuple[Array, Array]:
     line = plant["hidden_linear"][:, None] * (size / speed) ** (first - 1.0)
     force = -line * local
     if plant["hidden_quadratic"].any():
-        force -= plant["hidden_quadratic"][:, None] * speed * (size / speed) ** (second - 1.0) * local
+        force -= (
+            plant["hidden_quadratic"][:, None] * speed * (size / speed) ** (second - 1.0) * local
+        )
     force *= weight / x.shape[0]
     torque = np.stack((np.zeros_like(v[0]), -(x * force[2]).sum(0), (x * force[1]).sum(0)))
     return force.sum(1), torque
@@ -141,9 +143,11 @@ def rotor_drag(plant: Plant, m: Motion, thrust: Array) -> tuple[Array, Array]:
     hub_x = m.through_air[0] + spin[1] * arm[2] - spin[2] * arm[1]
     hub_y = m.through_air[1] + spin[2] * arm[0] - spin[0] * arm[2]
     normal = plant["hover_thrust"]
-    size = plant["rotor_drag"] * normal * (np.maximum(thrust, 0.0) / normal) ** plant[
-        "rotor_drag_power"
-    ]
+    size = (
+        plant["rotor_drag"]
+        * normal
+        * (np.maximum(thrust, 0.0) / normal) ** plant["rotor_drag_power"]
+    )
     fx, fy = -size * hub_x, -size * hub_y
     force = np.stack((fx.sum(0), fy.sum(0), np.zeros_like(m.wet)))
     torque = np.stack(

@@ -71,9 +71,7 @@ def tolerance_changes(case: Case) -> list[Change]:
                 live = np.flatnonzero(value)
             else:
                 relative, live = False, np.arange(value.size)
-            if name in WHOLE:
-                out.append(_nudge(key, None, size, relative))
-            elif np.ndim(plant[key]) == 0:
+            if name in WHOLE or np.ndim(plant[key]) == 0:
                 out.append(_nudge(key, None, size, relative))
             else:
                 out.extend(_nudge(key, int(i), size, relative) for i in live)
@@ -88,7 +86,9 @@ def _together(case: Case) -> list[Change]:
     for name in ("rotor_time_constant", "thruster_time_constant"):
         if name in names:
             size = TOLERANCE[name][0]
-            out.append(_both(_nudge("lag_up", None, size, False), _nudge("lag_down", None, size, False)))
+            out.append(
+                _both(_nudge("lag_up", None, size, False), _nudge("lag_down", None, size, False))
+            )
     if "centre_of_buoyancy" in names:
         size = TOLERANCE["centre_of_buoyancy"][0]
         out.extend(
@@ -174,9 +174,7 @@ class Windows:
             per_row=self.per_row,
         )
         values = sensors.exact(track, body.plant, self.flight.joints())
-        return [
-            {k: v[..., i * w : (i + 1) * w] for k, v in values.items()} for i in range(count)
-        ]
+        return [{k: v[..., i * w : (i + 1) * w] for k, v in values.items()} for i in range(count)]
 
     def whitened(self, one: Any, two: Any) -> Array:
         """Differences in units of the noise, (numbers, windows), thinned to each sensor's rate."""
@@ -250,8 +248,10 @@ class Gains:
         goal, best = self._run([plant], sent)[0], np.inf
         for _ in range(4):
             here = self._with_twin(twin, amount)
-            near = [self._with_twin(twin, amount + np.eye(len(twin))[i] * size)
-                    for i, (size, _) in enumerate(twin)]
+            near = [
+                self._with_twin(twin, amount + np.eye(len(twin))[i] * size)
+                for i, (size, _) in enumerate(twin)
+            ]
             runs = self._run([here, *near])
             r = self._project(self.windows.whitened(goal, runs[0]).T[..., None])
             free = [self._project(self.windows.whitened(x, runs[0]).T[..., None]) for x in runs[1:]]
@@ -294,7 +294,9 @@ def measure(flight: Flight, index: int) -> dict[str, Any]:
         ]
     if case.spec.twin is not None:
         twin = case.spec.twin
-        out["gain_left_after_twin"] = {twin: gains.left(case.with_it, flight.sent, _twin(twin, case))}
+        out["gain_left_after_twin"] = {
+            twin: gains.left(case.with_it, flight.sent, _twin(twin, case))
+        }
     return out
 
 

@@ -227,9 +227,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--no-gain", action="store_true", help="skip the slow part of the labels")
     args = parser.parse_args(argv)
-    specs = plan(
-        args.count, args.seed, level=args.level, vehicle=args.vehicle, effect=args.effect
-    )
+    specs = plan(args.count, args.seed, level=args.level, vehicle=args.vehicle, effect=args.effect)
     done = produce(specs, args.out, args.seed, gains=not args.no_gain)
     print(f"{done} of {args.count} cases in {args.out}")
     return 0

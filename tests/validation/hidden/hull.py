@@ -9,7 +9,11 @@ import numpy as np
 from tests.validation.hidden.rotation import Array, cross, matrix, multiply
 
 # edges of a cell along the part's own axes [m]: fine along the usual vertical, or across a boom
-CELL = {"box": (0.03, 0.03, 0.012), "cylinder": (0.025, 0.025, 0.012), "capsule": (0.012, 0.012, 0.03)}
+CELL = {
+    "box": (0.03, 0.03, 0.012),
+    "cylinder": (0.025, 0.025, 0.012),
+    "capsule": (0.012, 0.012, 0.03),
+}
 
 
 def _local_points(part: dict[str, Any], coarse: float) -> tuple[Array, float]:
@@ -42,9 +46,7 @@ def cells(parts: list[dict[str, Any]], *, coarse: float = 1.0) -> tuple[Array, A
         points, unit = _local_points(part, coarse)
         roll, pitch, yaw = part["rpy"]
         turn = matrix(
-            multiply(
-                _about(2, yaw), multiply(_about(1, pitch), _about(0, roll))
-            )[:, None]
+            multiply(_about(2, yaw), multiply(_about(1, pitch), _about(0, roll)))[:, None]
         )[..., 0]
         places.append(turn @ points + np.asarray(part["position"], dtype=float)[:, None])
         weights.append(np.full(points.shape[1], unit))
@@ -84,4 +86,3 @@ def filling_rate(place: Array, layer: Array, turn: Array, velocity: Array, spin:
     # the height of a cell falls with the part of spin x place along the vertical
     lever = cross(turn[2], spin)
     return (layer * (sink - (lever[:, None] * place).sum(0))).sum(0)
-

@@ -198,9 +198,7 @@ def aam(rng: np.random.Generator) -> Vehicle:
         kind="aam",
         mass=mass,
         inertia=six(whole),
-        angular_linear=six([rng.uniform(0.002, 0.005)] * 3)
-        if rng.random() < 0.5
-        else np.zeros(3),
+        angular_linear=six([rng.uniform(0.002, 0.005)] * 3) if rng.random() < 0.5 else np.zeros(3),
         ground=0.0,
         gust_force=six(0.02 * mass),
         gust_torque=six(0.0004 * mass),

@@ -71,7 +71,9 @@ def shedding_rate(plant: Plant, m: Motion) -> Array:
 def wheel(plant: Plant, m: Motion) -> Array:
     """Torque of a fast wheel inside the body: minus spin x momentum."""
     h, w = plant["wheel"], m.spin
-    return np.stack((h[1] * w[2] - h[2] * w[1], h[2] * w[0] - h[0] * w[2], h[0] * w[1] - h[1] * w[0]))
+    return np.stack(
+        (h[1] * w[2] - h[2] * w[1], h[2] * w[0] - h[0] * w[2], h[0] * w[1] - h[1] * w[0])
+    )
 
 
 def hum(plant: Plant, t: Array) -> Array:

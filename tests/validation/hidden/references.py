@@ -27,7 +27,9 @@ def _sines(
     }
 
 
-def _steps(rng: np.random.Generator, size: list[float], count: int, last: float) -> dict[str, Array]:
+def _steps(
+    rng: np.random.Generator, size: list[float], count: int, last: float
+) -> dict[str, Array]:
     """Smooth steps that go and come back, (4, 3)."""
     out = {"step": np.zeros((4, 3)), "step_time": np.full((4, 3), -9.0)}
     for i in range(count):

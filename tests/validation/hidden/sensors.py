@@ -163,5 +163,3 @@ def differences(one: dict[str, Array], two: dict[str, Array], kind: str) -> dict
         else:
             out[name] = (one[name] - two[name]) / sigma
     return out
-
-

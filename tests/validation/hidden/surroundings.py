@@ -10,7 +10,7 @@ from tests.validation.hidden.rotation import Array
 
 def _train(plant: Plant, x: Array, y: Array, t: Array) -> tuple[Array, Array, Array]:
     """Phase, wave number and rate of the wave."""
-    amplitude, period, heading, phase, _ = plant["wave"]
+    _, period, heading, phase, _ = plant["wave"]
     rate = 2.0 * np.pi / period
     number = rate**2 / plant["gravity"]
     angle = number * (x * np.cos(heading) + y * np.sin(heading)) - rate * t + phase

@@ -177,10 +177,7 @@ def auv(rng: np.random.Generator) -> Vehicle:
     height = _around(rng, 0.11, 0.132)
     tube, side = length / 0.9, width / 2 * 7 / 6
     volume = mass / WATER * _around(rng, 1.0025, 1.009)
-    inertia = six(
-        mass
-        * np.array([_around(rng, 0.011, 0.0165), _around(rng, 0.0168, 0.025), 0.0])
-    )
+    inertia = six(mass * np.array([_around(rng, 0.011, 0.0165), _around(rng, 0.0168, 0.025), 0.0]))
     inertia[2] = six((inertia[0] + inertia[1]) * _around(rng, 0.68, 0.76))
     x, y = 0.5 * tube, _around(rng, 0.15, 0.18)
     rise, c45 = 0.8 * y, 0.707107
@@ -188,16 +185,16 @@ def auv(rng: np.random.Generator) -> Vehicle:
     share = mass * _around(rng, 0.33, 0.4)
     roll = inertia * np.array([_around(rng, 0.42, 0.56), _around(rng, 0.58, 0.78), 0.0])
     roll[2] = inertia[2] * _around(rng, 0.52, 0.69)
-    tubes = [_part("cylinder", [0, s * side, -0.02], [0, np.pi / 2, 0], [0.05, six(tube)])
-             for s in (1, -1)]
+    tubes = [
+        _part("cylinder", [0, s * side, -0.02], [0, np.pi / 2, 0], [0.05, six(tube)])
+        for s in (1, -1)
+    ]
     return Vehicle(
         kind="auv",
         mass=mass,
         inertia=inertia,
         positions=six([[x, x, -x, -x, 0, 0], [-y, y, -y, y, -rise, rise], [0.0] * 6]),
-        axes=np.array(
-            [[c45] * 4 + [0, 0], [c45, -c45, -c45, c45, 0, 0], [0.0] * 4 + [1.0, 1.0]]
-        ),
+        axes=np.array([[c45] * 4 + [0, 0], [c45, -c45, -c45, c45, 0, 0], [0.0] * 4 + [1.0, 1.0]]),
         directions=np.zeros(6),
         lag=six(_around(rng, 0.087, 0.14)),
         primitives=[

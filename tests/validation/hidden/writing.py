@@ -110,9 +110,7 @@ def _actuators(vehicle: Vehicle) -> tuple[list[Any], list[Any]]:
                 }
             )
         else:
-            thrusters.append(
-                place | {"time_constant": vehicle.lag, "max_force": vehicle.limit}
-            )
+            thrusters.append(place | {"time_constant": vehicle.lag, "max_force": vehicle.limit})
     return rotors, thrusters
 
 
@@ -162,8 +160,7 @@ def describe(case: Case) -> dict[str, Any]:
             },
         },
         "tolerance": {
-            name: {"sigma": TOLERANCE[name][0], "meaning": TOLERANCE[name][1]}
-            for name in stated(v)
+            name: {"sigma": TOLERANCE[name][0], "meaning": TOLERANCE[name][1]} for name in stated(v)
         },
     }
     return out | _facts(case)
