@@ -21,12 +21,14 @@ class JointBacklash(Effect):
     """Dead zone between a servo, which measures on its own side, and the link.
 
     Equation:
-        tau = kp (dz(e) - e) with e = command - q and dz(e) = sign(e) max(abs(e) - w/2, 0): the
-        change against the torque kp e of a servo without play.
+        tau = kp (dz(e) - e) with e = command - q - (kd/kp) q' and dz(e) = sign(e) max(abs(e) -
+        w/2, 0): the change against the torque kp e of a servo without play. The sign of the net
+        torque, damping included, decides on which side of the play the motor bears.
 
     Args:
         width: w, full width of the dead zone [rad].
         kp: stiffness of the servo [N m/rad].
+        kd: damping of the servo [N m s/rad].
         joint: 1-based index of one joint, or 0 for all.
         links: not used; backlash acts on joints.
         correction: see `seals.effects.Effect`.
@@ -39,8 +41,7 @@ class JointBacklash(Effect):
         Motion slow against the servo's own, torque below its limit.
 
     Limitations:
-        No impact at the ends of the play, no inertia of the motor in it; damping of the servo stays
-        on while the link is free.
+        No impact at the ends of the play, no inertia of the motor in it.
 
     References:
         Nordin and Gutman 2002, Automatica 38(10).
@@ -56,6 +57,9 @@ class JointBacklash(Effect):
     kp: float = param(
         10.0, "N m/rad", bounds=(0.0, 1e6), tolerance=0.0, source="as the servo's", fit=False
     )
+    kd: float = param(
+        0.0, "N m s/rad", bounds=(0.0, 1e6), tolerance=0.0, source="as the servo's", fit=False
+    )
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
 
@@ -70,7 +74,8 @@ class JointBacklash(Effect):
         """Change of the servo's torque by the play [N m]."""
         if inputs.joint_command is None:
             return joints.velocity * 0.0, memory
-        error = inputs.joint_command - joints.position
+        lead = params["kd"] / params["kp"] * joints.velocity
+        error = inputs.joint_command - joints.position - lead
         xp = namespace(error)
         half = 0.5 * params["width"]
         index = xp.cumulative_sum(xp.ones_like(error[:1, :]), axis=1)

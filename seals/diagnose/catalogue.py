@@ -16,7 +16,7 @@ from seals.registry import get
 _AXES = ("x", "y", "z")
 _EXPONENT = 0.05
 """1-sigma of the exponents of drag laws."""
-_SURFACE = 0.02
+_SURFACE = 0.04
 """1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
 
 
@@ -222,7 +222,7 @@ def _arm(made: Collector, vehicle: Vehicle) -> None:
         low = {"coulomb": (0.0, np.inf), "viscous": (0.0, np.inf)}
         keys = made.add(f"joint_friction_{k}", friction, table, bounds=low)
         made.candidate("joint_friction", keys, variant={"joint": k})
-        slack = _effect("joint_backlash", joint=k, kp=kp)
+        slack = _effect("joint_backlash", joint=k, kp=kp, kd=kd)
         keys = made.add(
             f"joint_backlash_{k}", slack, {"width": (0.0, 0.04)}, bounds={"width": (0.0, 1.0)}
         )

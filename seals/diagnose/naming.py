@@ -12,6 +12,7 @@ from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
 from seals.diagnose.problem import Problem, followed, linearised, rewindowed
+from seals.diagnose.rough import surface
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
 from seals.diagnose.special import special_starts
 
@@ -23,8 +24,14 @@ _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
 THRESHOLD = 12.0
 """Score above which an effect is taken to be there."""
+ROUGH = 8.0
+"""More of it where a hull pierces the surface: its laws are good to a few per cent only."""
+FURTHER = 8.0
+"""More of it for every further effect: what a loud one leaves over is easily taken for another."""
 RIVALS = 3
 """Effects that are tried in the place of each one that was found."""
+PAIRED = 5
+"""Effects of the first round that are tried two by two."""
 MOST = 3
 """Effects that are looked for at most."""
 _LOUD = 100.0
@@ -59,14 +66,18 @@ def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1
     fit = fitter.fit(())
     nominal = Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
     best, rounds = nominal, []
+    rough = surface(problem.plant, fitter.course) is not None
     for _ in range(MOST):
         tried = extensions(problem, nominal, best, processes=processes)
         rounds.append(tried)
-        if not tried or tried[0].score < best.score + threshold:
+        asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
+        if not tried or tried[0].score < best.score + asked:
             break
         best = tried[0]
         if len(best.candidates) > 1:
             best = exchanged(problem, nominal, best, rounds[0])
+        if len(best.candidates) == 2:
+            best = paired(problem, nominal, best, rounds[0], processes=processes)
     return Search(nominal=nominal, best=best, rounds=tuple(rounds))
 
 
@@ -166,10 +177,10 @@ def relinearised(
     fit, fitter = hypothesis.fit, hypothesis.fitter
     for _ in range(rounds):
         at = dict(fit.values)
-        if problem.samples.posed:
+        if problem.samples.posed and not problem.impact:
             fitter = linearised(problem.plant, fitter.course, at)
         else:
-            fitter = followed(fitter, keys, rounds=2)
+            fitter = followed(fitter, keys, at=at, rounds=2)
         before, fit = fit, fitter.fit(keys, start=fit.values)
         if abs(before.cost - fit.cost) < _SETTLED:
             break
@@ -218,6 +229,34 @@ def exchanged(
             rival = scored((*others, candidate), fit, best.fitter, nominal)
             if rival.score > best.score + 1.0:
                 best = rival
+    return best
+
+
+def paired(
+    problem: Problem,
+    nominal: Hypothesis,
+    best: Hypothesis,
+    singles: Sequence[Hypothesis],
+    *,
+    processes: int = 1,
+) -> Hypothesis:
+    """Fit the likeliest effects two by two: a pair may hide behind a third effect."""
+    top = [h for h in singles[:PAIRED] if h.score > 0.0]
+    pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
+    known = set(best.names)
+    pairs = [(a, b) for a, b in pairs if {*a.names, *b.names} != known]
+    fitter = nominal.fitter
+
+    def work(pair: tuple[Hypothesis, Hypothesis]) -> Fit:
+        keys = keys_of((*pair[0].candidates, *pair[1].candidates))
+        start = {k: h.fit.values[k] for h in pair for k in h.fit.freed}
+        return fitter.fit(keys, start=start)
+
+    for pair, fit in zip(pairs, spread(work, pairs, processes), strict=True):
+        candidates = (*pair[0].candidates, *pair[1].candidates)
+        rival = scored(candidates, fit, fitter, nominal)
+        if rival.score > best.score + 1.0:
+            best = rival
     return best
 
 

@@ -60,6 +60,11 @@ class Problem:
     plant: Plant
     fitter: Fitter
 
+    @property
+    def impact(self) -> bool:
+        """Whether the vehicle falls into water without actuators."""
+        return self.vehicle.has_water and not len(self.vehicle.lag)
+
 
 def prepare(log: Log, *, window: float = WINDOW, gusts: float = GUSTS) -> Problem:
     """Read a log, find its course, and linearise the model along it.
@@ -146,15 +151,29 @@ def rewindowed(fitter: Fitter, *, gusts: float = GUSTS, delay: float | None = No
 
 
 def followed(
-    fitter: Fitter, freed: tuple[str, ...], *, gusts: float = GUSTS, rounds: int = 4
+    fitter: Fitter,
+    freed: tuple[str, ...],
+    *,
+    at: Mapping[str, float] | None = None,
+    gusts: float = GUSTS,
+    rounds: int = 4,
 ) -> Fitter:
-    """Move a simulated course to the best explanation of the readings and linearise there again."""
+    """Move a course to the best explanation of the measurements and linearise there again.
+
+    Args:
+        fitter: of the present course.
+        freed: keys that are freed beside the tolerances.
+        at: values to start from.
+        gusts: factor on their stated level.
+        rounds: at most.
+    """
     for _ in range(rounds):
-        fit = fitter.fit(freed, iterations=4)
+        fit = fitter.fit(freed, start=at, iterations=4)
         prediction = predict(fitter.plant, fitter.course, fit.values)
         error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
         course = fitter.course.moved(error)
         fitter = linearised(fitter.plant, course, fit.values, gusts=gusts)
+        at = fit.values
         if np.abs(error[:, 3:9]).max() < _SETTLED:
             break
     return fitter
@@ -192,10 +211,14 @@ def refined(plant: Plant, course: Course, *, window: float) -> Course:
             gust=np.array([level, level * _ARM]),
             skip=forgotten(plant),
             bias=_BIASES,
+            ignore=("joint_position",),
             knot=max(_FINE, 1.5 * plant.samples.step),
         )
         prediction = predict(plant, course, {})
-        course = course.moved(windows.states(windows.residual(prediction), prediction))
+        error = windows.states(windows.residual(prediction), prediction)
+        # no free torque acts on the joints: they stay as measured
+        error[:, 12:] = 0.0
+        course = course.moved(error)
     return course
 
 

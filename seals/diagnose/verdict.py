@@ -49,6 +49,8 @@ RESTLESS = 2.0
 """Factor on the gusts above which a force is missing: their level is good to a factor of two."""
 REST_GAIN = 30.0
 """Evidence for stronger gusts from which on they count."""
+SURE = 0.6
+"""Confidence that a further effect needs."""
 EXPLAINED = 0.9
 """Share of the misfit that a name must explain."""
 EXCITED = 15.0
@@ -127,6 +129,7 @@ def judge(problem: Problem, search: Search) -> Answer:
         return _quiet(search, left, blind=[c.name for c in best.candidates])
     claims = [_claim(problem, search, best, k) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
+    claims = [claims[0], *(c for c in claims[1:] if c.confidence > SURE)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
     return Answer(
         verdict=Verdict.ambiguous if doubtful else Verdict.named,

@@ -38,6 +38,7 @@ class Windows:
         skip: rows left out at the start of every run.
         bias: 1-sigma of free biases of gyroscope [rad/s] and accelerometer [m/s^2] in every window;
             None for none.
+        ignore: channels that do not count.
         delay: of the inertial sensors, applied to everything they read [s].
         knot: spacing of the knots of the gusts [s]; left out, a third of their correlation time.
     """
@@ -56,11 +57,13 @@ class Windows:
         stated: tuple[Floats, Floats] | None = None,
         skip: int = 0,
         bias: tuple[float, float] | None = None,
+        ignore: tuple[str, ...] = (),
         delay: float = 0.0,
         knot: float | None = None,
     ) -> None:
         self.samples, self.vehicle, self.course = samples, vehicle, course
         self._bias, self._knot, self.delay = bias, knot, delay
+        self._ignored = ignore
         self._stated = stated
         self.dynamics, self.size = dynamics, course.size
         self.rows = window_rows(samples, length, skip)
@@ -105,7 +108,8 @@ class Windows:
                 column = residual[:, k]
                 good = np.isfinite(column)
                 values.append(np.where(good, column, 0.0))
-                weight.append(np.where(good, 1.0 / spread, 0.0))
+                used = good & (name not in self._ignored)
+                weight.append(np.where(used, 1.0 / spread, 0.0))
                 self.channel_of.append(name)
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]

@@ -236,7 +236,8 @@ def _mass_matrix(heavy: Array, centre: Array, inertia: Array, slope: Array) -> A
             both = BEHIND[i] * BEHIND[j]
             out[6 + i, 6 + j] = (heavy * (slope[:, i] * slope[:, j]).sum(0)).sum(0)
             out[6 + i, 6 + j] += (both * inertia[1, 1]).sum(0)
-    return out.transpose(2, 0, 1)
+    whole: Array = out.transpose(2, 0, 1)
+    return whole
 
 
 def friction(plant: Plant, speed: Array, dry: Array, viscous: Array) -> Array:

@@ -47,7 +47,7 @@ class Body:
     def __init__(self, plant: Plant, *, rotor: bool, ground: float | None, water: bool) -> None:
         self.plant, self.rotor, self.ground, self.water = plant, rotor, ground, water
         self.size = plant["mass"].shape[0]
-        self.count = plant["act_place"].shape[1]
+        self.count = int(plant["act_place"].shape[1])
         self._rigid = rigid_mass(plant)
         self._added = plant["added"]
         self._dry = np.ascontiguousarray(np.linalg.inv(self._rigid).transpose(1, 2, 0))
@@ -69,7 +69,7 @@ class Body:
         self.seen: Motion | None = None
 
     def _mass_with(self, wet: Array) -> Array:
-        out = self._rigid.copy()
+        out: Array = self._rigid.copy()
         out[:, range(6), range(6)] += (wet * self._added).T
         return out
 
@@ -107,9 +107,8 @@ class Body:
         up = (turn[2][:, None] * cell).sum(0) + height
         # the surface is worth its cosines only where it may cut a hull
         near = np.flatnonzero((up.min(0) < self._swell) & (up.max(0) > -self._swell))
-        surface: Array | float = 0.0
+        surface = np.zeros_like(up)
         if near.size and (self._wavy or self._on["ripple"]):
-            surface = np.zeros_like(up)
             some = cell[:, :, near]
             x = place[0, near] + (turn[0][:, None, near] * some).sum(0)
             y = place[1, near] + (turn[1][:, None, near] * some).sum(0)
@@ -180,14 +179,16 @@ class Body:
     def voltage(self, state: Array) -> Array:
         """Terminal voltage under load."""
         plant = self.plant
-        return plant["full_voltage"] - state[CHARGE] - plant["resistance"] * self._load(state)
+        out: Array = plant["full_voltage"] - state[CHARGE] - plant["resistance"] * self._load(state)
+        return out
 
     def _load(self, state: Array) -> Array:
         act = state[HEAD : HEAD + self.count]
         if not self.count:
             return self._zero
         if not self.rotor:
-            return np.minimum((np.abs(act) / 3.0).mean(0), 4.0)
+            out: Array = np.minimum((np.abs(act) / 3.0).mean(0), 4.0)
+            return out
         # current as the power of the thrust: three halves
         thrust = self.plant["act_gain"] * act * np.abs(act) / self.plant["hover_thrust"]
         load: Array = (np.abs(thrust) ** 1.5).mean(0)

@@ -103,7 +103,8 @@ def _one(name: str, parameter: str, value: float, key: str, **facts: Any) -> Hid
 
 
 def _signs(rng: Rng, low: float, high: float) -> Array:
-    return rng.uniform(low, high, 3) * rng.choice([-1.0, 1.0], 3)
+    out: Array = rng.uniform(low, high, 3) * rng.choice([-1.0, 1.0], 3)
+    return out
 
 
 def _flat(rng: Rng, size: float, upward: float = 0.0) -> Array:

@@ -92,7 +92,8 @@ class Controller:
         thrust = (self._share * wrench).sum(1)
         speed = np.sqrt(np.maximum(thrust, 0.0) / self._gain)
         speed = speed + self._dither * self._rng.standard_normal(speed.shape)
-        return np.clip(speed, 0.15 * self._limit, self._limit)
+        out: Array = np.clip(speed, 0.15 * self._limit, self._limit)
+        return out
 
     def _thrusters(
         self, t: float, place: Array, q: Array, velocity: Array, spin: Array, step: float
@@ -116,7 +117,8 @@ class Controller:
         wrench = np.concatenate((force, roll_torque[None], yaw_torque[None]))
         thrust = (self._share * wrench).sum(1)
         thrust = thrust + self._dither * self._rng.standard_normal(thrust.shape)
-        return np.clip(thrust, -self._limit, self._limit)
+        out: Array = np.clip(thrust, -self._limit, self._limit)
+        return out
 
 
 def _allocation(vehicle: Vehicle) -> Array:

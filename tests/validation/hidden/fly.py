@@ -130,7 +130,7 @@ def windows(
     track.fine = track.fine[: rows * per_row + 1]
     body.gust = np.zeros((6, body.size))
     delay = body.plant["act_delay"]
-    start = first * sent.step
+    start: Array = np.asarray(first * sent.step, dtype=np.float64)
     for k in range(rows + 1):
         t = start + k * sent.step
         _note(track, k, body, state)

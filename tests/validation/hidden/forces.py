@@ -133,7 +133,8 @@ def water_factor(plant: Plant, m: Motion, level: float) -> Array:
     hub = m.place[2] + (m.turn[2][:, None] * plant["act_place"]).sum(0) - level
     share = np.clip(0.5 - hub / HUB_BAND, 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
-    return 1.0 + (plant["water_ratio"] - 1.0) * share
+    out: Array = 1.0 + (plant["water_ratio"] - 1.0) * share
+    return out
 
 
 def rotor_drag(plant: Plant, m: Motion, thrust: Array) -> tuple[Array, Array]:

@@ -18,6 +18,7 @@ from tests.validation.hidden.commands import Commands
 from tests.validation.hidden.plant import TOLERANCE, Plant, stack, stated, take
 from tests.validation.hidden.rotation import Array, exponential, multiply
 
+Readings = dict[str, Array]
 Change = Callable[[Plant], None]
 
 # keys of the plant behind each tolerance; relative ones scale, the others add
@@ -140,7 +141,7 @@ class Windows:
         state = flight.track.rows[self.first, :, self.member].T
         self._start = (state, fine[4:7], fine[7:10])
 
-    def readings(self, plants: list[Plant], nudge: Array | None, sent: Commands) -> list[Array]:
+    def readings(self, plants: list[Plant], nudge: Array | None, sent: Commands) -> list[Readings]:
         """Whitenable readings of every window under each plant, or under one plant with nudges.
 
         Args:
@@ -229,7 +230,8 @@ class Gains:
             columns = np.concatenate((columns, zero), axis=1)
         q, _ = np.linalg.qr(starts)
         left = columns - q @ (q.swapaxes(1, 2) @ columns)
-        return left.reshape(-1, columns.shape[2])
+        out: Array = left.reshape(-1, columns.shape[2])
+        return out
 
     def difference(self, plant: Plant, sent: Commands | None = None) -> Array:
         """Projected difference (numbers, 1) that another plant makes."""

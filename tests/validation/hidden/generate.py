@@ -91,7 +91,11 @@ def _possible(
     rng: np.random.Generator, seed: tuple[int, ...], level: str, kind: str, effect: str | None
 ) -> Spec | None:
     """One draw of a spec, or None where the vehicle cannot hold the level or the effect."""
-    table = {"confounded": levels.CONFOUNDED, "poor_excitation": levels.UNSEEN}.get(level)
+    tables: dict[str, list[Any]] = {
+        "confounded": levels.CONFOUNDED,
+        "poor_excitation": levels.UNSEEN,
+    }
+    table = tables.get(level)
     if table is not None:
         fits = [r for r in table if r[0] == kind and effect in {None, r[2]}]
         if not fits:
@@ -100,9 +104,10 @@ def _possible(
         return Spec(kind, level, row[1], [row[2]], seed, row[3] if len(row) > 3 else None)
     usual = "drop" if kind.startswith("drop") else "sines"
     if level == "null":
-        calm = {"quad": "hover", "auv": "line"}.get(kind)
-        still = calm is not None and rng.random() < 0.2
-        return Spec(kind, level, str(calm) if still else usual, [], seed)
+        # always a rich motion: a null log that shows nothing would be "cannot tell"
+        other = {"quad": "low", "auv": "shallow"}.get(kind)
+        rare = other is not None and rng.random() < 0.1
+        return Spec(kind, level, str(other) if rare else usual, [], seed)
     pool = {"out_of_library": levels.OUTSIDE, "sensor_only": dict.fromkeys(KINDS, levels.SENSOR)}
     names = pool.get(level, levels.LIBRARY)[kind]
     if level == "pairs":

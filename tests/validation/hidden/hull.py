@@ -61,7 +61,7 @@ def _about(axis: int, angle: float) -> Array:
 
 
 def submerged(
-    place: Array, share: Array, up: Array, *, surface: Array | float, thick: float
+    place: Array, share: Array, up: Array, *, surface: Array, thick: float
 ) -> tuple[Array, Array, Array]:
     """Share under water (n,), its centroid (3, n) and the wet layer (k, n) of each case.
 
@@ -69,7 +69,7 @@ def submerged(
         place: Cell centres in the body, (3, k, n).
         share: Share of the volume in each cell, (k, n).
         up: Height of each cell above the still water, (k, n) [m].
-        surface: Elevation of the water above each cell, (k, n) or a number [m].
+        surface: Elevation of the water above each cell, (k, n) [m].
         thick: Height over which a cell fills [m].
     """
     fill = np.clip((surface - up) / thick + 0.5, 0.0, 1.0)
@@ -85,4 +85,5 @@ def filling_rate(place: Array, layer: Array, turn: Array, velocity: Array, spin:
     sink = -(turn[2] * velocity).sum(0)
     # the height of a cell falls with the part of spin x place along the vertical
     lever = cross(turn[2], spin)
-    return (layer * (sink - (lever[:, None] * place).sum(0))).sum(0)
+    out: Array = (layer * (sink - (lever[:, None] * place).sum(0))).sum(0)
+    return out

@@ -51,7 +51,8 @@ def region(plant: Plant, m: Motion) -> Array:
 def cubic(plant: Plant, m: Motion) -> Array:
     """Drag with the third power of the speed, along the motion."""
     v = _wetted(m)
-    return -plant["cubic"] * (v**2).sum(0) * v
+    out: Array = -plant["cubic"] * (v**2).sum(0) * v
+    return out
 
 
 def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
@@ -65,7 +66,8 @@ def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
 def shedding_rate(plant: Plant, m: Motion) -> Array:
     """Rate of the shedding phase: Strouhal number 0.2 [rad/s]."""
     speed = np.sqrt((_wetted(m) ** 2).sum(0))
-    return 2.0 * np.pi * 0.2 * speed / plant["vortex_width"]
+    out: Array = 2.0 * np.pi * 0.2 * speed / plant["vortex_width"]
+    return out
 
 
 def wheel(plant: Plant, m: Motion) -> Array:

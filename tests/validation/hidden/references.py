@@ -109,4 +109,5 @@ def typical_speed(wanted: Wanted, seconds: float) -> Array:
     """Root mean square speed of each axis (3, n), at least a few centimetres per second."""
     rows = [at(wanted, t)[1][:3] for t in np.arange(0.0, seconds, 0.1)]
     mean = np.sqrt(np.mean([(r**2).mean(0) for r in rows], axis=0))
-    return np.maximum(np.tile(1.2 * mean, (3, 1)), 0.05)
+    out: Array = np.maximum(np.tile(1.2 * mean, (3, 1)), 0.05)
+    return out

@@ -145,7 +145,9 @@ def test_floating_box_sinks_to_archimedes_draught() -> None:
     parts = [{"type": "box", "position": [0, 0, 0], "rpy": [0, 0, 0], "size": [0.2, 0.2, 0.1]}]
     place, share = hull.cells(parts)
     up = place[2][:, None] + np.array([0.0, 0.025, 0.06])
-    wet, _, _ = hull.submerged(place[..., None], share[:, None], up, surface=0.0, thick=0.0125)
+    wet, _, _ = hull.submerged(
+        place[..., None], share[:, None], up, surface=np.zeros_like(up), thick=0.0125
+    )
     assert wet == pytest.approx([0.5, 0.25, 0.0], abs=0.01)
 
 

@@ -25,10 +25,6 @@ RELEASE_SIGMA = {
 }
 
 
-class _Dumper(yaml.SafeDumper):
-    """Lists and mappings of plain numbers on one line."""
-
-
 def _plain(value: Any) -> Any:
     """Arrays and numpy numbers as plain lists and numbers."""
     if isinstance(value, dict):
@@ -44,9 +40,7 @@ def _plain(value: Any) -> Any:
 
 def dump(path: Path, content: dict[str, Any]) -> None:
     """Write a YAML file in the order of the mapping."""
-    text = yaml.dump(
-        _plain(content), Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=140
-    )
+    text = yaml.safe_dump(_plain(content), sort_keys=False, default_flow_style=None, width=140)
     path.write_text(text, encoding="utf-8")
 
 
