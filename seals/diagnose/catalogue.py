@@ -118,12 +118,13 @@ def _actuators(made: Collector, vehicle: Vehicle) -> None:
         made.candidate("battery_sag", keys)
     if not rotors:
         return
-    made.candidate(
-        "rotor_drag", made.add("rotor_drag", _effect("rotor_drag"), {"coefficient": (0.0, 0.03)})
-    )
+    low = {"coefficient": (0.0, np.inf)}
+    size = {"coefficient": (0.0, 0.03)}
+    keys = made.add("rotor_drag", _effect("rotor_drag"), size, bounds=low)
+    made.candidate("rotor_drag", keys)
     if vehicle.environment.ground_level is not None:
         effect = _effect("ground_effect", ground_level=vehicle.environment.ground_level)
-        keys = made.add("ground_effect", effect, {"coefficient": (0.0, 1.0)})
+        keys = made.add("ground_effect", effect, {"coefficient": (0.0, 1.0)}, bounds=low)
         made.candidate("ground_effect", keys)
     if "thrust_in_water" in vehicle.effects:
         ratio = {"ratio_change": (tol.get("water_thrust_ratio", 0.0), 0.15)}
@@ -160,7 +161,8 @@ def _drag(made: Collector, vehicle: Vehicle, medium: MediumKind, speeds: Floats)
     table = _axes("coefficient", spread * nominal, np.maximum(0.5 * nominal, 2.0 * inertia))
     effect = _effect("angular_drag", medium=medium)
     instance = f"angular_drag_{kind}_change"
-    keys = made.add(instance, effect, table)
+    low = {f"coefficient_{a}": (-float(nominal[i]), np.inf) for i, a in enumerate(_AXES)}
+    keys = made.add(instance, effect, table, bounds=low)
     made.add(instance, None, _axes("quadratic", spread * squared, np.maximum(squared, inertia)))
     made.candidate("angular_drag", keys, variant={"medium": int(water)})
     flow = "current" if water else "wind"
@@ -194,7 +196,8 @@ def _water(made: Collector, vehicle: Vehicle) -> None:
     keys = made.add("added_mass_change", _effect("added_mass"), table)
     made.candidate("added_mass", keys)
     made.add("surface", SurfaceForce(), {"share": (_SURFACE, 0.1)})
-    keys = made.add("slamming_change", _effect("slamming"), {"coefficient": (0.0, 1.0)})
+    low = {"coefficient": (0.0, np.inf)}
+    keys = made.add("slamming_change", _effect("slamming"), {"coefficient": (0.0, 1.0)}, bounds=low)
     made.candidate("slamming", keys)
 
 

@@ -19,6 +19,8 @@ from seals.logs.log import Log
 from seals.schema import parameters_of
 
 _NORMAL90 = 1.6449
+_LAW = 0.03
+"""1-sigma by which real laws differ from those of the library, as a share."""
 FOLDS = 5
 """Parts of the log that are held out in turn."""
 
@@ -143,7 +145,9 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[s
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
         value, spread = fit.values[key], fit.spread(key)
         # the datasheet's tolerance of the same quantity cannot be told from the effect
-        half = _NORMAL90 * float(np.hypot(spread, library.factors[key].tolerance))
+        # and a law of nature differs a little from the one in the book
+        known = np.hypot(spread, library.factors[key].tolerance)
+        half = _NORMAL90 * float(np.hypot(known, _LAW * value))
         effect = library.effects.get(library.factors[key].instance)
         meta = parameters_of(effect) if effect is not None else {}
         parameter = library.factors[key].parameter

@@ -10,6 +10,11 @@ import numpy as np
 from seals.diagnose.factors import Candidate, Library
 from seals.diagnose.fit import Fit, Fitter
 
+TRACE = 0.04
+"""Share of a plausible effect below which one is a trace."""
+BEYOND = 2.0
+"""Tolerances that a missing effect must exceed."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
@@ -83,3 +88,15 @@ def try_starts(
     keys = keys_of(candidates)
     fits = [fitter.fit(keys, start=start) for start in starts]
     return min(fits, key=lambda f: f.cost)
+
+
+def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
+    """Whether an effect is large enough to matter: beyond its tolerance, and not a mere trace."""
+    tolerated, plausible = 0.0, 0.0
+    for key in candidate.keys:
+        factor = library.factors[key]
+        if factor.tolerance > 0.0:
+            tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
+        plausible = max(plausible, abs(fit.values[key]) / factor.scale)
+    exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
+    return plausible > TRACE if exact else tolerated > BEYOND

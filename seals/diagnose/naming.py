@@ -30,6 +30,8 @@ FURTHER = 8.0
 """More of it for every further effect: what a loud one leaves over is easily taken for another."""
 RIVALS = 3
 """Effects that are tried in the place of each one that was found."""
+POLISHED = 2
+"""Loud fits at the top that are repeated on a linearisation of their own."""
 PAIRED = 5
 """Effects of the first round that are tried two by two."""
 MOST = 3
@@ -161,7 +163,7 @@ def polished(
 ) -> list[Hypothesis]:
     """Repeat the loud fits at the top where their own linearisation holds."""
     out = list(tried)
-    for i, hypothesis in enumerate(out[:3]):
+    for i, hypothesis in enumerate(out[:POLISHED]):
         if hypothesis.score > _LOUD:
             out[i] = relinearised(problem, nominal, hypothesis)
     return sorted(out, key=lambda h: -h.score)
@@ -180,7 +182,7 @@ def relinearised(
         if problem.samples.posed and not problem.impact:
             fitter = linearised(problem.plant, fitter.course, at)
         else:
-            fitter = followed(fitter, keys, at=at, rounds=2)
+            fitter = followed(fitter, keys, at=at, rounds=1)
         before, fit = fit, fitter.fit(keys, start=fit.values)
         if abs(before.cost - fit.cost) < _SETTLED:
             break

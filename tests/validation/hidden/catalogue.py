@@ -140,7 +140,7 @@ def angular_drag(v: Vehicle, rng: Rng, f: float) -> Hidden:
     else:
         value = f * v.inertia / v.inertia[0] * 2.4 * v.inertia[0] * rng.uniform(0.85, 1.15, 3)
     medium = "water" if v.water else "any"
-    return _three("angular_drag", "coefficient", value, "angular_linear", medium=medium)
+    return _three("angular_drag", "coefficient", value, "hidden_spin", medium=medium)
 
 
 def added_mass(v: Vehicle, rng: Rng, f: float) -> Hidden:

@@ -25,6 +25,13 @@ def _drag(plant: Plant, m: Motion, square: bool) -> Pair:
     return forces.spread_drag(plant, m)[0], -weight * (np.abs(v) * v if square else v)
 
 
+def _spin(plant: Plant, m: Motion) -> Pair:
+    weight = np.where(plant["spin_in_water"] > 0.5, m.wet, 1.0)
+    none = dict(plant)
+    none["hidden_spin"] = np.zeros_like(plant["hidden_spin"])
+    return forces.angular(plant, m) - forces.angular(none, m), -weight * m.spin
+
+
 def _rotor_drag(plant: Plant, m: Motion, thrust: Array) -> Pair:
     one = dict(plant)
     one["rotor_drag"] = np.ones_like(plant["rotor_drag"])
@@ -63,6 +70,8 @@ def _pairs(flight: Flight, names: set[str], row: int) -> dict[str, Pair]:
         out["linear_drag"] = _drag(plant, m, square=False)
     if "quadratic_drag" in names:
         out["quadratic_drag"] = _drag(plant, m, square=True)
+    if "angular_drag" in names:
+        out["angular_drag"] = _spin(plant, m)
     if "tether" in names:
         out["tether"] = _tether(plant, m)
     if names & {"rotor_drag", "battery_sag", "ground_effect"}:
@@ -76,14 +85,14 @@ def _pairs(flight: Flight, names: set[str], row: int) -> dict[str, Pair]:
     return out
 
 
-FITTED = {"linear_drag", "quadratic_drag", "tether", "rotor_drag", "battery_sag", "ground_effect"}
-BY_AXIS = {"linear_drag", "quadratic_drag"}
+BY_AXIS = {"linear_drag", "quadratic_drag", "angular_drag"}
 PARAMETER = {
     "tether": "stiffness",
     "rotor_drag": "coefficient",
     "battery_sag": "sensitivity",
     "ground_effect": "coefficient",
 }
+FITTED = BY_AXIS | set(PARAMETER)
 
 
 def settle(flight: Flight, *, stride: int = 2) -> None:

@@ -56,6 +56,9 @@ def angular(plant: Plant, m: Motion) -> Array:
     """Torque against the spin, with the medium's share where it is the water's."""
     weight = np.where(plant["spin_in_water"] > 0.5, m.wet, 1.0)
     out = -plant["angular_linear"] * m.spin
+    if plant["hidden_spin"].any():
+        size = (np.abs(m.spin) + 1e-9) / plant["spin_speed"]
+        out = out - plant["hidden_spin"] * size ** (plant["hidden_first"] - 1.0) * m.spin
     if plant["angular_quadratic"].any():
         out = out + power_law(
             plant["angular_quadratic"], m.spin, plant["spin_power"], plant["spin_speed"]

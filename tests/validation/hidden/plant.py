@@ -148,7 +148,7 @@ def _media(
     plant["added"] = vehicle.added * (1.0 + off("added_mass", 6))
     for name in ("wind", "current"):
         plant[name] = np.zeros(3)
-    for name in ("hidden_linear", "hidden_quadratic"):
+    for name in ("hidden_linear", "hidden_quadratic", "hidden_spin"):
         plant[name] = np.zeros(3)
     plant["hidden_power"] = np.array(rng.uniform(1.92, 2.08))
     plant["hidden_first"] = np.array(rng.uniform(0.96, 1.04))
