@@ -55,6 +55,11 @@ class CentreOfGravity(Effect):
     offset_z: float = param(0.0, "m", **_LIMITS)
     accounts_for: ClassVar[tuple[str, ...]] = ("centre of gravity",)
     twins: ClassVar[tuple[str, ...]] = ("weak_rotor", "centre_of_buoyancy")
+    material: ClassVar[dict[str, float]] = {
+        "offset_x": 0.02,
+        "offset_y": -0.03,
+        "offset_z": 0.025,
+    }
 
     @staticmethod
     def nominal(body: Body, params: Parameters) -> Array:

@@ -61,6 +61,6 @@ class InertiaChange(Effect):
     def nominal(body: Body, params: Parameters) -> Array:
         """Change of the inertia about the link origin [kg m^2]."""
         x, y, z = params["delta_xx"], params["delta_yy"], params["delta_zz"]
-        rows = x * 0.0 + y * 0.0 + z * 0.0
+        rows = x * 0.0 + y * 0.0 + z * 0.0 + body.mass * 0.0
         diagonal = namespace(x).concat((rows, rows, rows, x + rows, y + rows, z + rows), axis=1)
         return diagonal[:, :, None] * as_like(_ANGULAR, diagonal)

@@ -62,6 +62,7 @@ class JointBacklash(Effect):
     )
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
+    material: ClassVar[dict[str, float]] = {"kp": 0.2, "kd": 0.004, "width": 0.4}
 
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""

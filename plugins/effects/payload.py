@@ -67,7 +67,7 @@ class Payload(Effect):
     def nominal(body: Body, params: Parameters) -> Array:
         """Inertia of the point mass about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(params["mass"])
-        arm = skew(params["position"])
+        arm = skew(params["position"] + body.centre_of_mass * 0.0)
         one = arm * 0.0 + as_like(_EYE, arm)
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)

@@ -62,6 +62,7 @@ class Tether(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("tether",)
     twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
+    material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
 
     @staticmethod
     def loads(

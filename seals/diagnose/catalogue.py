@@ -83,6 +83,8 @@ def _rigid(made: Collector, vehicle: Vehicle) -> None:
             # the gripper sits at the tip: the link's centre lies half way
             options["position_z"] = 2.0 * float(robot.centre[k][2])
             free = {"position_z": (0.0, 0.03)}
+        else:
+            free = {f"position_{a}": (0.0, 0.03) for a in _AXES}
         name = f"payload_{link}"
         keys = made.add(name, _effect("payload", **options), {**size, **free}, bounds=bounds)
         starts = [(s * vehicle.mass, 0.0) for s in (0.03, 0.06, 0.12)] if k else []
@@ -142,11 +144,11 @@ def _drag(made: Collector, vehicle: Vehicle, medium: MediumKind, speeds: Floats)
     ):
         nominal = _numbers(vehicle, f"{name}_{kind}", "coefficient")
         scale = np.maximum(0.5 * nominal, 0.25 * size if power == 1 and water else 0.3 * size)
-        spread = tol.get("drag_coefficient", 0.0) * nominal
+        drawn = tol.get("drag_coefficient", 0.0) * nominal
         bounds = {f"coefficient_{a}": (-float(nominal[i]), np.inf) for i, a in enumerate(_AXES)}
         effect = _effect(name, medium=medium)
         keys = made.add(
-            f"{name}_{kind}_change", effect, _axes("coefficient", spread, scale), bounds=bounds
+            f"{name}_{kind}_change", effect, _axes("coefficient", drawn, scale), bounds=bounds
         )
         made.candidate(name, keys, variant={"medium": int(water)})
         if nominal.any():

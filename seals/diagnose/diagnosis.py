@@ -112,7 +112,7 @@ def held_out_misfit(hypothesis: Hypothesis, problem: Problem) -> float:
         step = solve_scaled(matrix, gradient)
         inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
         total += float((fit.misfit[test] - 2.0 * fit.right[test] @ step + inner).sum())
-    return total / windows.observed
+    return total / float(windows.observed)
 
 
 def _effect(claim: Claim) -> dict[str, Any]:

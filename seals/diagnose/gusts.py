@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 from seals.diagnose.fit import newton_step
 from seals.diagnose.hypothesis import Hypothesis, price
-from seals.diagnose.problem import GUSTS, rewindowed
+from seals.diagnose.problem import rewindowed
 
 LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
+ADMITTED = 1.6
+"""Factor on the assumed gusts up to which they are what was stated."""
 """Factors on the gusts that are compared."""
 
 
@@ -19,10 +21,13 @@ class Unrest:
     Args:
         level: factor on the assumed gusts with the best evidence.
         gain: twice the log of that evidence against the assumed gusts.
+        allowance: the same for the best of the levels that the stated one admits, being good to a
+            factor of two.
     """
 
     level: float
     gain: float
+    allowance: float
 
 
 def unrest(hypothesis: Hypothesis) -> Unrest:
@@ -30,9 +35,10 @@ def unrest(hypothesis: Hypothesis) -> Unrest:
     fitter = hypothesis.fitter
     scores = {}
     for level in LEVELS:
-        other = rewindowed(fitter, gusts=level * GUSTS)
+        other = rewindowed(fitter, gusts=level)
         fit = other.again(hypothesis.fit)
         promised = newton_step(fit)[1]
         scores[level] = fit.cost - promised + price(fit, other.library) + other.windows.volume
     best = min(scores, key=lambda s: scores[s])
-    return Unrest(level=best, gain=scores[1.0] - scores[best])
+    admitted = min(score for level, score in scores.items() if level <= ADMITTED)
+    return Unrest(level=best, gain=scores[1.0] - scores[best], allowance=scores[1.0] - admitted)

@@ -105,7 +105,7 @@ DELAY = "sensor_delay.delay"
 
 def _late(plant: Plant, reading: Floats, delay: float) -> Floats:
     """Readings as they were a little earlier, run by run."""
-    out = reading.copy()
+    out: Floats = reading.copy()
     for first, last in plant.samples.runs:
         time = plant.samples.time[first:last]
         for k in range(reading.shape[1]):
@@ -225,7 +225,8 @@ def discrete(slope: Floats, step: float) -> tuple[Floats, Floats]:
 
 def _average(values: Floats) -> Floats:
     """Mean of each row and the next."""
-    return 0.5 * (values + np.concatenate([values[1:], values[-1:]]))
+    mean: Floats = 0.5 * (values + np.concatenate([values[1:], values[-1:]]))
+    return mean
 
 
 def _shift(size: int, k: int, step: float) -> Floats:
@@ -371,4 +372,5 @@ def _skew(vector: Floats) -> Floats:
 
 
 def _stacked(reading: Reading) -> Floats:
-    return np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
+    both: Floats = np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
+    return both

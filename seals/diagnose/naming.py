@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fit, Fitter
-from seals.diagnose.gusts import unrest
+from seals.diagnose.gusts import ADMITTED, unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
@@ -20,6 +20,8 @@ SURVIVORS = 7
 """Candidates that are fitted in full after the quick look."""
 FOLLOWERS = 4
 """The same beside effects that were found already."""
+HOPELESS, HOPELESS_BESIDE = 5.0, 14.0
+"""Linear gain below which a full fit cannot pay, alone and beside other effects."""
 _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
 THRESHOLD = 12.0
@@ -64,9 +66,8 @@ def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1
         threshold: score that every effect must add.
         processes: that share the fits.
     """
-    fitter = problem.fitter
-    fit = fitter.fit(())
-    nominal = Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+    nominal = settled(problem)
+    fitter = nominal.fitter
     best, rounds = nominal, []
     rough = surface(problem.plant, fitter.course) is not None
     for _ in range(MOST):
@@ -75,12 +76,27 @@ def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
         if not tried or tried[0].score < best.score + asked:
             break
+        # stronger gusts, as far as they are admitted, may do as well as the effect
+        calm = unrest(best).allowance - unrest(tried[0]).allowance
+        if tried[0].score - calm < best.score + asked:
+            break
         best = tried[0]
         if len(best.candidates) > 1:
             best = exchanged(problem, nominal, best, rounds[0])
         if len(best.candidates) == 2:
             best = paired(problem, nominal, best, rounds[0], processes=processes)
     return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+
+
+def settled(problem: Problem) -> Hypothesis:
+    """The nominal model under the gusts that suit it best, as far as they were stated."""
+    fitter = problem.fitter
+    nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    found = unrest(nominal)
+    if not 1.0 < found.level <= ADMITTED:
+        return nominal
+    fitter = rewindowed(fitter, gusts=found.level)
+    return Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
 
 
 def extensions(
@@ -143,17 +159,20 @@ def quick_look(
     fitter, freed = base.fitter, base.fit.freed
     about = fitter.start(freed) if not freed else base.fit
     table = screen(fitter, about, candidate_keys(candidates))
+    common, _ = linear_gain(fitter, table, ())
     ranked = []
     for candidate in candidates:
         gain, values = linear_gain(fitter, table, candidate.all_keys)
         keys = (*freed, *candidate.all_keys)
-        ranked.append((gain, candidate, {k: values[k] for k in keys if k in values}))
+        ranked.append((gain - common, candidate, {k: values[k] for k in keys if k in values}))
     ranked.sort(key=lambda r: -r[0])
     top = ranked[0][0] if ranked else 0.0
+    least, always = (HOPELESS_BESIDE, 1) if freed else (HOPELESS, 3)
     kept = [
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
-        if i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS)
+        if (i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS))
+        and (g > least or i < always)
     ]
     return table, kept
 
@@ -180,7 +199,8 @@ def relinearised(
     for _ in range(rounds):
         at = dict(fit.values)
         if problem.samples.posed and not problem.impact:
-            fitter = linearised(problem.plant, fitter.course, at)
+            level = fitter.windows.gusts
+            fitter = linearised(problem.plant, fitter.course, at, gusts=level)
         else:
             fitter = followed(fitter, keys, at=at, rounds=1)
         before, fit = fit, fitter.fit(keys, start=fit.values)
@@ -274,7 +294,7 @@ def rivals_of(
     taken = {c.name for c in best.candidates}
     pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
     ranked = sorted(pool.values(), key=lambda h: -h.score)
-    found = []
+    found: list[Hypothesis] = []
     for single in ranked:
         candidate = single.candidates[-1]
         if candidate.name in taken or len(found) >= RIVALS:

@@ -57,7 +57,7 @@ class Plant:
         effects = library.effects
         self._stiff = {n for n, e in effects.items() if e.stiff}
         self._quiet = {
-            n for n, e in effects.items() if any(has_hook(type(e), h) for h in (Measure, Timed))
+            n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
         }
 
     def drive(self, values: Values) -> Drive | None:

@@ -87,7 +87,7 @@ def prepare(log: Log, *, window: float = WINDOW, gusts: float = GUSTS) -> Proble
         course = refined(plant, course, window=window)
         fitter = linearised(plant, course, {}, window=window, gusts=gusts)
     else:
-        fitter = followed(fitter, (), gusts=gusts)
+        fitter = followed(fitter, ())
     return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
 
 
@@ -133,7 +133,7 @@ def windows_of(
         course,
         dynamics,
         length=window if posed else 1e6,
-        gust=gusts * plant.vehicle.gust,
+        gusts=gusts,
         extra=None if rough is None else rough.push,
         blur=None if rough is None else rough.blur,
         knot=None if rough is None else max(_QUICK, 1.5 * plant.samples.step),
@@ -143,10 +143,17 @@ def windows_of(
     )
 
 
-def rewindowed(fitter: Fitter, *, gusts: float = GUSTS, delay: float | None = None) -> Fitter:
-    """The same linearisation under other gusts or another delay of the inertial sensors."""
+def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None) -> Fitter:
+    """The same linearisation under other gusts or another delay of the inertial sensors.
+
+    Args:
+        fitter: of the linearisation.
+        gusts: factor on the gusts of its windows.
+        delay: of the sensors; that of its windows when left out [s].
+    """
     late = fitter.windows.delay if delay is None else delay
-    windows = windows_of(fitter.plant, fitter.course, fitter.dynamics, gusts=gusts, delay=late)
+    level = gusts * fitter.windows.gusts
+    windows = windows_of(fitter.plant, fitter.course, fitter.dynamics, gusts=level, delay=late)
     return fitter.seen_through(windows)
 
 
@@ -155,7 +162,6 @@ def followed(
     freed: tuple[str, ...],
     *,
     at: Mapping[str, float] | None = None,
-    gusts: float = GUSTS,
     rounds: int = 4,
 ) -> Fitter:
     """Move a course to the best explanation of the measurements and linearise there again.
@@ -164,7 +170,6 @@ def followed(
         fitter: of the present course.
         freed: keys that are freed beside the tolerances.
         at: values to start from.
-        gusts: factor on their stated level.
         rounds: at most.
     """
     for _ in range(rounds):
@@ -172,7 +177,7 @@ def followed(
         prediction = predict(fitter.plant, fitter.course, fit.values)
         error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
         course = fitter.course.moved(error)
-        fitter = linearised(fitter.plant, course, fit.values, gusts=gusts)
+        fitter = linearised(fitter.plant, course, fit.values, gusts=fitter.windows.gusts)
         at = fit.values
         if np.abs(error[:, 3:9]).max() < _SETTLED:
             break
@@ -208,7 +213,7 @@ def refined(plant: Plant, course: Course, *, window: float) -> Course:
             course,
             dynamics,
             length=window,
-            gust=np.array([level, level * _ARM]),
+            gusts=level / max(float(vehicle.gust[0]), 1e-9),
             skip=forgotten(plant),
             bias=_BIASES,
             ignore=("joint_position",),

@@ -60,7 +60,8 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
         LogError: times are uneven, runs are too short, or a needed channel is missing.
     """
     parts = log.segments()
-    step = float(np.median(np.concatenate([np.diff(p.time) for p in parts if p.rows > 1] or [[0]])))
+    steps = [np.diff(p.time) for p in parts if p.rows > 1]
+    step = float(np.median(np.concatenate(steps))) if steps else 0.0
     if step <= 0.0:
         raise LogError(f"log '{log.name}' has no run of two rows or more.\nGive a longer log.")
     runs, start = [], 0
@@ -108,7 +109,7 @@ def _held(log: Log, channel: str, count: int) -> Floats:
             "The commands that were sent to the actuators are needed: without them every thrust "
             "would look like a missing effect."
         )
-    values = log.channel(channel).copy()
+    values: Floats = log.channel(channel).copy()
     if values.shape[1] != count:
         raise LogError(
             f"log '{log.name}': {channel} has {values.shape[1]} columns, the vehicle has {count} "
@@ -123,13 +124,15 @@ def _held(log: Log, channel: str, count: int) -> Floats:
 
 def _smooth(voltage: Floats, step: float) -> Floats:
     if not np.isfinite(voltage).any():
-        return np.zeros_like(voltage)
-    return local_polynomial(voltage, step, bandwidth=max(0.25, 2 * step), degree=1)[0]
+        none: Floats = np.zeros_like(voltage)
+        return none
+    value, _ = local_polynomial(voltage, step, bandwidth=max(0.25, 2 * step), degree=1)
+    return value
 
 
 def _xyzw(wxyz: Floats) -> Floats:
     """Quaternions in the order x, y, z, w with a sign that does not flip along the rows."""
-    q = wxyz[:, [1, 2, 3, 0]]
+    q: Floats = wxyz[:, [1, 2, 3, 0]]
     good = np.flatnonzero(np.isfinite(q[:, 0]))
     if good.size:
         dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)

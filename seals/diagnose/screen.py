@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fit, Fitter, solve_scaled
+from seals.diagnose.windows import Whitened
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,10 +62,8 @@ def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> Screen:
     )
 
 
-def _columns_of(fitter: Fitter, fit: Fit) -> object:
+def _columns_of(fitter: Fitter, fit: Fit) -> Whitened:
     """Whitened responses of the fit's own factors, in its order."""
-    from seals.diagnose.windows import Whitened
-
     count = len(fitter.tolerances)
     if len(fit.keys) == count:
         return fitter.fixed

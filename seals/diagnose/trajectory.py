@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.diagnose.samples import Samples
@@ -37,9 +39,9 @@ class Course:
     @property
     def size(self) -> int:
         """Components of a state error: position, turn, velocity, spin, joints, rates."""
-        return 12 + 2 * self.joints.shape[1]
+        return 12 + 2 * int(self.joints.shape[1])
 
-    def state(self, rows: Floats | slice) -> TwinState:
+    def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
         """States at some rows."""
         parts = (self.position, self.quaternion, self.velocity, self.spin, self.joints, self.rates)
         return TwinState(*(np.asfortranarray(x[rows]) for x in parts))

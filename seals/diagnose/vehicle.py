@@ -221,9 +221,10 @@ def _actuators(spec: Mapping[str, Any]) -> tuple[dict[str, Effect], Floats, str]
         table["direction"] = [float(d) for d in table["direction"]]
         made["rotors"] = get("actuator", "rotors").load()(**_floats(table))
     if thrusters:
-        keys = ("position", "axis", "time_constant", "max_force")
-        table = {k: [r[k] for r in thrusters] for k in keys}
-        made["thrusters"] = get("actuator", "thrusters").load()(**_floats(table))
+        own = ("position", "axis", "time_constant", "max_force")
+        made["thrusters"] = get("actuator", "thrusters").load()(
+            **_floats({k: [r[k] for r in thrusters] for k in own})
+        )
     commands = "rotor_speed_cmd" if rotors else "thruster_cmd" if thrusters else ""
     return made, lag, commands
 

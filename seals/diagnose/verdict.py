@@ -141,7 +141,7 @@ def judge(problem: Problem, search: Search) -> Answer:
 
 def _floor(search: Search) -> float:
     """Misfit that noise and gusts alone would leave."""
-    return 0.985 * search.best.fitter.windows.observed
+    return 0.985 * float(search.best.fitter.windows.observed)
 
 
 def _unexcited(search: Search, best: Hypothesis) -> bool:

@@ -30,7 +30,7 @@ class Windows:
         course: about which the model is linear.
         dynamics: derivatives along the course.
         length: of a window [s].
-        gust: levels of unmodelled force and torque [N, N m], shape (2,).
+        gusts: factor on the vehicle's stated level of unmodelled force and torque.
         extra: standard deviation of further short pushes at every row [N, N m], shape (T, 6).
         blur: standard deviation of further errors of the specific force [m/s^2], shape (T,).
         stated: start states of the runs against the course and their 1-sigma, (runs, n) and
@@ -51,7 +51,7 @@ class Windows:
         dynamics: Dynamics,
         *,
         length: float,
-        gust: Floats,
+        gusts: float,
         extra: Floats | None = None,
         blur: Floats | None = None,
         stated: tuple[Floats, Floats] | None = None,
@@ -69,7 +69,8 @@ class Windows:
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
         self._reference(blur)
-        self._gusts(gust, extra)
+        self.gusts = gusts
+        self._gusts(gusts * vehicle.gust, extra)
         self._marginal()
 
     def _reference(self, blur: Floats | None) -> None:

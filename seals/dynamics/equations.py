@@ -70,15 +70,8 @@ class Assembly:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         if self.armature is not None:
-            matrix = matrix + self._armature(size, matrix)
+            matrix = matrix + _armature(self.armature, size, matrix)
         return xp.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-
-    def _armature(self, size: int, like: Array) -> Array:
-        """Inertia of the drives on the diagonal of the joints, shape (1, n, n)."""
-        xp = namespace(like)
-        lead = xp.zeros((size - self.armature.shape[0],), dtype=like.dtype)
-        diagonal = xp.concat((lead, self.armature))
-        return (xp.eye(size, dtype=like.dtype) * diagonal)[None]
 
     def total_inertia(self, found: Evaluation, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
@@ -126,6 +119,14 @@ class Assembly:
                 else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
             )
         return scatter(values, rows, count)
+
+
+def _armature(armature: Array, size: int, like: Array) -> Array:
+    """Inertia of the drives on the diagonal of the joints, shape (1, n, n)."""
+    xp = namespace(like)
+    lead = xp.zeros((size - armature.shape[0],), dtype=like.dtype)
+    diagonal = xp.concat((lead, armature))
+    return (xp.eye(size, dtype=like.dtype) * diagonal)[None]
 
 
 def scatter(values: Array, rows: Any, count: int) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class EffectSet:
         self.index = {b.name: k for k, b in enumerate(bound)}
 
     def _having(self, hook: type) -> tuple[BoundEffect, ...]:
-        return tuple(b for b in self.bound if has_hook(type(b.effect), hook))
+        return tuple(b for b in self.bound if has_hook(b.effect, hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -119,9 +119,13 @@ class EffectSet:
         )
 
 
+def has_hook(effect: object, hook: type) -> bool:
+    """Whether an effect's class defines a hook, given by its protocol; asked once for each."""
+    return _defines(cast(Any, type(effect)), cast(Any, hook))
+
+
 @functools.cache
-def has_hook(effect: type, hook: type) -> bool:
-    """Whether a class of effects defines a hook, given by its protocol; asked once for each."""
+def _defines(effect: Any, hook: Any) -> bool:
     names = [n for n in vars(hook) if not n.startswith("_")]
     return all(callable(getattr(effect, n, None)) for n in names)
 

@@ -30,7 +30,9 @@ def tables_of(robot: RobotModel, environment: EnvironmentSettings) -> Wetting:
     """Return interpolation tables for a batch."""
     if environment.water_level is None:
         return WettingNone()
-    return WettingTable([HullTable.build(hull) for hull in hulls_of(robot)])
+    hulls = hulls_of(robot)
+    reach = max(float(hull.reach) for hull in hulls)
+    return WettingTable([HullTable.build(hull) for hull in hulls], reach=reach)
 
 
 def build_surroundings(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
@@ -82,15 +83,20 @@ class WettingTable:
 
     Args:
         tables: one table per link.
+        reach: largest distance of a hull's point from its link's origin [m]; a batch that lies
+            deeper, on NumPy and with one link, costs no lookup.
     """
 
-    def __init__(self, tables: Sequence[HullTable]) -> None:
+    def __init__(self, tables: Sequence[HullTable], *, reach: float = math.inf) -> None:
         """Keep the tables."""
         self.tables = tuple(tables)
+        self.reach = reach
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; rows are links x batch."""
         if len(self.tables) == 1:
+            if type(level) is np.ndarray and level.min() > self.reach:
+                return self._submerged(level)
             return Wet(*self.tables[0].lookup(normal, level))
         batch = level.shape[0] // len(self.tables)
         parts = [
@@ -99,6 +105,14 @@ class WettingTable:
         ]
         xp = namespace(level)
         return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
+
+    def _submerged(self, level: Array) -> Wet:
+        """Everything of a deep batch: what the table gives for one deep row."""
+        up = np.array([[0.0, 0.0, 1.0]])
+        volume, centre, *_ = self.tables[0].lookup(up, level[:1])
+        return Wet(
+            np.repeat(volume, len(level), axis=0), np.repeat(centre, len(level), axis=0), None, None
+        )
 
 
 class WettingNone:

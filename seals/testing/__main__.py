@@ -17,7 +17,14 @@ from seals.testing import (
     check_waves,
 )
 
+
+def check_actuator(name: str) -> Any:
+    """Check an installed actuator: an effect of another kind."""
+    return check_effect(registry.get("actuator", name).load())
+
+
 CHECKS: dict[str, Callable[[str], Any]] = {
+    "actuator": check_actuator,
     "backend": check_backend,
     "effect": check_effect,
     "reader": check_reader,

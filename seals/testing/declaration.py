@@ -8,6 +8,8 @@ import re
 import typing
 from typing import Any
 
+import numpy as np
+
 from seals.effects.effect import Effect
 from seals.schema import check_parameters, parameters_of
 from seals.testing.contract import require
@@ -23,8 +25,19 @@ HEADINGS = (
 )
 """Headings of the docstring of a physical element, in order."""
 
-HOOKS = ("flow", "inertia", "loads", "joint_loads")
-"""Hooks an effect may define."""
+HOOKS = (
+    "flow",
+    "inertia",
+    "nominal",
+    "loads",
+    "joint_loads",
+    "actuation",
+    "drive_loads",
+    "drives",
+    "measure",
+    "timing",
+)
+"""Hooks an effect may define; with ``drives`` it is an actuator."""
 
 
 def check_declaration(name: str, cls: type, *, headings: bool = True) -> None:
@@ -84,6 +97,8 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         f"{', '.join(bound)} can see the object",
         "Make hooks static methods: they are pure.",
     )
+    if "drives" in hooks:
+        _check_actuator(name, cls())
     owned = getattr(cls, "accounts_for", None)
     require(
         isinstance(owned, tuple) and all(isinstance(phenomenon, str) for phenomenon in owned),
@@ -92,6 +107,25 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         "Name what the effect owns, for instance ('quadratic drag',).",
     )
     return hooks
+
+
+def _check_actuator(name: str, actuator: Any) -> None:
+    """Check that an actuator tells its columns, lags and limits."""
+    told = ("first", "count", "lag", "limit")
+    missing = [key for key in told if not hasattr(actuator, key)]
+    require(
+        not missing,
+        name,
+        f"turns drives into thrust and does not tell {', '.join(missing)}",
+        "Give the properties first, count (columns of its drives), lag [s], limit, shape (count,).",
+    )
+    shapes = {key: np.shape(getattr(actuator, key)) for key in ("lag", "limit")}
+    require(
+        set(shapes.values()) == {(actuator.count,)},
+        name,
+        f"lag and limit have the shapes {list(shapes.values())} for {actuator.count} drives",
+        f"Allowed: ({actuator.count},).",
+    )
 
 
 def _check_docstring(name: str, cls: type) -> None:

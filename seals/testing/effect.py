@@ -39,7 +39,7 @@ class EffectReport:
         lines = [
             f"{self.name}: hooks {', '.join(self.hooks)}; equal under {', '.join(self.libraries)}",
             f"{'scene':<12}{'body':<6}{'step':>6}{'position':>11}{'attitude':>11}{'joints':>11}{'order':>7}{'moved':>9}",
-        ]
+        ][: 2 if self.scenes else 1]
         for scene in self.scenes:
             orders = ("", *(f"{order:.2f}" for order in scene.orders))
             for step, error, order in zip(scene.steps, scene.errors, orders, strict=True):
@@ -66,14 +66,15 @@ def check_effect(
 
     It must declare its parameters with their physics and its law in words; every hook must be pure,
     give each row what it gives the batch, hand back memory of the declared shape, agree to 1e-12
-    under NumPy, array- api-strict and, where installed, PyTorch; a drag must never drive a body;
-    simulator and twin must agree over contact- free motion; and the effect must move the
-    simulation.
+    under NumPy, array-api-strict and, where installed, PyTorch; a drag must never drive a body; a
+    change of size zero must change nothing; simulator and twin must agree over contact-free motion;
+    and the effect must move the simulation. Errors and delays of sensors and commands move nothing:
+    they have no scenes.
 
     Args:
         effect: name of an installed effect, or its class.
-        values: parameter values that matter to a body of 1 kg and 0.1 m; chosen from units and
-            bounds otherwise.
+        values: parameter values that matter to a body of 1 kg and 0.1 m; otherwise those of the
+            class attribute ``material``, then chosen from units and bounds.
         steps: of the simulator [s], falling, each dividing 4 ms; limits exist for 4 and 1 ms.
         duration: compared time [s].
         backend: name of the rigid-body backend.
@@ -98,10 +99,10 @@ def check_effect(
         for report in agreement.measure(material_effect(cls, values, **size), case, in_twin=twin):
             agreement.judge(report, least=MEMORY_ORDER if cls.memory_size else 1.0)
             scenes.append(report)
-    most = max(scene.moved for scene in scenes)
+    most = max((scene.moved for scene in scenes), default=0.0)
     least = 2.0 * max(LIMITS[False].values())
     require(
-        most > least,
+        most > least or not scenes,
         name,
         f"changes the motion by {most:.1e} of its path at most, so that agreement proves nothing",
         "Give values= at which it matters to a body of 1 kg and 0.1 m.",

@@ -13,7 +13,7 @@ from seals.backend import Configuration
 from seals.effects.binding import EffectSet
 from seals.frames import conjugate, matrix_of, multiply, rotation_vector, unrotate
 from seals.robot.model import RobotModel
-from seals.testing.scenes import ENVIRONMENT, held_torque
+from seals.testing.scenes import ENVIRONMENT, held_inputs
 from seals.twin import Twin
 from seals.waves import Waves
 from seals.world import Actor, World
@@ -50,8 +50,10 @@ def simulate(
     world = World(engine, actors, ENVIRONMENT, step=step, seed=0)
     try:
         world.reset({str(k): start for k, start in enumerate(starts)})
+        held = held_inputs(robot, effects)
         for actor in actors.values():
-            actor.joint_torque = held_torque(robot)
+            actor.joint_torque, actor.joint_command = held.joint_torque, held.joint_command
+            actor.drive, actor.voltage = held.drive, held.voltage
         rows = [_read(actors)]
         for k in range(count):
             world.step()
@@ -80,8 +82,9 @@ def follow(
         fields[name] = unrotate(turn, fields[name])
     state = twin.start(**fields)
     rows = [Track(state.position, state.quaternion, state.joints)]
+    held = held_inputs(robot, effects)._replace(step=step)
     for k in range(round(duration / step)):
-        state, _ = twin.step(state, k * step, step, held_torque(robot))
+        state, _ = twin.advance(state, k * step, step, (held, held, held))
         if (k + 1) % round(SAMPLE / step) == 0:
             rows.append(Track(state.position, state.quaternion, state.joints))
     return _stack(rows)

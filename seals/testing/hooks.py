@@ -11,7 +11,9 @@ import numpy as np
 from seals.arrays import Array
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect, Parameters
+from seals.motion import Timing
 from seals.schema import parameters_of
+from seals.testing.calling import QUIET, call_hook, expected_shapes, is_bundle, nothing
 from seals.testing.contract import ContractError, require
 from seals.testing.instants import (
     Instant,
@@ -61,6 +63,8 @@ class HookCheck:
                 memory = self._memory(hook)
                 expected = self._call(hook, instant, memory, self._params(np.zeros(1)))
                 self._check_shape(hook, expected)
+                self._check_full(hook, instant)
+                self._check_nothing(hook, instant, expected)
                 self._check_pure(hook, instant, memory, expected)
                 self._check_rows(hook, instant, memory, expected)
                 used |= self._check_libraries(hook, instant, memory, expected)
@@ -82,10 +86,7 @@ class HookCheck:
         self, hook: str, instant: Instant, memory: Array | None, params: Parameters
     ) -> tuple[Any, Any]:
         """Output and new memory of one hook."""
-        law = getattr(self.effect, hook)
-        lead = (instant.joints,) if hook == "joint_loads" else (instant.motion, instant.medium)
-        output, kept = law(*lead, instant.inputs, memory, params)
-        return output, kept
+        return call_hook(self.effect, hook, instant, memory, params)
 
     def _memory(self, hook: str) -> Array | None:
         """Memory after three calls from zero, or None."""
@@ -102,20 +103,18 @@ class HookCheck:
     def _check_shape(self, hook: str, expected: tuple[Any, Any]) -> None:
         """Check the shapes of output and memory, and that all is finite."""
         output, kept = expected
-        widths = {"loads": ((3,), (3,)), "inertia": ((6, 6), (1,)), "flow": ((3,),)}.get(hook)
-        for k, leaf in enumerate(leaves(output)):
-            if leaf is None:
-                continue
-            width = (leaf.shape[1],) if widths is None else widths[k]
-            fits = (
-                leaf.shape[1:] == width
-                and leaf.shape[0] in (1, ROWS)
-                and bool(np.isfinite(leaf).all())
-            )
+        self._require(
+            is_bundle(hook, output),
+            f"{hook} returns a {type(output).__name__}",
+            "Return the bundle of seals.motion that the hook promises.",
+        )
+        shapes = expected_shapes(hook, output, ROWS)
+        for leaf, allowed in zip(leaves(output), shapes, strict=True):
+            fits = leaf is None or (tuple(leaf.shape) in allowed and bool(np.isfinite(leaf).all()))
             self._require(
                 fits,
-                f"{hook} returns an array of shape {leaf.shape}, or not finite",
-                f"Allowed: (N, {width}).",
+                f"{hook} returns an array of shape {getattr(leaf, 'shape', None)}, or not finite",
+                f"Allowed: {' or '.join(map(str, allowed))}.",
             )
         size = self.effect.memory_size
         good = kept is None if size == 0 else kept is not None and tuple(kept.shape) == (ROWS, size)
@@ -123,6 +122,41 @@ class HookCheck:
             good,
             f"{hook} returns memory of shape {getattr(kept, 'shape', None)}",
             f"Allowed: ({ROWS}, {size}) for {ROWS} rows; without memory hand back what was given.",
+        )
+
+    def _check_full(self, hook: str, instant: Instant) -> None:
+        """Check that one value of the parameters still gives one matrix a body."""
+        if hook != "nominal":
+            return
+        bound = bind_effects({"it": self.effect}, [_link(self.effect)])
+        output, _ = call_hook(self.effect, hook, instant, None, bound.bound[0].params)
+        self._require(
+            tuple(output.shape) == (ROWS, 6, 6),
+            f"{hook} returns {tuple(output.shape)} for {ROWS} bodies of one change",
+            f"Allowed: ({ROWS}, 6, 6): add zeros in the rows of the body.",
+        )
+
+    def _check_nothing(self, hook: str, instant: Instant, found: tuple[Any, Any]) -> None:
+        """Check that a change of size zero changes nothing, and one that matters something."""
+        same = nothing(hook, instant)
+        declared = parameters_of(self.effect)
+        plain = type(self.effect)(links=self.effect.links)
+        zero = all(getattr(plain, p) == 0.0 for p, meta in declared.items() if meta.fit)
+        if same is None or not zero:
+            return
+        bound = bind_effects({"it": plain}, [_link(plain)])
+        given = bound.with_values({}, np.zeros(1), ROWS).bound[0].params
+        output, _ = call_hook(plain, hook, instant, None, given)
+        apart = _apart(_filled(output), same)
+        self._require(
+            apart <= EQUAL,
+            f"{hook} changes {apart:.1e} while all its parameters are zero",
+            "Zero must mean no change.",
+        )
+        self._require(
+            hook not in QUIET or _apart(_filled(found[0]), same) > EQUAL,
+            f"{hook} changes nothing at values that matter",
+            "Use the parameters, or give values=.",
         )
 
     def _check_pure(
@@ -191,7 +225,9 @@ class HookCheck:
     def _check_power(self, hook: str) -> None:
         """Check that a drag never drives the body through the medium."""
         owned = " ".join(self.effect.accounts_for)
-        if hook not in ("loads", "joint_loads") or not any(word in owned for word in PASSIVE):
+        if hook not in ("loads", "joint_loads", "drive_loads") or not any(
+            word in owned for word in PASSIVE
+        ):
             return
         instant = random_instant(self.rng, ROWS)
         output, _ = self._call(hook, instant, self._memory(hook), self._params(np.zeros(1)))
@@ -230,6 +266,13 @@ def other_libraries() -> Mapping[str, Array]:
 def _link(effect: Effect) -> str:
     """A link name that the effect's own list allows."""
     return next((link for link in effect.links if link not in ("*", "root")), "base")
+
+
+def _filled(output: Any) -> Any:
+    """A change of timing with arrays in place of numbers; other outputs stay."""
+    if not isinstance(output, Timing):
+        return output
+    return Timing(*(np.full((1, 1), x) if isinstance(x, int | float) else x for x in output))
 
 
 def _apart(found: Any, expected: Any) -> float:

@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like
 from seals.frames import matrix_of
-from seals.motion import Body, Inputs, Joints, Medium, Motion
+from seals.motion import Body, Drives, Inputs, Joints, Medium, Motion, Reading
 
-JOINTS = 3
+JOINTS, DRIVES = 3, 4
 
 
 class Instant(NamedTuple):
@@ -20,6 +20,8 @@ class Instant(NamedTuple):
     medium: Medium
     joints: Joints
     inputs: Inputs
+    drives: Drives
+    reading: Reading
 
 
 def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) -> Instant:
@@ -50,8 +52,27 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
     )
     torque = 0.1 * normal((rows, JOINTS))
     joints = Joints(normal((rows, JOINTS)), normal((rows, JOINTS)))
-    return Instant(
-        motion, _random_medium(rng, 1 if still else rows, rotation), joints, Inputs(0.004, torque)
+    medium = _random_medium(rng, 1 if still else rows, rotation)
+    inputs = Inputs(
+        step=0.004,
+        joint_torque=torque,
+        drive=rng.uniform(200.0, 600.0, (rows, DRIVES)),
+        voltage=rng.uniform(14.0, 16.8, (rows, 1)),
+        joint_command=normal((rows, JOINTS)),
+    )
+    reading = Reading(normal((rows, 3)), 9.81 * normal((rows, 3)))
+    return Instant(motion, medium, joints, inputs, _random_drives(rng, rows), reading)
+
+
+def _random_drives(rng: np.random.Generator, rows: int) -> Drives:
+    """Random rotors that all pull."""
+    axis = rng.standard_normal((DRIVES, 3))
+    return Drives(
+        position=0.1 * rng.standard_normal((DRIVES, 3)),
+        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
+        radius=rng.uniform(0.05, 0.2, DRIVES),
+        thrust=rng.uniform(1.0, 4.0, (rows, DRIVES)),
+        torque=0.02 * rng.standard_normal((rows, DRIVES)),
     )
 
 
@@ -80,13 +101,15 @@ def converted(bundle: Any, like: Array) -> Any:
 
 
 def picked(bundle: Any, row: int) -> Any:
-    """Return one row of an instant; fields of one row stay."""
-    return _mapped(bundle, lambda x: x if x.shape[0] == 1 else x[row : row + 1])
+    """Return one row of an instant; fields of one row, and places of drives, stay."""
+    return _mapped(bundle, lambda x: x if x.shape[0] == 1 else x[row : row + 1], rowwise=True)
 
 
 def repeated(bundle: Any, rows: int) -> Any:
     """Return fields of one row repeated ``rows`` times."""
-    return _mapped(bundle, lambda x: np.repeat(x, rows, axis=0) if x.shape[0] == 1 else x)
+    return _mapped(
+        bundle, lambda x: np.repeat(x, rows, axis=0) if x.shape[0] == 1 else x, rowwise=True
+    )
 
 
 def copied(bundle: Any) -> Any:
@@ -103,10 +126,12 @@ def leaves(bundle: Any) -> list[Any]:
     return [] if isinstance(bundle, int | float) else [bundle]
 
 
-def _mapped(bundle: Any, change: Any) -> Any:
+def _mapped(bundle: Any, change: Any, *, rowwise: bool = False) -> Any:
     if bundle is None or isinstance(bundle, int | float):
         return bundle
+    if rowwise and isinstance(bundle, Drives):
+        return bundle._replace(thrust=change(bundle.thrust), torque=change(bundle.torque))
     if isinstance(bundle, tuple):
-        parts = tuple(_mapped(part, change) for part in bundle)
+        parts = tuple(_mapped(part, change, rowwise=rowwise) for part in bundle)
         return type(bundle)(*parts) if hasattr(bundle, "_fields") else parts
     return change(bundle)

@@ -29,6 +29,9 @@ MASS, LENGTH, TIME = 1.0, 0.1, 1.0
 _STATED = {"m/s": 1.0, "m^3": 1e-4}
 """Speed of a flow, and change of a volume of a litre, that matter without ruling the motion."""
 
+LARGE = 50.0
+"""Tolerances of a number without unit that are more than enough to matter."""
+
 _SPREAD = (1.0, 1.3, 0.8)
 
 
@@ -38,7 +41,8 @@ def material_effect(
     """Build an effect whose parameters are large enough to matter.
 
     A default that is not zero stays: its author chose it. A zero becomes the natural scale of its
-    unit, for instance 1 N s/m, slightly different from axis to axis.
+    unit, for instance 1 N s/m, slightly different from axis to axis. A law for which these are no
+    good states others in the class attribute ``material``.
 
     Args:
         cls: class of the effect.
@@ -46,7 +50,7 @@ def material_effect(
         size: mass of the body against a kilogramme [1]; forces, masses and volumes shrink with it.
         **options: further fields, such as ``links``.
     """
-    chosen = dict(values or {})
+    chosen = {**getattr(cls, "material", {}), **(values or {})}
     chosen.update({name: value for name, value in options.items() if name not in chosen})
     for number, (name, meta) in enumerate(parameters_of(cls).items()):
         default = next(f.default for f in dataclasses.fields(cls) if f.name == name)
@@ -88,6 +92,8 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
         powers = [
             p + sign * int(power or 1) * u for p, u in zip(powers, _UNITS[symbol], strict=True)
         ]
+    if powers == [0.0, 0.0, 0.0] and meta.tolerance > 0.0 and not meta.relative:
+        return min(1.0, LARGE * meta.tolerance)
     share = size if powers[0] or powers[1] >= 2 else 1.0
     natural: float = math.prod(
         scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True)
@@ -96,6 +102,9 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
 
 
 def _inside(value: float, meta: Parameter) -> float:
-    """The value, or the middle of the bounds where it lies outside."""
+    """The value; where it lies outside the bounds, their middle or some tolerances."""
     low, high = meta.bounds
-    return value if low <= value <= high else 0.5 * (low + high)
+    if low <= value <= high:
+        return value
+    middle = 0.5 * (low + high)
+    return middle if middle != 0.0 else min(LARGE * meta.tolerance or high, high)

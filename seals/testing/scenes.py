@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals import registry
-from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.config.environment import EnvironmentSettings
+from seals.effects.binding import EffectSet
 from seals.effects.effect import Effect, MediumKind
 from seals.frames import quaternion_of_rpy
+from seals.motion import Inputs
 from seals.robot.model import RobotModel
+from seals.testing.calling import DRIVEN, QUIET
 
 HEIGHTS = {"submerged": -30.0, "surface": 0.2, "air": 60.0}
 """Start of the base origin [m]; neither the deep nor the high scene reaches the surface in 2 s."""
@@ -25,6 +26,20 @@ ARM_SIZE = 0.2
 
 LIMITS = {False: {0.001: 1e-3, 0.004: 5e-3}, True: {0.001: 5e-3, 0.004: 2e-2}}
 """Largest relative error by step [s], without and with moving links."""
+
+
+ROTORS: dict[str, Any] = {
+    "position": [[0.12, 0.1, 0.03], [-0.12, 0.1, 0.03], [-0.12, -0.1, 0.03], [0.12, -0.1, 0.03]],
+    "direction": [1.0, -1.0, 1.0, -1.0],
+    "thrust_coefficient": [1e-5],
+    "torque_coefficient": [1.5e-7],
+    "radius": [0.12],
+    "max_speed": [1000.0],
+}
+"""Four rotors that carry a body of 1 kg at half of their speed."""
+
+SHARES = (0.5, 0.49, 0.505, 0.495)
+"""Held drives against their limits [1]: near hover, and the body turns."""
 
 
 class Case(NamedTuple):
@@ -42,6 +57,10 @@ class Case(NamedTuple):
 def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
     """Return the cases in which an effect can matter."""
     kind = getattr(effect, "medium", MediumKind.any)
+    if set(hooks) <= set(QUIET):
+        return ()
+    if "drives" in hooks or set(hooks) & set(DRIVEN):
+        return (Case(("air",) if kind is MediumKind.air else ("surface", "air"), False),)
     if hooks == ("joint_loads",):
         return (Case(("air",), True),)
     return {
@@ -54,6 +73,9 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
 def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
     """Return weight, lift and light drags on all links, less those of the effect's phenomena.
 
+    Effects that change what actuators do get rotors, and those that state the gains of a servo such
+    a servo.
+
     Args:
         effect: under test.
         size: mass of a link against a kilogramme [1].
@@ -64,12 +86,17 @@ def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
         for axis, share in zip("xyz", (0.5, 0.6, 0.7), strict=True)
     }
     spin = {name: 1e-2 * value for name, value in drag.items()}
-    made: Mapping[str, Effect] = {
+    made: dict[str, Effect] = {
         "gravity": registry.get("effect", "gravity").load()(),
         "buoyancy": registry.get("effect", "buoyancy").load()(),
         "linear_drag": registry.get("effect", "linear_drag").load()(**drag, **options),
         "angular_drag": registry.get("effect", "angular_drag").load()(**spin, **options),
     }
+    if any(hasattr(effect, hook) for hook in DRIVEN):
+        made["rotors"] = registry.get("actuator", "rotors").load()(**ROTORS)
+    if all(hasattr(effect, gain) for gain in ("kp", "kd")):
+        gains = {gain: getattr(effect, gain) for gain in ("kp", "kd")}
+        made["servos"] = registry.get("actuator", "servos").load()(**gains)
     owned = set(effect.accounts_for)
     return {name: other for name, other in made.items() if not owned & set(other.accounts_for)}
 
@@ -93,6 +120,24 @@ def start_of(robot: RobotModel, scene: str, place: int) -> Configuration:
     )
 
 
-def held_torque(robot: RobotModel) -> Floats:
-    """Return the joint torques held throughout [N m], shape (1, J)."""
-    return np.array([[0.004, -0.002]])[:, : robot.tree.joints]
+def held_inputs(robot: RobotModel, effects: EffectSet) -> Inputs:
+    """Return what the engines hold throughout: joint torques and commands, drives, voltage.
+
+    Args:
+        robot: the robot.
+        effects: bound effects; every actuator runs near half of its limits, one drive a little
+            faster than the next.
+    """
+    joints = robot.tree.joints
+    actuators: list[Any] = [b.effect for b in effects.actuators]
+    count = max((a.first + a.count for a in actuators), default=0)
+    drive = np.zeros((1, count))
+    for a in actuators:
+        drive[0, a.first : a.first + a.count] = a.limit * np.resize(SHARES, a.count)
+    return Inputs(
+        step=0.0,
+        joint_torque=np.array([[0.004, -0.002]])[:, :joints],
+        drive=drive if count else None,
+        voltage=np.array([[15.0]]),
+        joint_command=np.array([[0.9, -0.6]])[:, :joints],
+    )

@@ -20,7 +20,12 @@ from seals.motion import Inputs, Joints
 from seals.robot.model import RobotModel
 from seals.sensor import Felt, Sensor
 from seals.waves import Waves
+from seals.world.drivetrain import Drivetrain
 from seals.world.ledger import Ledger
+from seals.world.readings import Past, ReadingChain
+
+_COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
+"""What the caller sets."""
 
 
 class Actor:
@@ -39,6 +44,11 @@ class Actor:
         ledger: every effect's wrench at every step.
         memory: of the effects, by name.
         joint_torque: commanded generalised forces [N m or N], shape (1, J).
+        joint_command: commanded joint positions [rad or m], shape (1, J); None for none.
+        command: of all drives, rotor speed [rad/s] or thruster force [N], shape (1, n); None while
+            the caller sets ``drive`` itself.
+        drive: states of all drives, in the unit of the command, shape (1, n); None for none.
+        voltage: of the battery [V], shape (1, 1); None when not known.
         readings: last reading of every sensor, by sensor and channel.
     """
 
@@ -66,6 +76,13 @@ class Actor:
         self.ledger = Ledger(names, robot.links, steps=steps)
         self.memory: Mapping[str, Array] = effects.zero_memory()
         self.joint_torque = np.zeros((1, robot.tree.joints))
+        self.joint_command: Floats | None = None
+        self.command: Floats | None = None
+        self.drive: Floats | None = None
+        self.voltage: Floats | None = None
+        self.drivetrain = Drivetrain(effects, robot.tree.joints)
+        self._chain = ReadingChain(effects)
+        self._past: dict[str, Past] = {}
         self.readings: dict[str, dict[str, Floats] | None] = {}
         self._sense_memory: dict[str, Any] = {}
         self._next: dict[str, float] = {}
@@ -82,6 +99,9 @@ class Actor:
         self.body.reset(configuration)
         self.memory = self.effects.zero_memory()
         self.joint_torque = np.zeros_like(self.joint_torque)
+        self.joint_command = self.command = self.drive = self.voltage = None
+        self.drivetrain.reset()
+        self._past = {}
         self.ledger.rewind(0)
         self._sense_memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
         # the first reading comes after one period: before it, nothing was felt
@@ -97,18 +117,26 @@ class Actor:
         if self.robot.tree.joints:
             lead = 0 if self.robot.tree.fixed_base else 6
             joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
-        inputs = Inputs(step, self.joint_torque)
+        inputs = self._inputs(time, step)
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory)
         row = self.ledger.open_row(time)
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
-        joint_force = self.joint_torque
+        joint_force = inputs.joint_torque
         for _, more in found.joint_loads:
             joint_force = joint_force + more
         total = row.sum(axis=0)[None]
         self.body.apply(Dynamics(kinematics, moving, motion, found, total, joint_force), step)
         self.memory = found.memory
         self._before, self._now = moving, None
+
+    def _inputs(self, time: float, step: float) -> Inputs:
+        """What the commands have become by now."""
+        train = self.drivetrain
+        self.drive = train.drive(time, self.command, self.drive)
+        torque = train.torque(time, self.joint_torque)
+        position = train.position(time, self.joint_command)
+        return Inputs(step, torque, self.drive, self.voltage, position)
 
     def _look(self) -> tuple[Kinematics, Moving]:
         """Poses and velocities at the current time; kept until the next step."""
@@ -130,6 +158,10 @@ class Actor:
             reading, self._sense_memory[name] = sensor.sense(
                 felt, self._sense_memory[name], rng, due=due
             )
+            if reading is not None:
+                reading, self._past[name] = self._chain.report(
+                    time, reading, self._past.get(name, ())
+                )
             self.readings[name] = reading
             if due:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
@@ -147,15 +179,20 @@ class Actor:
         return Felt(time, step, position, turn, twist[:3], twist[3:], force, rate)
 
     def snapshot(self) -> Any:
-        """Return memory of effects and sensors and the length of the ledger."""
-        kept = (self.memory, dict(self._sense_memory), dict(self._next), dict(self.readings))
-        return (*kept, self.ledger.rows, self._before, self.joint_torque.copy())
+        """Return memory of effects and sensors, commands, and the length of the ledger."""
+        sensing = (self._sense_memory, self._next, self.readings, self._past)
+        commands = [_copy(getattr(self, name)) for name in _COMMANDS]
+        memory = (self.memory, *(dict(part) for part in sensing))
+        return memory, commands, self.drivetrain.snapshot(), self.ledger.rows, self._before
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot back; the ledger forgets later rows."""
-        self.memory, sense, following, readings, rows, self._before, torque = kept
-        self._sense_memory, self._next, self.readings = dict(sense), dict(following), dict(readings)
-        self.joint_torque = torque.copy()
+        memory, commands, train, rows, self._before = kept
+        self.memory, *sensing = memory
+        self._sense_memory, self._next, self.readings, self._past = (dict(x) for x in sensing)
+        for name, value in zip(_COMMANDS, commands, strict=True):
+            setattr(self, name, _copy(value))
+        self.drivetrain.restore(train)
         self._now = None
         self.ledger.rewind(rows)
 
@@ -174,3 +211,7 @@ def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:
             f"{suggestion(sensor.link, [*robot.links, 'root'])}"
         )
     return robot.links.index(sensor.link)
+
+
+def _copy(values: Floats | None) -> Floats | None:
+    return None if values is None else values.copy()

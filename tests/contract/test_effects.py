@@ -12,7 +12,7 @@ import pytest
 from seals import registry
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
+from seals.motion import AddedInertia, Drives, Inputs, Medium, Motion, Wrench
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.schema import param
 from seals.testing import ContractError, check_effect
@@ -47,13 +47,35 @@ HEADINGS = """
     """
 
 
+MOVING = ("loads", "inertia", "nominal", "flow", "joint_loads", "actuation", "drive_loads")
+
+
+def hook_of(cls: type[Effect]) -> str | None:
+    """Return the first hook by which an effect moves a body; None for what moves none."""
+    return next((h for h in MOVING if hasattr(cls, h)), None)
+
+
+MOVERS = [name for name in EFFECTS if hook_of(registry.get("effect", name).load())]
+ACTUATORS: dict[str, dict[str, float]] = {
+    "rotors": {},
+    "thrusters": {},
+    "servos": {"kp": 0.2, "kd": 0.004},
+}
+
+
 def flipped(cls: type[Effect]) -> type[Effect]:
     """Return a copy of an effect whose first hook has the other sign."""
-    hook = next(h for h in ("loads", "inertia", "flow", "joint_loads") if hasattr(cls, h))
+    hook = hook_of(cls) or "drives"
     law: Callable[..., Any] = getattr(cls, hook)
 
-    def turned(*given: Any) -> tuple[Any, Any]:
-        output, memory = law(*given)
+    def turned(*given: Any) -> Any:
+        found = law(*given)
+        if hook == "nominal":
+            return -found
+        if isinstance(found, Drives):
+            free = given[0].thrust if hook == "actuation" else found.thrust * 0.0
+            return found._replace(thrust=2.0 * free - found.thrust)
+        output, memory = found
         if isinstance(output, Wrench):
             return Wrench(*(None if part is None else -part for part in output)), memory
         if isinstance(output, AddedInertia):
@@ -69,6 +91,21 @@ def test_an_installed_effect_keeps_the_contract(name: str) -> None:
     report = check_effect(name, steps=(0.004, 0.001))
     assert isinstance(report, EffectReport)
     assert {"numpy", "array-api-strict"} <= set(report.libraries)
+    assert bool(report.scenes) == (name in MOVERS)
+    assert_second_order(report)
+
+
+@pytest.mark.parametrize("name", registry.names("actuator"))
+def test_an_installed_actuator_keeps_the_contract(name: str) -> None:
+    """An actuator is an effect: the same checks, with its drives or joints held at a command."""
+    cls = registry.get("actuator", name).load()
+    report = check_effect(cls, steps=(0.004, 0.001), values=ACTUATORS.get(name))
+    assert report.scenes
+    assert_second_order(report)
+
+
+def assert_second_order(report: EffectReport) -> None:
+    """Four times smaller steps give more than eight times smaller errors, or tiny ones."""
     worst = [max(max(e) for e in scene.errors) for scene in report.scenes]
     small = [error < 1e-7 for error in worst]
     orders = [scene.orders[0] for scene in report.scenes]
@@ -77,7 +114,7 @@ def test_an_installed_effect_keeps_the_contract(name: str) -> None:
     )
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", MOVERS)
 def test_a_sign_flipped_in_one_engine_is_found(name: str) -> None:
     """With the effect's sign turned in the twin alone, the check fails at 4 ms already."""
     cls = registry.get("effect", name).load()
@@ -86,6 +123,14 @@ def test_a_sign_flipped_in_one_engine_is_found(name: str) -> None:
     case = Case(("air",), True) if hasattr(cls, "joint_loads") else Case((scene,), False)
     with pytest.raises(ContractError, match=r"simulator and twin differ|the twin runs away"):
         check_effect(name, cases=[case], in_twin=flipped(cls), **COARSE)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", registry.names("actuator"))
+def test_a_sign_flipped_in_an_actuator_is_found(name: str) -> None:
+    """With the actuator's sign turned in the twin alone, the check fails at 4 ms already."""
+    cls, values = registry.get("actuator", name).load(), ACTUATORS.get(name)
+    with pytest.raises(ContractError, match=r"simulator and twin differ|the twin runs away"):
+        check_effect(cls, values=values, in_twin=flipped(cls), **COARSE)  # type: ignore[arg-type]
 
 
 @dataclass(kw_only=True)

@@ -28,7 +28,7 @@ def test_unknown_name_has_the_house_form() -> None:
         registry.get("effect", "quadratic_darg")
     first, second = str(refusal.value).split("\n")
     assert first == "effect 'quadratic_darg' is not installed."
-    assert second.startswith("Did you mean 'quadratic_drag'?  Installed: added_mass, ")
+    assert second.startswith("Did you mean 'quadratic_drag'?  Installed: accelerometer_bias, ")
 
 
 def test_unknown_kind_is_refused_with_the_nearest() -> None:

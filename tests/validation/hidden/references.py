@@ -47,7 +47,7 @@ SHAPES: dict[tuple[str, str], dict[str, Any]] = {
     ("quad", "slow"): {"size": [0.12, 0.12, 0.06, 0.05], "period": (9.0, 14.0)},
     ("aam", "sines"): {"size": [0.8, 0.8, 0.42, 1.0], "period": (4.0, 6.0), "steps": 1},
     ("aam", "hover"): {"size": [0.0] * 4},
-    ("auv", "sines"): {"size": [0.62, 0.62, 0.48, 0.95], "period": (6.0, 9.0), "steps": 1},
+    ("auv", "sines"): {"size": [0.58, 0.58, 0.46, 0.92], "period": (6.0, 9.0), "steps": 1},
     ("auv", "shallow"): {"size": [0.5, 0.5, 0.08, 0.6], "period": (6.5, 10.0), "middle": -0.33},
     ("auv", "line"): {"size": [0.0] * 4, "speed": 0.36},
     ("auv", "slow"): {"size": [0.08, 0.0, 0.03, 0.0], "period": (10.0, 16.0)},

@@ -14,7 +14,7 @@ import yaml
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 if str(ROOT) not in sys.path:
-    sys.path.insert(0, str(ROOT))
+    sys.path.append(str(ROOT))
 
 from tests.validation.hidden import (  # noqa: E402
     cases,

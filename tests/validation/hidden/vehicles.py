@@ -130,6 +130,8 @@ def crossing(rng: np.random.Generator) -> Vehicle:
     x = _around(rng, 0.22, 0.28)
     volume = mass / WATER * _around(rng, 0.58, 0.72)
     drop = _around(rng, -0.01, 0.002)
+    carried = WATER * volume * _around(rng, 0.33, 0.46) * np.array([1.0, 1.125, 2.0])
+    turned = _around(rng, 0.37, 0.42) * inertia * np.array([1.0, 1.0, 0.63])
     return Vehicle(
         kind="crossing",
         mass=mass,
@@ -149,14 +151,7 @@ def crossing(rng: np.random.Generator) -> Vehicle:
         ),
         angular_linear=six([spin, spin, spin / 1.2]),
         angular_quadratic=six([turn, turn, 0.8 * turn]),
-        added=six(
-            np.concatenate(
-                (
-                    WATER * volume * _around(rng, 0.33, 0.46) * np.array([1.0, 1.125, 2.0]),
-                    _around(rng, 0.37, 0.42) * inertia * np.array([1.0, 1.0, 0.63]),
-                )
-            )
-        ),
+        added=six(np.concatenate((carried, turned))),
         water_ratio=six(_around(rng, 0.75, 0.85)),
         water=True,
         bottom=-3.0,

@@ -108,9 +108,8 @@ def _actuators(vehicle: Vehicle) -> tuple[list[Any], list[Any]]:
     return rotors, thrusters
 
 
-def describe(case: Case) -> dict[str, Any]:
-    """The description that goes with a log."""
-    v = case.vehicle
+def _vehicle_entry(v: Vehicle) -> dict[str, Any]:
+    """The vehicle's part of the description."""
     rotors, thrusters = _actuators(v)
     hull = None
     if v.primitives:
@@ -133,10 +132,16 @@ def describe(case: Case) -> dict[str, Any]:
     }
     if v.arm is not None:
         vehicle |= v.arm.base_entry()
+    return vehicle
+
+
+def describe(case: Case) -> dict[str, Any]:
+    """The description that goes with a log."""
+    v = case.vehicle
     out: dict[str, Any] = {
         "format": "hidden-effect-log",
         "format_version": 1,
-        "vehicle": vehicle,
+        "vehicle": _vehicle_entry(v),
         "environment": {
             "gravity": [0, 0, -GRAVITY],
             "water_level": 0.0 if v.water else None,

@@ -1,0 +1,80 @@
+"""How each hook of an effect is called at one instant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from seals.arrays import Array
+from seals.effects.effect import Effect, Parameters
+from seals.motion import Drives, Reading, Timing
+from seals.testing.instants import Instant
+
+DRIVEN = ("actuation", "drive_loads")
+"""Hooks that need actuators on the link."""
+
+QUIET = ("measure", "timing")
+"""Hooks that do not move the body."""
+
+WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
+    "loads": ((3,), (3,)),
+    "drive_loads": ((3,), (3,)),
+    "inertia": ((6, 6), (1,)),
+    "nominal": ((6, 6),),
+    "flow": ((3,),),
+    "measure": ((3,), (3,)),
+    "timing": ((1,), (1,), (1,)),
+}
+"""Shape of each output for one row; other hooks have that of the joints or drives."""
+
+
+def call_hook(
+    effect: Effect, hook: str, instant: Instant, memory: Array | None, params: Parameters
+) -> tuple[Any, Any]:
+    """Return output and new memory of one hook; hooks without memory hand it through."""
+    law, now = getattr(effect, hook), instant
+    plain = {
+        "actuation": (now.drives, now.motion, now.medium, now.inputs),
+        "drives": (now.inputs,),
+        "measure": (now.reading,),
+        "nominal": (now.motion.body,),
+        "timing": (),
+    }
+    if hook in plain:
+        return law(*plain[hook], params), memory
+    lead = {
+        "joint_loads": (now.joints,),
+        "drive_loads": (now.drives, now.motion, now.medium),
+    }.get(hook, (now.motion, now.medium))
+    output, kept = law(*lead, now.inputs, memory, params)
+    return output, kept
+
+
+def nothing(hook: str, instant: Instant) -> Any:
+    """Return the output of a hook that changes nothing; None where that is not known."""
+    return {
+        "actuation": instant.drives,
+        "measure": instant.reading,
+        "nominal": instant.motion.body.mass[:, :, None] * 0.0,
+        "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 3),
+    }.get(hook)
+
+
+def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, ...], ...]]:
+    """Return the allowed shapes of every array in an output, in order."""
+    if isinstance(output, Drives):
+        count = output.thrust.shape[-1]
+        per_row: tuple[tuple[int, ...], ...] = ((1, count), (rows, count))
+        return [((count, 3),), ((count, 3),), ((count,),), per_row, per_row]
+    parts = tuple(output) if isinstance(output, tuple) else (output,)
+    arrays = [x for x in parts if not isinstance(x, int | float)]
+    widths = WIDTHS.get(hook)
+    if widths is None:
+        return [((1, *x.shape[1:]), (rows, *x.shape[1:])) for x in arrays]
+    used = [w for x, w in zip(parts, widths, strict=True) if not isinstance(x, int | float)]
+    return [((1, *width), (rows, *width)) for width in used]
+
+
+def is_bundle(hook: str, output: Any) -> bool:
+    """Whether an output is of the type that its hook promises."""
+    promised = {"actuation": Drives, "drives": Drives, "measure": Reading, "timing": Timing}
+    return hook not in promised or isinstance(output, promised[hook])

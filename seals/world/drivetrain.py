@@ -1,0 +1,192 @@
+"""From command to drive: delay, then the first-order lag of the actuators."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.binding import EffectSet
+from seals.errors import ConfigError
+from seals.motion import Timing
+
+INSTANT = 1e-9
+"""Times closer than this are one [s]: ten thousand steps of 0.1 ms stay on their grid."""
+
+
+class Delayed:
+    """A held value that is handed on a fixed time after it was given.
+
+    Args:
+        delay: [s]; below zero it is zero.
+        now: value before the first one arrives.
+
+    Example:
+        >>> line = Delayed(0.02, None)
+        >>> line.give(0.0, np.ones((1, 1)))
+        >>> line.take(0.01) is None, line.take(0.02)
+        (True, array([[1.]]))
+    """
+
+    def __init__(self, delay: float, now: Floats | None) -> None:
+        """Start with nothing on the way."""
+        self.delay, self.now = max(delay, 0.0), now
+        self._coming: tuple[tuple[float, Floats | None], ...] = ()
+
+    def give(self, time: float, value: Floats | None) -> None:
+        """Accept the value commanded from ``time`` on [s]."""
+        last = self._coming[-1][1] if self._coming else self.now
+        if not _same(value, last):
+            kept = None if value is None else np.array(value, dtype=float)
+            self._coming = (*self._coming, (time + self.delay, kept))
+
+    def arrivals(self, time: float) -> list[tuple[float, Floats | None]]:
+        """Return what arrives up to ``time``, with its instant [s]; the last becomes ``now``."""
+        due = [entry for entry in self._coming if entry[0] <= time + INSTANT]
+        if due:
+            self._coming, self.now = self._coming[len(due) :], due[-1][1]
+        return due
+
+    def take(self, time: float) -> Floats | None:
+        """Return the value at work at ``time`` [s]."""
+        self.arrivals(time)
+        return self.now
+
+    def snapshot(self) -> Any:
+        """Return what is on the way; values in it are never written to."""
+        return self.now, self._coming
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        self.now, self._coming = kept
+
+
+class Response(NamedTuple):
+    """Actuators of a robot as one row of drives.
+
+    Args:
+        lag: time constants, changes by effects included, zero for at once [s], shape (n,).
+        limit: largest commands, rad/s or N, shape (n,).
+        delay: between command and drive [s].
+    """
+
+    lag: Floats
+    limit: Floats
+    delay: float
+
+
+class Drivetrain:
+    """Delay of all commands, and lag of the drives.
+
+    A drive follows its command u by x' = (u(t - d) - x) / tau, solved exactly for commands that are
+    held between changes, wherever in a step they arrive. Until the first command arrives a drive
+    keeps its state.
+
+    Args:
+        effects: of the robot; its actuators give ``first``, ``count``, ``lag`` and ``limit``, its
+            effects of timing change lag and delay.
+        joints: number of joints.
+    """
+
+    def __init__(self, effects: EffectSet, joints: int) -> None:
+        """Find lags, limits and the delay."""
+        self.response = response_of(effects)
+        self._joints = joints
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all commands."""
+        delay = self.response.delay
+        self._commands = Delayed(delay, None)
+        self._torques = Delayed(delay, np.zeros((1, self._joints)))
+        self._positions = Delayed(delay, None)
+        self._time: float | None = None
+
+    def drive(self, time: float, command: Floats | None, drive: Floats | None) -> Floats | None:
+        """Return the states of all drives at ``time``, shape (1, n).
+
+        Args:
+            time: [s]; later than that of the last call.
+            command: held from now on, in the unit of the drives, shape (1, n); None for no new one.
+            drive: states at the last call; None for standstill.
+
+        Raises:
+            ConfigError: the command does not have one number a drive.
+        """
+        if command is not None:
+            limit = self.response.limit
+            self._commands.give(time, np.clip(self._checked(command), -limit, limit))
+        at = time if self._time is None else self._time
+        held, self._time = self._commands.now, time
+        for instant, following in self._commands.arrivals(time):
+            drive = self._follow(drive, held, instant - at)
+            at, held = max(at, instant), following
+        return self._follow(drive, held, time - at)
+
+    def torque(self, time: float, torque: Floats) -> Floats:
+        """Return the joint torques at work at ``time``, shape (1, J)."""
+        self._torques.give(time, torque)
+        return self._torques.take(time)  # type: ignore[return-value]
+
+    def position(self, time: float, command: Floats | None) -> Floats | None:
+        """Return the joint positions commanded to the servos at ``time``, shape (1, J) or None."""
+        self._positions.give(time, command)
+        return self._positions.take(time)
+
+    def _follow(self, drive: Floats | None, held: Floats | None, span: float) -> Floats | None:
+        """States after ``span`` [s] under one held command."""
+        if held is None:
+            return drive
+        lag = self.response.lag
+        state = np.zeros_like(held) if drive is None else drive
+        # a lag of zero keeps nothing, even over no time
+        decay = -max(span, 0.0) / np.where(lag > 0.0, lag, 1.0)
+        return held + (state - held) * np.where(lag > 0.0, np.exp(decay), 0.0)
+
+    def _checked(self, command: Floats) -> Floats:
+        count = len(self.response.lag)
+        if np.shape(command) != (1, count) or not np.all(np.isfinite(command)):
+            raise ConfigError(
+                f"a command of shape {np.shape(command)}, or not finite, for {count} drives.\n"
+                f"Allowed: finite numbers of shape (1, {count}), one a drive of all actuators."
+            )
+        return command
+
+    def snapshot(self) -> Any:
+        """Return all commands on the way."""
+        lines = (self._commands, self._torques, self._positions)
+        return self._time, tuple(line.snapshot() for line in lines)
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        self._time, lines = kept
+        for line, part in zip((self._commands, self._torques, self._positions), lines, strict=True):
+            line.restore(part)
+
+
+def response_of(effects: EffectSet) -> Response:
+    """Return lags, limits and delay of the actuators under the effects of timing."""
+    actuators: list[Any] = [b.effect for b in effects.actuators]
+    count = max((a.first + a.count for a in actuators), default=0)
+    lag, limit = np.zeros(count), np.full(count, np.inf)
+    change = timing_of(effects)
+    for a in actuators:
+        columns = slice(a.first, a.first + a.count)
+        lag[columns] = np.maximum(a.lag + change.lag, 0.0)
+        limit[columns] = a.limit
+    return Response(lag, limit, max(float(change.command_delay), 0.0))
+
+
+def timing_of(effects: EffectSet) -> Timing:
+    """Return the sum of all changes of timing of one robot, as numbers [s]."""
+    total = np.zeros(len(Timing._fields))
+    for b in effects.timings:
+        total += [float(np.reshape(x, -1)[0]) for x in b.hooks.timing(b.params)]
+    return Timing(*total.tolist())
+
+
+def _same(a: Floats | None, b: Floats | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b)

@@ -1,0 +1,38 @@
+"""What commands become on their way to the actuators."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seals.diagnose.drive import respond
+
+
+def stepped(rows: int, at: int) -> np.ndarray:
+    """A command that jumps from 0 to 1 at one row."""
+    return (np.arange(rows) >= at).astype(float)[:, None]
+
+
+def test_a_step_is_answered_exponentially() -> None:
+    """The response to a step is 1 - exp(-t/tau), at every part of a row."""
+    found = respond(stepped(60, 10), 0.01, lag=np.array([0.05]), delay=0.0, parts=2)
+    time = np.arange(120) * 0.005 - 0.1
+    expected = np.where(time > 0.0, 1.0 - np.exp(-np.maximum(time, 0.0) / 0.05), 0.0)
+    assert np.allclose(found.reshape(-1), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("delay", [0.0005, 0.0042, 0.0137, 0.031])
+def test_a_delay_shifts_the_answer_exactly(delay: float) -> None:
+    """A delay of any length, across parts and rows, only moves the exponential in time."""
+    found = respond(stepped(80, 10), 0.01, lag=np.array([0.04]), delay=delay, parts=4)
+    time = np.arange(320) * 0.0025 - 0.1 - delay
+    expected = np.where(time > 0.0, 1.0 - np.exp(-np.maximum(time, 0.0) / 0.04), 0.0)
+    assert np.allclose(found.reshape(-1), expected, atol=1e-12)
+
+
+def test_every_actuator_has_its_own_lag() -> None:
+    """Two actuators under one command reach different states."""
+    command = np.repeat(stepped(20, 5), 2, axis=1)
+    found = respond(command, 0.01, lag=np.array([0.02, 0.2]), delay=0.0, parts=1)
+    assert found[10, 0, 0] == pytest.approx(1.0 - np.exp(-0.05 / 0.02))
+    assert found[10, 0, 1] == pytest.approx(1.0 - np.exp(-0.05 / 0.2))

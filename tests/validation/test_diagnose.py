@@ -1,0 +1,71 @@
+"""Diagnoses of logs from the independent generator: one small case of each kind of answer."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from seals.diagnose.diagnosis import Diagnosis, diagnose
+from seals.logs.native import read_native
+
+ROOT = Path(__file__).parents[2]
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
+
+from tests.validation.hidden import generate  # noqa: E402
+
+
+def answered(folder: Path, *words: str) -> tuple[Diagnosis, dict[str, dict[str, float]]]:
+    """Make one log and diagnose it; return the answer and the true parameters by effect."""
+    assert generate.main([str(folder), "--count", "1", *words]) in (None, 0)
+    case = next(p for p in sorted(folder.iterdir()) if p.is_dir())
+    truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
+    table = {
+        e["name"]: {k: v["value"] for k, v in e["parameters"].items()} for e in truth["effects"]
+    }
+    return diagnose(read_native(case)), table
+
+
+def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
+    """A quadrotor within its tolerances gets no name, and its misfit is at the floor."""
+    found, _ = answered(tmp_path, "--level", "null", "--vehicle", "quad", "--seed", "5")
+    assert found.answer.verdict.value == "nothing_missing"
+    assert found.held_out["before"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_wind_is_named_and_measured(tmp_path: Path) -> None:
+    """Wind is named, its speed lies within a few per cent, and the misfit falls to the floor."""
+    words = ("--level", "clear", "--vehicle", "quad", "--effect", "wind", "--seed", "11")
+    found, truth = answered(tmp_path, *words)
+    answer = found.to_dict()
+    assert answer["verdict"] == "named"
+    assert [e["name"] for e in answer["effects"]] == ["wind"]
+    fitted = answer["effects"][0]["parameters"]
+    size = max(abs(v) for v in truth["wind"].values())
+    for name, value in truth["wind"].items():
+        assert fitted[name]["value"] == pytest.approx(value, abs=0.08 * size)
+    assert found.held_out["after"] < 1.06 < found.held_out["before"]
+
+
+def test_a_sensor_fault_is_not_taken_for_a_force(tmp_path: Path) -> None:
+    """A turned inertial sensor is named as such."""
+    words = ("--level", "clear", "--vehicle", "quad", "--effect", "sensor_misalignment")
+    found, _ = answered(tmp_path, *words, "--seed", "3")
+    assert [c.name for c in found.answer.claims] == ["sensor_misalignment"]
+
+
+def test_a_still_vehicle_cannot_tell(tmp_path: Path) -> None:
+    """Hovering shows no drag: the answer is a refusal, not a clean bill."""
+    words = ("--level", "poor_excitation", "--vehicle", "quad", "--seed", "2")
+    found, _ = answered(tmp_path, *words)
+    assert found.answer.verdict.value == "cannot_tell"
+
+
+def test_a_force_outside_the_library_gets_no_name(tmp_path: Path) -> None:
+    """A force that no effect describes is refused a name."""
+    words = ("--level", "out_of_library", "--vehicle", "quad", "--seed", "4")
+    found, _ = answered(tmp_path, *words)
+    assert found.answer.verdict.value == "none_of_these"
