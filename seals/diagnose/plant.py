@@ -220,9 +220,7 @@ class Plant:
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
         effects = self.library.effects
-        sensors = {
-            n: effects[n] for n in used if n in effects and has_hook(type(effects[n]), Measure)
-        }
+        sensors = {n: effects[n] for n in used if n in effects and has_hook(effects[n], Measure)}
         if not sensors:
             return reading
         given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
