@@ -128,6 +128,10 @@ class AddedMass(Effect):
 
 def _matrix(params: Parameters) -> Array:
     """Diagonal and coupling joined, shape (1 or N, 6, 6)."""
-    xp = namespace(params["mass"])
-    diagonal = xp.concat((params["mass"], params["inertia"]), axis=1)
+    mass, inertia = params["mass"], params["inertia"]
+    xp = namespace(mass)
+    if mass.shape[0] != inertia.shape[0]:
+        # one of them is batched, the other stands for all
+        mass, inertia = mass + 0.0 * inertia, inertia + 0.0 * mass
+    diagonal = xp.concat((mass, inertia), axis=1)
     return diagonal[:, :, None] * as_like(_EYE, diagonal) + params["coupling"]

@@ -18,7 +18,16 @@ Task = Callable[[Any], "int | None"]
 
 
 def run(arguments: list[str]) -> int:
-    """Simulate: compose, check, then hand over to ``seals.run.application``."""
+    """Simulate: compose, check, then hand over to ``seals.run.application``.
+
+    A manoeuvre that ``seals plan`` wrote is flown with the vehicle and controller of its file.
+    """
+    for word in arguments:
+        key, _, value = word.partition("=")
+        if key == "experiment" and value.endswith((".yaml", ".yml")):
+            from seals.plan.simulated import run as fly
+
+            return fly(arguments)
     return launch("run", arguments, _run_task)
 
 
@@ -32,6 +41,27 @@ def diagnose(arguments: list[str]) -> int:
     # many small matrices: threads inside the linear algebra only get into each other's way
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("diagnose", arguments, _diagnose_task)
+
+
+def add(arguments: list[str]) -> int:
+    """Add: compose, then hand over to ``seals.repair.application``."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return launch("add", arguments, _add_task)
+
+
+def verify(arguments: list[str]) -> int:
+    """Verify: compose, then hand over to ``seals.repair.application``."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return launch("verify", arguments, _verify_task)
+
+
+def plan(arguments: list[str]) -> int:
+    """Plan: compose, then hand over to ``seals.plan.application``."""
+    for word in arguments:
+        if word.startswith("effect="):
+            raise ConfigError(f"{word}: there is no key effect.\nDid you mean 'effects'?  {word.replace('=', 's=', 1)}")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return launch("plan", arguments, _plan_task)
 
 
 def launch(root: str, arguments: list[str], task: Task) -> int:
@@ -136,6 +166,31 @@ def _compare_task(config: Any) -> int | None:
 
 def _diagnose_task(config: Any) -> int | None:
     from seals.diagnose.application import execute
+
+    result: int | None = execute(config)
+    return result
+
+
+def _add_task(config: Any) -> int | None:
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.repair.application import add as execute
+
+    result: int | None = execute(config)
+    # the model itself says where it comes from
+    discard(Path(HydraConfig.get().runtime.output_dir))
+    return result
+
+
+def _verify_task(config: Any) -> int | None:
+    from seals.repair.application import verify as execute
+
+    result: int | None = execute(config)
+    return result
+
+
+def _plan_task(config: Any) -> int | None:
+    from seals.plan.application import execute
 
     result: int | None = execute(config)
     return result

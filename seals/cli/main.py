@@ -49,6 +49,28 @@ VERBS = {
         "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
         "13 cannot tell, 20 bad data",
     ),
+    "add": Verb(
+        target="seals.cli.hydra_app:add",
+        summary="write what a diagnosis found as a model of one's own",
+        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT]\n"
+        "  seals add diagnosis=answer_7 name=my_model\n"
+        "  seals run robot=ball +model=my_model",
+    ),
+    "verify": Verb(
+        target="seals.cli.hydra_app:verify",
+        summary="try a model on a log that no fit saw, in the real simulator",
+        usage="log=FOLDER model=NAME [older=[FOLDER,...]]\n"
+        "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
+        "exit code: 0 the error fell, 14 the model is withdrawn",
+    ),
+    "plan": Verb(
+        target="seals.cli.hydra_app:plan",
+        summary="choose the manoeuvre that would tell effects apart",
+        usage="effects=[NAME,NAME] log=FOLDER [out=FOLDER], or diagnosis=FOLDER [out=FOLDER]\n"
+        "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
+        "  seals plan effects=[quadratic_drag] log=flight_7\n"
+        "  seals plan diagnosis=answer_7",
+    ),
     "list": Verb(
         target="seals.cli.listing:list_installed",
         summary="list what is installed",

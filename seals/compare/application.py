@@ -23,7 +23,10 @@ from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 
 # settings of the comparison itself; the others are those of a run
-OWN = ("log", "only", "fit", "train", "held_out", "ladder", "per_log", "out", "compare")
+OWN = (
+    *("log", "only", "fit", "train", "held_out", "ladder", "per_log", "out", "compare"),
+    *("rivals", "naming"),
+)
 
 
 def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:

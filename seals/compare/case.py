@@ -85,6 +85,7 @@ class Case:
         start: state at the first row.
         speed: a number that names the operating point, for tables [m/s].
         notes: facts found on the way, in words.
+        given: measured inputs of a course that is not simulated, by name.
     """
 
     name: str
@@ -97,3 +98,4 @@ class Case:
     start: Start
     speed: float = 0.0
     notes: list[str] = field(default_factory=list)
+    given: dict[str, Floats] = field(default_factory=dict)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from seals.config.naming import NamingSettings
 from seals.config.run import RunSettings
 from seals.schema import param
 
@@ -23,21 +24,37 @@ class StartMode(Enum):
     """A release from rest found in the accelerometer: the speed at entry is that of the fall."""
 
 
+class Course(Enum):
+    """How a model is turned into what the sensors read."""
+
+    simulated = "simulated"
+    """The motion is integrated from the start of every run."""
+    glide = "glide"
+    """A steady glide at the measured pitch: forces balance at every sample."""
+    thrust = "thrust"
+    """What an accelerometer feels of the rotors' measured commands."""
+    heave = "heave"
+    """Steady heave in a regular wave: its amplitude against that of the wave."""
+
+
 @dataclass(kw_only=True)
 class CompareOptions:
     """How a comparison is made.
 
     Args:
+        course: how a model is turned into what the sensors read.
         start: where the initial state comes from.
         step: integration step of the twin [s]; 0 chooses from the sampling.
         stride: keep every n-th row.
         before: time kept before the water entry of a drop [s].
         after: time kept after the water entry of a drop [s].
         margin: time cut before the catch of a drop [s].
+        idle_speed: of a rotor at no pulse width, for the course ``thrust`` [rad/s].
         offset: search for a clock offset up to this size [s]; 0 for none.
         iterations: most Gauss-Newton steps.
     """
 
+    course: Course = Course.simulated
     start: StartMode = StartMode.auto
     step: float = param(0.0, "s", bounds=(0.0, 0.1), tolerance=0.0, source=_CHOSEN, fit=False)
     stride: int = 1
@@ -45,6 +62,9 @@ class CompareOptions:
     after: float = param(0.08, "s", bounds=(0.001, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
     margin: float = param(0.015, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
     offset: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    idle_speed: float = param(
+        0.0, "rad/s", bounds=(0.0, 1e5), tolerance=0.0, source=_CHOSEN, fit=False
+    )
     iterations: int = 12
 
 
@@ -65,6 +85,9 @@ class CompareSettings(RunSettings):
         per_log: fit every log by itself instead of all together.
         ladder: rungs by name, each the list of effects that act; empty for one rung with all
             effects.
+        rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
+            instances in the configuration; empty for all that could act.
+        naming: what the nominal model is and what judges, for ``seals diagnose``.
         compare: how the comparison is made.
         out: folder of the results, or None for the run's folder.
     """
@@ -78,5 +101,7 @@ class CompareSettings(RunSettings):
     held_out: list[Any] = field(default_factory=list)
     per_log: bool = False
     ladder: dict[str, Any] = field(default_factory=dict)
+    rivals: list[str] = field(default_factory=list)
+    naming: NamingSettings = field(default_factory=NamingSettings)
     compare: CompareOptions = field(default_factory=CompareOptions)
     out: str | None = None

@@ -8,10 +8,12 @@ from typing import Any
 from seals.config.build import build
 from seals.config.environment import EnvironmentSettings, check_profiles
 from seals.config.fields import check_tree, vector
+from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals
 from seals.config.robot import RobotSettings
 from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError
+from seals.registry import get
 from seals.schema import param
 
 
@@ -77,6 +79,8 @@ class RunSettings:
         initial: state at the start.
         time: time base.
         repeat: folder of an earlier run to take up again as it was, or None.
+        model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
+        force: whether to take a model that was withdrawn.
     """
 
     name: str = "run"
@@ -92,6 +96,8 @@ class RunSettings:
     initial: InitialSettings = field(default_factory=InitialSettings)
     time: TimeSettings = field(default_factory=TimeSettings)
     repeat: str | None = None
+    model: Any = None
+    force: bool = False
 
 
 PLAIN = ("environment", "initial", "time", "robot")
@@ -128,9 +134,31 @@ def build_run(config: Any) -> RunSettings:
             values[key] = {
                 str(name): build(node, where=f"{key}.{name}") for name, node in config[key].items()
             }
-    settings = RunSettings(**values)
+    settings = RunSettings(**_with_model(config, values))
     _check(settings)
     return settings
+
+
+def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
+    """Add the effects of a diagnosed model to those of the run.
+
+    Its nominal values belong to the vehicle of its log, not to the robot of the run.
+    """
+    from omegaconf import OmegaConf
+
+    if config.get("model") is None:
+        return values
+    raw: Any = OmegaConf.to_container(config.model)
+    overlay = read_overlay(raw)
+    overlay.refuse_withdrawn(force=bool(config.get("force")))
+    out = {**values, "effects": overlay.applied(values["effects"])}
+    if overlay.waves is not None:
+        if type(values["wave"]) is not get("wave", "still").load():
+            raise ConfigError(
+                f"model '{overlay.name}' and the run both bring waves.\nLeave one of them out."
+            )
+        out["wave"] = overlay.waves
+    return out
 
 
 def _check(settings: RunSettings) -> None:

@@ -20,6 +20,7 @@ from omegaconf import Container, OmegaConf
 
 from seals import registry
 from seals.config.derive import schema_of
+from seals.config.overlay import find_overlay, load_overlay, overlay_names
 from seals.config.robot import RobotFile, read_robot
 from seals.errors import ConfigError
 
@@ -32,6 +33,8 @@ SECTION_GROUPS = {
 }
 CLASS_GROUPS = tuple(kind for kind in registry.GROUPS if kind not in registry.FOLDER_KINDS)
 """Hydra groups, one for each kind of plug-in; animals are options of the group ``robot``."""
+MODEL = "model"
+"""Hydra group of the models that diagnoses made: ``models/NAME.yaml`` is ``model=NAME``."""
 
 
 class PluginSource(ConfigSource):
@@ -48,22 +51,27 @@ class PluginSource(ConfigSource):
 
     def is_group(self, config_path: str) -> bool:
         """Return whether a path is one of the groups of plug-ins."""
-        return config_path.rstrip("/") in ("", "robot", *CLASS_GROUPS)
+        return config_path.rstrip("/") in ("", "robot", MODEL, *CLASS_GROUPS)
 
     def is_config(self, config_path: str) -> bool:
         """Return whether a path is an installed plug-in or a robot folder."""
         group, _, name = config_path.partition("/")
         if group == "robot":
             return name in robot_names() or is_robot_folder(name)
+        if group == MODEL:
+            return find_overlay(name) is not None
         return group in CLASS_GROUPS and name in registry.names(group)
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
         """Return the options of a group, or the groups."""
         group = config_path.rstrip("/")
         if group == "":
-            return [] if results_filter == ObjectType.CONFIG else sorted(("robot", *CLASS_GROUPS))
+            groups = sorted(("robot", MODEL, *CLASS_GROUPS))
+            return [] if results_filter == ObjectType.CONFIG else groups
         if results_filter == ObjectType.GROUP:
             return []
+        if group == MODEL:
+            return overlay_names()
         return robot_names() if group == "robot" else registry.names(group)
 
     def load_config(self, config_path: str) -> ConfigResult:
@@ -71,6 +79,8 @@ class PluginSource(ConfigSource):
         group, _, name = config_path.partition("/")
         if group == "robot":
             return self._result(config_path, robot_option(name), package="_global_")
+        if group == MODEL:
+            return self._result(config_path, model_option(name), package=None)
         node = OmegaConf.structured(schema_of(registry.get(group, name)))
         return self._result(config_path, node, package=None)
 
@@ -97,9 +107,12 @@ class ConfSearchPath(SearchPathPlugin):
 
 def install() -> None:
     """Register source, search path and root schemas with Hydra; calling twice is harmless."""
+    from seals.config.add import AddSettings
     from seals.config.compare import CompareSettings
     from seals.config.diagnose import DiagnoseSettings
+    from seals.config.plan import PlanSettings
     from seals.config.run import RunSettings
+    from seals.config.verify import VerifySettings
 
     hub = Plugins.instance()
     hub.register(PluginSource)
@@ -108,6 +121,9 @@ def install() -> None:
     store.store("run_schema", RunSettings, provider="seals")
     store.store("compare_schema", CompareSettings, provider="seals")
     store.store("diagnose_schema", DiagnoseSettings, provider="seals")
+    store.store("plan_schema", PlanSettings, provider="seals")
+    store.store("add_schema", AddSettings, provider="seals")
+    store.store("verify_schema", VerifySettings, provider="seals")
 
 
 def robot_names() -> list[str]:
@@ -163,6 +179,20 @@ def robot_option(name: str) -> Container:
         "summary": settings.summary,
     }
     node: Container = OmegaConf.create({"defaults": [*defaults, "_self_"], **body})
+    return node
+
+
+def model_option(name: str) -> Container:
+    """Return a model that a diagnosis made as a Hydra option.
+
+    Raises:
+        ConfigError: there is no such model, or its file holds keys that no model has.
+    """
+    path = find_overlay(name)
+    if path is None:
+        raise ConfigError(f"model '{name}' vanished.\nModels lie in the folder models/")
+    # values in the file are data: a dollar sign is not a reference
+    node: Container = OmegaConf.create(load_overlay(path))
     return node
 
 

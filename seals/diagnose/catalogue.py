@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.diagnose.discrepancy import DragExponent, SurfaceForce, WaveMoment
+from seals.diagnose.discrepancy import AddedMassCentre, DragExponent, SurfaceForce, WaveMoment
 from seals.diagnose.factors import Collector, Library
 from seals.diagnose.vehicle import Vehicle
 from seals.effects.effect import Effect, MediumKind
@@ -18,6 +18,9 @@ _EXPONENT = 0.05
 """1-sigma of the exponents of drag laws."""
 _SURFACE = 0.04
 """1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
+
+_CENTRE = 0.03
+"""1-sigma of the added mass's centre, as a share of the hull's size."""
 
 
 def library_of(vehicle: Vehicle, *, speeds: Floats) -> Library:
@@ -197,6 +200,9 @@ def _water(made: Collector, vehicle: Vehicle) -> None:
     table |= _axes("inertia", share * turn, np.maximum(0.5 * turn, 0.03 * displaced * length**2))
     keys = made.add("added_mass_change", _effect("added_mass"), table)
     made.candidate("added_mass", keys)
+    if mass.any():
+        centre = AddedMassCentre(mass=tuple(mass))
+        made.add("added_mass_centre", centre, _axes("offset", _CENTRE * length, 0.1 * length))
     made.add("surface", SurfaceForce(), {"share": (_SURFACE, 0.1)})
     low = {"coefficient": (0.0, np.inf)}
     keys = made.add("slamming_change", _effect("slamming"), {"coefficient": (0.0, 1.0)}, bounds=low)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from seals.arrays import Array, Floats, as_like, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.frames import cross
-from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
 _SLOWEST = 0.02
@@ -42,8 +44,6 @@ class DragExponent(Effect):
 
     def constants(self) -> dict[str, Floats]:
         """Return coefficients, speeds and the power."""
-        import numpy as np
-
         return {
             "coefficients": np.array([self.coefficients]),
             "speeds": np.array([self.speeds]),
@@ -89,6 +89,49 @@ class SurfaceForce(Effect):
         s = medium.submersion
         weight = medium.density * medium.gravity * motion.body.volume * (4.0 * s * (1.0 - s))
         return Wrench(motion.up * (params["share"] * weight), None), memory
+
+
+@dataclass(kw_only=True)
+class AddedMassCentre(Effect):
+    """Offset of the point at which the nominal added mass is without coupling.
+
+    Equation:
+        M_A about the origin gains the coupling -M S(d) between force and turning (and its
+        transpose), to first order in d; M is the linear block of the nominal added mass.
+
+    Args:
+        offset_x: d [m].
+        offset_y: d [m].
+        offset_z: d [m].
+        mass: diagonal of M [kg], three numbers.
+    """
+
+    offset_x: float = param(0.0, "m", bounds=(-1.0, 1.0), tolerance=0.0, source="hull's shape")
+    offset_y: float = param(0.0, "m", bounds=(-1.0, 1.0), tolerance=0.0, source="hull's shape")
+    offset_z: float = param(0.0, "m", bounds=(-1.0, 1.0), tolerance=0.0, source="hull's shape")
+    mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ()
+
+    def constants(self) -> dict[str, Floats]:
+        """Return the linear block's diagonal, shape (1, 3)."""
+        return {"mass": np.array([self.mass], dtype=float)}
+
+    @staticmethod
+    def inertia(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[AddedInertia, Array]:
+        """Change of M_A about the link origin [kg m] with the weight s."""
+        xp = namespace(params["offset"])
+        d = params["offset"]
+        zero = 0.0 * d[:, 0]
+        rows = (zero, -d[:, 2], d[:, 1], d[:, 2], zero, -d[:, 0], -d[:, 1], d[:, 0], zero)
+        skew = xp.reshape(xp.stack(rows, axis=1), (-1, 3, 3))
+        block = -params["mass"][:, :, None] * skew
+        none = 0.0 * block
+        top = xp.concat((none, block), axis=2)
+        below = xp.concat((xp.permute_dims(block, (0, 2, 1)), none), axis=2)
+        return AddedInertia(xp.concat((top, below), axis=1), medium.share), memory
 
 
 @dataclass(kw_only=True)

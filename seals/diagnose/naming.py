@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fit, Fitter
 from seals.diagnose.gusts import ADMITTED, unrest
-from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
+from seals.diagnose.hypothesis import Hypothesis, keys_of, material, scored
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
 from seals.diagnose.problem import Problem, followed, linearised, rewindowed
@@ -73,6 +73,7 @@ def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1
     for _ in range(MOST):
         tried = extensions(problem, nominal, best, processes=processes)
         rounds.append(tried)
+        tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
         if not tried or tried[0].score < best.score + asked:
             break

@@ -92,6 +92,12 @@ _TABLE = (
         meaning="accelerometer, body axes: acceleration minus gravity (+9.81 z level at rest)",
     ),
     Channel(stem="depth", unit="m", meaning="depth of the body origin, positive down"),
+    Channel(stem="depth_rate", unit="m/s", meaning="rate of the depth, positive going down"),
+    Channel(
+        stem="heave_response",
+        unit="1",
+        meaning="amplitude of the heave over that of the wave, in steady regular waves",
+    ),
     Channel(stem="battery_voltage", unit="V", meaning="terminal voltage under load"),
     Channel(stem="joint_position", numbered=True, unit="rad", meaning="joint angle, link side"),
     Channel(stem="joint_velocity", numbered=True, unit="rad/s", meaning="joint rate, link side"),

@@ -1,13 +1,26 @@
 """Reports: one HTML file that works offline, from charts, tables and words; charts as pictures."""
 
-from seals.report.blocks import Block, Code, Facts, Fold, Paragraph, Section, Table
+from seals.report.bars import Bar, Bars
+from seals.report.blocks import (
+    Block,
+    Choice,
+    Code,
+    Facts,
+    Fold,
+    Paragraph,
+    Section,
+    Table,
+)
 from seals.report.figures import Chart, Mark, Series
 from seals.report.page import page, write_page
 from seals.report.pictures import write_picture
 
 __all__ = [
+    "Bar",
+    "Bars",
     "Block",
     "Chart",
+    "Choice",
     "Code",
     "Facts",
     "Fold",

@@ -6,15 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from seals.report.bars import Bars
 from seals.report.figures import Chart
 
 
 @dataclass(frozen=True, kw_only=True)
 class Paragraph:
-    """Plain words; ``tone`` is ``""``, ``"good"``, ``"warn"`` or ``"bad"``."""
+    """Plain words; ``tone``: ``""``, ``"good"``, ``"warn"``, ``"bad"``, or small: ``"caption"``."""
 
     text: str
     tone: str = ""
+    large: bool = False
     kind: str = field(default="paragraph", init=False)
 
 
@@ -53,7 +55,16 @@ class Fold:
     kind: str = field(default="fold", init=False)
 
 
-Block: TypeAlias = "Chart | Paragraph | Facts | Table | Code | Fold"
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """Blocks of which one group is seen at a time, chosen by name; the first at the start."""
+
+    label: str
+    options: Mapping[str, Sequence[Block]]
+    kind: str = field(default="choice", init=False)
+
+
+Block: TypeAlias = "Chart | Bars | Paragraph | Facts | Table | Code | Fold | Choice"
 
 
 @dataclass(frozen=True, kw_only=True)

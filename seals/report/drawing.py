@@ -17,31 +17,32 @@ def drawn(chart: Chart) -> dict[str, Any]:
     ready = chart.coloured()
     traces: list[dict[str, Any]] = []
     for line in ready.series:
-        traces += _stack(even(line)) if chart.stacked else _line(thinned(line))
+        traces += _stack(even(line)) if chart.stacked else _line(thinned(line), single=chart.single)
     if chart.stacked and len(chart.series) > 1:
         traces.append(_total(ready))
     return {"data": traces, "layout": _layout(chart)}
 
 
-def _line(line: Series) -> list[dict[str, Any]]:
+def _line(line: Series, *, single: bool) -> list[dict[str, Any]]:
     """One line, and its band below it."""
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers" if line.points else "lines",
         "name": line.name,
-        "x": _numbers(line.x),
-        "y": _numbers(line.y),
+        "x": _numbers(line.x, single=single),
+        "y": _numbers(line.y, single=single),
         "line": {"color": line.colour, "width": 1.6, "dash": "dash" if line.dashed else "solid"},
         "marker": {"color": line.colour, "size": 4},
         "legendgroup": line.name,
     }
     if line.band is None:
         return [trace]
+    x, y = _outline(line)
     outline = {
         "type": "scatter",
         "mode": "lines",
-        "x": _numbers(np.concatenate([line.x, line.x[::-1]])),
-        "y": _numbers(np.concatenate([line.y + line.band, (line.y - line.band)[::-1]])),
+        "x": _numbers(x, single=single),
+        "y": _numbers(y, single=single),
         "fill": "toself",
         "fillcolor": f"{line.colour}33",
         "line": {"width": 0},
@@ -50,6 +51,23 @@ def _line(line: Series) -> list[dict[str, Any]]:
         "legendgroup": line.name,
     }
     return [outline, trace]
+
+
+def _outline(line: Series) -> tuple[Floats, Floats]:
+    """The band's outline; every stretch between two gaps is a polygon of its own."""
+    band = np.zeros_like(line.y) if line.band is None else line.band
+    solid = np.isfinite(line.y) & np.isfinite(band)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], solid, [False]]).astype(int)))
+    x: list[Floats] = []
+    y: list[Floats] = []
+    gap = np.array([np.nan])
+    for first, last in edges.reshape(-1, 2):
+        part = slice(first, last)
+        x += [line.x[part], line.x[part][::-1], gap]
+        y += [line.y[part] + band[part], (line.y[part] - band[part])[::-1], gap]
+    if not x:
+        return np.zeros(0), np.zeros(0)
+    return np.concatenate(x)[:-1], np.concatenate(y)[:-1]
 
 
 def _stack(line: Series) -> list[dict[str, Any]]:
@@ -132,7 +150,8 @@ def _label(mark: Mark) -> dict[str, Any]:
     }
 
 
-def _numbers(values: Floats) -> dict[str, str]:
+def _numbers(values: Floats, *, single: bool = False) -> dict[str, str]:
     """Numbers in plotly's binary form: a fifth of the text, and NaN stays a gap."""
-    raw = np.ascontiguousarray(values, dtype="<f8").tobytes()
-    return {"dtype": "f8", "bdata": base64.b64encode(raw).decode("ascii")}
+    kind = "f4" if single else "f8"
+    raw = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+    return {"dtype": kind, "bdata": base64.b64encode(raw).decode("ascii")}

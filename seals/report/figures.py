@@ -62,6 +62,7 @@ class Chart:
         marks: instants and levels.
         equal: whether both axes have one scale, as in a view from above.
         note: one line below the chart.
+        single: whether numbers are kept in single precision, half as large in the file.
 
     Raises:
         SealsError: a series has coordinates of different shapes.
@@ -83,6 +84,7 @@ class Chart:
     marks: tuple[Mark, ...] = field(default=())
     equal: bool = False
     note: str = ""
+    single: bool = False
 
     def __post_init__(self) -> None:
         for line in self.series:
@@ -142,13 +144,13 @@ def thinned(line: Series, most: int = MOST_POINTS) -> Series:
     count = line.x.size
     if count <= most:
         return line
-    kept = _extremes(line.y, max(most // 2 - 1, 1))
+    kept = extremes(line.y, max(most // 2 - 1, 1))
     return dataclasses.replace(
         line, x=line.x[kept], y=line.y[kept], band=None if line.band is None else line.band[kept]
     )
 
 
-def _extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+def extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
     """Indices of the lowest and the highest sample of each bin, and both ends."""
     edges = np.linspace(0, y.size, bins + 1).astype(np.intp)
     width = int(np.diff(edges).max())

@@ -11,12 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from seals.logs.atomic import write_text
-from seals.report.blocks import Block, Fold, Section
+from seals.report.bars import Bars, drawn_bars
+from seals.report.blocks import Block, Choice, Fold, Section
 from seals.report.drawing import drawn
 from seals.report.figures import Chart
 
 
-def page(title: str, sections: Sequence[Section], *, subtitle: str = "", badge: str = "") -> str:
+def page(
+    title: str,
+    sections: Sequence[Section],
+    *,
+    subtitle: str = "",
+    badge: str = "",
+    light: bool = False,
+) -> str:
     """Return a self-contained HTML page.
 
     Args:
@@ -24,6 +32,7 @@ def page(title: str, sections: Sequence[Section], *, subtitle: str = "", badge: 
         sections: parts in order.
         subtitle: one line below the heading.
         badge: a word beside the heading, such as ``done`` or ``failed``.
+        light: whether the page stays light where the reader's system is dark.
 
     Example:
         >>> from seals.report.blocks import Paragraph
@@ -39,10 +48,11 @@ def page(title: str, sections: Sequence[Section], *, subtitle: str = "", badge: 
             title=title,
             subtitle=subtitle,
             badge=badge,
+            light=light,
             sections=sections,
             kind=lambda block: getattr(block, "kind", "chart"),
             number=lambda: next(numbers),
-            figures=_script_safe([drawn(chart) for chart in charts]),
+            figures=_script_safe([_drawn(chart) for chart in charts]),
             plotly=_plotly() if charts else "",
         )
     )
@@ -55,18 +65,26 @@ def write_page(
     *,
     subtitle: str = "",
     badge: str = "",
+    light: bool = False,
 ) -> Path:
     """Write a page to a file that appears whole or not at all; arguments as for :func:`page`."""
-    write_text(path, page(title, sections, subtitle=subtitle, badge=badge))
+    write_text(path, page(title, sections, subtitle=subtitle, badge=badge, light=light))
     return Path(path)
 
 
-def _charts(blocks: Sequence[Block]) -> Iterator[Chart]:
+def _charts(blocks: Sequence[Block]) -> Iterator[Chart | Bars]:
     for block in blocks:
-        if isinstance(block, Chart):
+        if isinstance(block, Chart | Bars):
             yield block
         elif isinstance(block, Fold):
             yield from _charts(block.blocks)
+        elif isinstance(block, Choice):
+            for group in block.options.values():
+                yield from _charts(group)
+
+
+def _drawn(chart: Chart | Bars) -> dict[str, Any]:
+    return drawn_bars(chart) if isinstance(chart, Bars) else drawn(chart)
 
 
 def _script_safe(value: Any) -> str:

@@ -1,0 +1,1 @@
+"""A Crazyflie 2 quadrotor of 27 g."""

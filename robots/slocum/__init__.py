@@ -1,0 +1,1 @@
+"""A Slocum glider of 70 kg, as far as a steady glide needs it."""

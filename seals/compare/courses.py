@@ -1,0 +1,40 @@
+"""The ways in which a model is turned into what the sensors read, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from seals.compare.case import Case
+from seals.compare.cases import make_cases
+from seals.compare.glide import GlidePredictor, glide_cases
+from seals.compare.heave import HeavePredictor, heave_cases
+from seals.compare.predict import Predictor
+from seals.compare.thrust import ThrustPredictor, thrust_cases
+from seals.config.compare import CompareSettings, Course
+from seals.logs.log import Log
+from seals.robot.model import RobotModel
+
+Cutter = Callable[[Sequence[Log], CompareSettings, RobotModel], list[Case]]
+_COURSES: dict[Course, tuple[Cutter, type[Predictor]]] = {
+    Course.simulated: (make_cases, Predictor),
+    Course.glide: (glide_cases, GlidePredictor),
+    Course.thrust: (thrust_cases, ThrustPredictor),
+    Course.heave: (heave_cases, HeavePredictor),
+}
+
+
+def cases_of(settings: CompareSettings) -> Cutter:
+    """Return what cuts logs into stretches."""
+    return _COURSES[settings.compare.course][0]
+
+
+def predictor_of(settings: CompareSettings) -> type[Predictor]:
+    """Return what predicts stretches."""
+    return _COURSES[settings.compare.course][1]
+
+
+def step_of(cases: Sequence[Case]) -> float:
+    """Return a step no longer than the sampling and than 10 ms."""
+    return min(0.01, *(float(np.median(np.diff(c.time))) for c in cases if len(c.time) > 1), 0.01)

@@ -1,0 +1,17 @@
+"""Plain operations on series of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+
+
+def moving_mean(values: Floats, width: int) -> Floats:
+    """Mean over ``width`` samples about each one; zeros stand outside the series.
+
+    Example:
+        >>> moving_mean(np.array([3.0, 3.0, 3.0]), 3)
+        array([2., 3., 2.])
+    """
+    return np.asarray(np.convolve(values, np.full(width, 1.0 / width), "same"))

@@ -1,0 +1,123 @@
+"""The written answer of a diagnosis, and which of its effects are to be added."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, LogError, suggestion
+from seals.logs.native import TABLES
+
+ANSWER = "diagnosis.json"
+_REFUSED = {
+    "nothing_missing": "nothing is missing, so there is nothing to add",
+    "none_of_these": "no effect of the library explains the log, so there is none to add",
+    "cannot_tell": "the log could not show what is missing",
+    "bad_data": "the log failed its data check",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """The effects of an answer that are to be added.
+
+    Args:
+        file: the answer was read from.
+        effects: entries of the answer, in its order.
+        verdict: of the answer.
+        chosen: whether the user picked one of several.
+        log: folder of the log as the answer names it; empty when it does not.
+        sha256: of the log's table; empty when not known.
+        nominal: fitted nominal values by factor key, when the answer holds them.
+    """
+
+    file: Path
+    effects: tuple[Mapping[str, Any], ...]
+    verdict: str
+    chosen: bool
+    log: str
+    sha256: str
+    nominal: Mapping[str, Mapping[str, float]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(str(e["name"]) for e in self.effects)
+
+
+def read_answer(where: str | Path, *, choose: str | None = None) -> Finding:
+    """Read a diagnosis and pick what is to be added.
+
+    Args:
+        where: folder of the diagnosis, or its file.
+        choose: which one of an ambiguous set.
+
+    Raises:
+        ConfigError: there is no diagnosis, or its verdict gives nothing to add.
+    """
+    path = Path(where)
+    path = path / ANSWER if path.is_dir() else path
+    if not path.is_file():
+        raise ConfigError(
+            f"diagnosis={where}: there is no {ANSWER}.\n"
+            "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
+        )
+    try:
+        raw = json.loads(path.read_text(encoding="utf-8"))
+        verdict, effects = str(raw["verdict"]), list(raw["effects"])
+    except (OSError, ValueError, KeyError, TypeError) as cause:
+        raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
+    if verdict in _REFUSED:
+        why = "; ".join(raw.get("reasons") or ())
+        raise ConfigError(
+            f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
+            "Only the effects of a named or ambiguous answer can be added."
+        )
+    log = raw.get("log") or {}
+    return Finding(
+        file=path,
+        effects=_chosen(effects, verdict, choose),
+        verdict=verdict,
+        chosen=choose is not None,
+        log=str(log.get("path") or ""),
+        sha256=str(log.get("sha256") or ""),
+        nominal=raw.get("nominal") or {},
+    )
+
+
+def _chosen(
+    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None
+) -> tuple[Mapping[str, Any], ...]:
+    names = [str(e["name"]) for e in effects]
+    if choose is None:
+        if verdict == "ambiguous":
+            raise ConfigError(
+                f"the diagnosis is ambiguous: {' or '.join(names)}.\n"
+                f"Plan a flight that tells them apart (seals plan effects=[{','.join(names)}]), "
+                f"or take one on your own judgement: choose={names[0]}"
+            )
+        return tuple(effects)
+    if choose not in names:
+        raise ConfigError(
+            f"choose={choose}: the diagnosis does not hold it.\n{suggestion(choose, names)}"
+        )
+    return (effects[names.index(choose)],)
+
+
+def log_digest(folder: str | Path) -> str:
+    """Return the SHA-256 of a log's table.
+
+    Raises:
+        LogError: there is no table.
+    """
+    place = Path(folder)
+    if place.name in TABLES and place.is_file():
+        place = place.parent
+    table = next((place / n for n in TABLES if (place / n).is_file()), None)
+    if table is None:
+        raise LogError(f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.")
+    return hashlib.sha256(table.read_bytes()).hexdigest()

@@ -1,0 +1,179 @@
+"""Horizontal bars with error bars: rankings and waterfalls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import log10
+from typing import Any
+
+from seals.report.figures import Mark
+from seals.report.style import CYCLE, MUTED
+
+_ROW, _FRAME = 30, 74
+"""Height of a bar and of the axis with its label [pixel]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bar:
+    """One bar.
+
+    Args:
+        label: beside the bar.
+        value: where it ends.
+        start: where it begins.
+        error: half width of the error bar; None for none.
+        colour: hexadecimal.
+        text: at the end of the bar, a figure with its unit.
+    """
+
+    label: str
+    value: float
+    start: float = 0.0
+    error: float | None = None
+    colour: str = CYCLE[0]
+    text: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bars:
+    """Bars below each other, the first on top.
+
+    Args:
+        title: what is shown, a few words.
+        x_label: quantity and unit.
+        bars: from top to bottom.
+        marks: levels worth a thin line with a label (their ``at`` is on x).
+        log: whether the axis is logarithmic.
+        note: one line below the chart.
+
+    Example:
+        >>> Bars(title="Gain", x_label="1", bars=[Bar(label="wind", value=2.0)]).height
+        104
+    """
+
+    title: str
+    x_label: str
+    bars: Sequence[Bar]
+    marks: tuple[Mark, ...] = field(default=())
+    log: bool = False
+    note: str = ""
+    kind: str = field(default="bars", init=False)
+
+    @property
+    def height(self) -> int:
+        """Height on the page [pixel]."""
+        return _FRAME + _ROW * len(self.bars)
+
+
+def drawn_bars(chart: Bars) -> dict[str, Any]:
+    """Return ``data`` and ``layout`` for plotly.js."""
+    bars = list(chart.bars)
+    trace: dict[str, Any] = {
+        "type": "bar",
+        "orientation": "h",
+        # numbered, not named: two bars may carry one label
+        "y": list(range(len(bars))),
+        "x": [bar.value - bar.start for bar in bars],
+        "base": [bar.start for bar in bars],
+        "marker": {"color": [bar.colour for bar in bars]},
+        "width": 0.62,
+        "hovertext": [f"{bar.label}: {bar.text or format(bar.value, '.4g')}" for bar in bars],
+        "hoverinfo": "text",
+        "showlegend": False,
+    }
+    if any(bar.error is not None for bar in bars):
+        trace["error_x"] = {
+            "type": "data",
+            "array": [bar.error or 0.0 for bar in bars],
+            "thickness": 1.4,
+            "width": 4,
+            "color": "#3b444c",
+        }
+    x_axis: dict[str, Any] = {"title": {"text": chart.x_label, "standoff": 4}}
+    if chart.log:
+        x_axis |= {"type": "log", "minexponent": 3, "dtick": 1}
+    labels = {
+        "tickvals": list(range(len(bars))),
+        "ticktext": [bar.label for bar in bars],
+        "range": [len(bars) - 0.4, -0.9],
+        "fixedrange": True,
+        "showgrid": False,
+        "zeroline": False,
+    }
+    return {
+        "data": [trace],
+        "layout": {
+            "xaxis": x_axis | {"range": _range(chart)},
+            "yaxis": labels,
+            "shapes": [_line(mark) for mark in chart.marks],
+            "annotations": [*_figures(chart), *(_label(m, log=chart.log) for m in chart.marks)],
+            "hovermode": "closest",
+            "meta": {"time": False},
+        },
+    }
+
+
+def _range(chart: Bars) -> list[float]:
+    """Axis limits that leave room for the figures at the ends of the bars."""
+    ends = [bar.value + (bar.error or 0.0) for bar in chart.bars]
+    low_ends = [bar.value - (bar.error or 0.0) for bar in chart.bars]
+    starts = [bar.start for bar in chart.bars]
+    marks = [mark.at for mark in chart.marks]
+    high = max([*ends, *starts, *marks], default=1.0)
+    low = min([*low_ends, *starts, *marks], default=0.0)
+    if chart.log:
+        first, last = log10(max(low, 1e-12)), log10(max(high, 1e-12))
+        span = max(last - first, 0.3)
+        return [first - 0.04 * span, last + 0.28 * span]
+    span = max(high - low, 1e-9)
+    return [low - 0.03 * span, high + 0.28 * span]
+
+
+def _figures(chart: Bars) -> list[dict[str, Any]]:
+    """The figure right of each bar, beyond its error bar."""
+    out = []
+    for k, bar in enumerate(chart.bars):
+        end = max(bar.start, bar.value + (bar.error or 0.0))
+        out.append(
+            {
+                "xref": "x",
+                "x": log10(max(end, 1e-12)) if chart.log else end,
+                "yref": "y",
+                "y": k,
+                "xanchor": "left",
+                "xshift": 6,
+                "text": bar.text,
+                "showarrow": False,
+                "font": {"size": 11.5},
+            }
+        )
+    return [item for item in out if item["text"]]
+
+
+def _line(mark: Mark) -> dict[str, Any]:
+    return {
+        "type": "line",
+        "xref": "x",
+        "x0": mark.at,
+        "x1": mark.at,
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "line": {"color": MUTED, "width": 1.4, "dash": "dot"},
+    }
+
+
+def _label(mark: Mark, *, log: bool) -> dict[str, Any]:
+    return {
+        "xref": "x",
+        "x": log10(mark.at) if log else mark.at,
+        "yref": "paper",
+        "y": 1,
+        "xanchor": "left",
+        "yanchor": "top",
+        "xshift": 3,
+        "text": mark.label,
+        "showarrow": False,
+        "font": {"size": 11, "color": "#59646e"},
+    }

@@ -1,0 +1,315 @@
+"""What may be missing: effects of the library that could act on this robot in this medium."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from seals import registry
+from seals.config.compare import CompareSettings, Course
+from seals.effects.effect import Actuated, Effect, MediumKind
+from seals.errors import ConfigError, suggestion
+from seals.robot.model import RobotModel
+from seals.schema import parameters_of
+
+_AXES = ("x", "y", "z")
+_FAST = 5.0
+"""Typical speed where no channel tells it [m/s]."""
+_SPRUNG = {"joint_friction": ("viscous", "coulomb"), "angular_drag": ("coefficient", "quadratic")}
+"""Effects of two laws that are told apart: one candidate for each stem."""
+_DRIVEN = ("thrust_coefficient", "rotor_lag", "command_delay", "weak_rotor", "rotor_drag")
+_SENSED = {
+    "accelerometer_bias": "specific_force",
+    "accelerometer_scale": "specific_force",
+    "sensor_misalignment": "specific_force",
+    "gyroscope_bias": "angular_velocity",
+}
+_WATER = (
+    *("buoyancy", "centre_of_buoyancy", "added_mass", "slamming", "radiation_damping"),
+    *("current", "lift", "linear_drag", "quadratic_drag", "angular_drag"),
+)
+_AIR = ("lift", "linear_drag", "quadratic_drag", "angular_drag", "wind")
+_BODY = ("payload", "inertia", "centre_of_gravity")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An effect that may be missing.
+
+    Args:
+        name: of the effect in the library.
+        law: which of its laws, where it has several; empty otherwise.
+        instance: under which it acts in the model.
+        keys: ``"instance.parameter"`` that it sets free.
+    """
+
+    name: str
+    law: str
+    instance: str
+    keys: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """Name for people."""
+        return f"{self.name} ({self.law})" if self.law else self.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Key:
+    """One number that a model may set free.
+
+    Args:
+        off: value at which the nominal model holds it.
+        start: value from which a fit sets out.
+        scale: plausible size of a change.
+        bounds: lowest and highest value.
+        tolerance: one standard deviation of the prior about ``off``; 0 for none.
+        unit: SI unit.
+    """
+
+    off: float
+    start: float
+    scale: float
+    bounds: tuple[float, float]
+    tolerance: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Library:
+    """The nominal model and all that could be added to it.
+
+    Args:
+        effects: nominal ones and candidates, the latter switched off by their keys.
+        nominal: instances of the nominal model.
+        keys: by ``"instance.parameter"``.
+        tolerances: keys that every model sets free.
+        candidates: what may be missing.
+        unfelt: what could act but changes no reading of these runs.
+    """
+
+    effects: Mapping[str, Effect]
+    nominal: tuple[str, ...]
+    keys: Mapping[str, Key]
+    tolerances: tuple[str, ...]
+    candidates: tuple[Candidate, ...]
+    unfelt: tuple[Candidate, ...] = ()
+
+
+def library_of(settings: CompareSettings, robot: RobotModel) -> Library:
+    """Collect candidates of a configured model.
+
+    Raises:
+        ConfigError: ``rivals`` or ``naming`` name something that is not there.
+    """
+    nominal = _nominal(settings)
+    sizes = _Sizes(settings, robot)
+    effects: dict[str, Effect] = {n: settings.effects[n] for n in nominal}
+    keys = {
+        f"{n}.{p}": _key(settings.effects[n], p, off=float(getattr(settings.effects[n], p)))
+        for n in nominal
+        for p in parameters_of(settings.effects[n])
+    }
+    tolerances = _tolerances(settings, keys)
+    found: list[Candidate] = []
+    taken: set[tuple[Any, ...]] = set()
+    for instance, effect in _offered(settings, robot, nominal).items():
+        name = name_of(effect)
+        law = (name, getattr(effect, "medium", None), tuple(effect.links))
+        if law in taken:
+            continue
+        taken.add(law)
+        effects[instance] = replace(effect, correction=True)
+        both = settings.environment.water_level is not None
+        for candidate in _split(name, instance, effect, both=both):
+            free = tuple(k for k in candidate.keys if k not in tolerances)
+            for key in free:
+                parameter = key.partition(".")[2]
+                keys[key] = sizes.key(name, instance, effect, parameter, instance in nominal)
+            if free:
+                found.append(replace(candidate, keys=free))
+    return Library(
+        effects=effects,
+        nominal=tuple(nominal),
+        keys=keys,
+        tolerances=tolerances,
+        candidates=tuple(_chosen(found, settings.rivals)),
+    )
+
+
+@functools.cache
+def _names() -> dict[type, str]:
+    return {
+        plugin.load(): name
+        for kind in ("effect", "actuator")
+        for name, plugin in registry.plugins(kind).items()
+    }
+
+
+def name_of(effect: Effect) -> str:
+    """Return the name of an effect in the library.
+
+    Example:
+        >>> from seals.registry import get
+        >>> name_of(get("effect", "lift").load()())
+        'lift'
+    """
+    return _names().get(type(effect), type(effect).__name__)
+
+
+def _nominal(settings: CompareSettings) -> list[str]:
+    first = next(iter(settings.ladder.values()), None)
+    chosen = settings.naming.nominal or ([str(e) for e in first] if first is not None else None)
+    names = list(settings.effects) if chosen is None else [str(n) for n in chosen]
+    for name in names:
+        if name not in settings.effects:
+            raise ConfigError(
+                f"naming.nominal: there is no effect '{name}'.\n"
+                f"{suggestion(name, settings.effects)}"
+            )
+    drives = [n for n, a in settings.actuators.items() if isinstance(a, Actuated)]
+    return [*names, *(n for n in drives if n in settings.effects and n not in names)]
+
+
+def _tolerances(settings: CompareSettings, keys: dict[str, Key]) -> tuple[str, ...]:
+    out = []
+    for full, spread in settings.naming.tolerances.items():
+        key = str(full).removeprefix("effects.")
+        if key not in keys:
+            raise ConfigError(
+                f"naming.tolerances: '{full}' is not a parameter of the nominal model.\n"
+                f"{suggestion(key, keys)}"
+            )
+        keys[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
+        out.append(key)
+    return tuple(out)
+
+
+def _key(effect: Effect, parameter: str, *, off: float) -> Key:
+    meta = parameters_of(effect)[parameter]
+    return Key(off=off, start=off, scale=1.0, bounds=meta.bounds, tolerance=0.0, unit=meta.unit)
+
+
+def _offered(
+    settings: CompareSettings, robot: RobotModel, nominal: Sequence[str]
+) -> dict[str, Effect]:
+    """Configured effects outside the nominal model first: they know their links; then the rest."""
+    out = {n: e for n, e in settings.effects.items() if n not in nominal and n != "gravity"}
+    wet = settings.environment.water_level is not None
+    drives = any(isinstance(e, Actuated) for e in settings.effects.values())
+    # what is bolted down does not feel its own inertia: the last link moves
+    last = {"links": [robot.links[-1]]} if robot.tree.fixed_base else {}
+    names: list[tuple[str, dict[str, Any]]] = [(n, dict(last)) for n in _BODY]
+    names += [(n, {"medium": MediumKind.water}) for n in _WATER if wet]
+    names += [(n, {"medium": MediumKind.air}) for n in _AIR]
+    names += [("joint_friction", {})] if robot.tree.joints else []
+    names += [(n, {}) for n in (*(_DRIVEN if drives else ()), *_SENSED)]
+    held = {(name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
+    for name, options in names:
+        medium = options.get("medium")
+        configured = any(
+            name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
+        )
+        if configured or ((name, medium) in held and name == "buoyancy"):
+            continue
+        instance = f"more_{name}" + (f"_{medium.value}" if medium else "")
+        out[instance] = registry.get("effect", name).load()(**options)
+    return out
+
+
+def _medium(effect: Effect) -> MediumKind | None:
+    return getattr(effect, "medium", None)
+
+
+def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Candidate]:
+    fitted = [p for p, meta in parameters_of(effect).items() if meta.fit and _moves(name, p)]
+    if name not in _SPRUNG:
+        groups = {"": fitted}
+    else:
+        groups = {s: [p for p in fitted if p.startswith(s)] for s in _SPRUNG[name]}
+    laws = {"coefficient": "linear"}
+    # where there are air and water, the one that is not meant as a rule is said
+    air = ["in air"] if both and _medium(effect) is MediumKind.air else []
+    return [
+        Candidate(
+            name=name,
+            law=", ".join(filter(None, [laws.get(law, law), *air])),
+            instance=instance,
+            keys=tuple(f"{instance}.{p}" for p in parameters),
+        )
+        for law, parameters in groups.items()
+    ]
+
+
+def _moves(name: str, parameter: str) -> bool:
+    """Where a mass sits is not found from a few runs: it stays at the origin of its link."""
+    return not (name == "payload" and parameter.startswith("position"))
+
+
+def _chosen(found: list[Candidate], wanted: Sequence[str]) -> list[Candidate]:
+    for name in wanted:
+        known = sorted({x for c in found for x in (c.name, c.instance, c.label)})
+        if name not in known:
+            raise ConfigError(
+                f"rivals: nothing called '{name}' could act here.\n{suggestion(name, known)}"
+            )
+    keep = set(wanted)
+
+    def called(c: Candidate) -> set[str]:
+        """What a candidate answers to; in water the plain name means the law in water."""
+        return {c.label, c.instance} | (set() if "in air" in c.law else {c.name})
+
+    return [c for c in found if not keep or keep & called(c)]
+
+
+class _Sizes:
+    """Plausible sizes of what may be missing, from the robot's own mass, size and speed."""
+
+    def __init__(self, settings: CompareSettings, robot: RobotModel) -> None:
+        mass = float(robot.mass.sum())
+        volume = sum(h.volume for h in robot.hulls if h is not None)
+        self.volume = volume
+        self.kick = 1.0 if settings.compare.course is Course.glide else 0.0
+        weight = mass * settings.environment.gravity
+        length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
+        self.table: dict[tuple[str, str], float] = {
+            ("linear_drag", "coefficient"): 0.2 * weight / _FAST,
+            ("quadratic_drag", "coefficient"): 0.2 * weight / _FAST**2,
+            ("lift", "coefficient"): max(length**2, 1e-3),
+            ("added_mass", "mass"): 0.5 * max(mass, 1000.0 * volume),
+            ("added_mass", "inertia"): 0.5 * mass * length**2,
+            ("radiation_damping", "coefficient"): weight / _FAST,
+            ("radiation_damping", "angular"): weight * length / _FAST,
+            ("angular_drag", "coefficient"): 0.1 * mass * length**2,
+            ("angular_drag", "quadratic"): 0.1 * mass * length**2,
+            ("slamming", "coefficient"): 1.0,
+            ("buoyancy", "volume_change"): 0.1 * max(volume, 1e-9),
+            ("payload", "mass"): 0.1 * mass,
+            ("inertia", "delta"): 0.1 * mass * length**2,
+            ("centre_of_gravity", "offset"): 0.05 * length,
+            ("centre_of_buoyancy", "offset"): 0.05 * length,
+            ("joint_friction", "viscous"): 0.01 * weight * length,
+            ("joint_friction", "coulomb"): 0.01 * weight * length,
+            ("current", "velocity"): 0.1,
+            ("wind", "velocity"): 1.0,
+            ("rotor_lag", "time_constant"): 0.03,
+            ("command_delay", "delay"): 0.02,
+            ("rotor_drag", "coefficient"): 0.03,
+            ("accelerometer_bias", "bias"): 0.3,
+        }
+
+    def key(
+        self, name: str, instance: str, effect: Effect, parameter: str, nominal: bool
+    ) -> Key:
+        """Return what is known of one key of a candidate."""
+        stem = next((s for (n, s) in self.table if n == name and parameter.startswith(s)), "")
+        off = float(getattr(effect, parameter)) if nominal else 0.0
+        if name == "buoyancy":
+            off = -self.volume
+        scale = self.table.get((name, stem), 0.05)
+        # some laws have a corner at zero: a glide without any lift holds its axis
+        start = off + self.kick * scale
+        return replace(_key(effect, parameter, off=off), scale=scale, start=start)
+

@@ -1,0 +1,250 @@
+"""Held-out error of hypotheses over runs: gains, their standard errors, the price of freedom."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.rivals.candidates import Candidate
+from seals.rivals.fit import Lockstep, Task
+from seals.rivals.problem import Experiment
+
+PRICE = 0.03
+"""Fall of the logarithm of the error that every further parameter has to pay for."""
+_PRIOR_RUNS = 2.0
+"""Weight of the expected scatter of a run's error beside the scatter that was seen, in runs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hypothesis:
+    """The nominal model with some candidates, fitted on all training runs and judged fold by fold.
+
+    Args:
+        candidates: that were added.
+        fit: on all training runs.
+        folds: fits that lacked a part of the runs, by part.
+        losses: log of the held-out error in units of the floor, by training run.
+        seen: the same of the fit on all runs, on the runs that it saw.
+    """
+
+    candidates: tuple[Candidate, ...]
+    fit: Task
+    folds: tuple[Task, ...] = ()
+    losses: Floats = field(default_factory=lambda: np.zeros(0))
+    seen: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the candidates."""
+        return tuple(c.name for c in self.candidates)
+
+    @property
+    def label(self) -> str:
+        """Names for people."""
+        return " + ".join(c.label for c in self.candidates) or "nominal model"
+
+    @property
+    def price(self) -> float:
+        """What the freedom of its keys costs."""
+        return PRICE * sum(len(c.keys) for c in self.candidates)
+
+    @property
+    def loss(self) -> float:
+        """Mean log error with the price."""
+        return float(self.losses.mean()) + self.price
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margin:
+    """By how much one hypothesis beats another on held-out runs.
+
+    Args:
+        mean: of the log of the error ratio, prices included.
+        error: standard error over runs.
+    """
+
+    mean: float
+    error: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is more than twice its standard error."""
+        return self.mean > 2.0 * self.error
+
+
+class Judge:
+    """Fits hypotheses and holds out runs.
+
+    Args:
+        experiment: runs and model.
+        iterations: most steps of a fit.
+    """
+
+    def __init__(self, experiment: Experiment, *, iterations: int = 10) -> None:
+        """Keep the parts."""
+        self.experiment = experiment
+        self.solver = Lockstep(experiment, iterations=iterations)
+        self.index = {n: k for k, n in enumerate(experiment.names)}
+        self._known: dict[frozenset[Candidate], Hypothesis] = {}
+        self.nominal = self.fitted([((), None)])[0]
+
+    def fitted(
+        self, sets: Sequence[tuple[tuple[Candidate, ...], Floats | None]]
+    ) -> list[Hypothesis]:
+        """Fit sets of candidates, each from its own starting values, all in step.
+
+        A set that was fitted before is not fitted again.
+        """
+        new = [s for s in sets if frozenset(s[0]) not in self._known]
+        for found in self._fitted(new) if new else []:
+            self._known[frozenset(found.candidates)] = found
+        return [self._known[frozenset(s[0])] for s in sets]
+
+    def _fitted(
+        self, sets: Sequence[tuple[tuple[Candidate, ...], Floats | None]]
+    ) -> list[Hypothesis]:
+        train = self.experiment.train
+        near = self._known.get(frozenset())
+        fits = [
+            Task(
+                free=self._free(candidates),
+                cases=train,
+                values=self._outset(candidates, start),
+                deviations={} if near is None else dict(near.fit.deviations),
+            )
+            for candidates, start in sets
+        ]
+        self.solver.solve(fits)
+        parts = sorted(set(self.experiment.fold.values()))
+        folds = [[self._without(fit, part) for part in parts] for fit in fits]
+        self.solver.solve([t for row in folds for t in row], most=5)
+        judged = [
+            [self._held(t, self._cases(part), fit) for t, part in zip(row, parts, strict=True)]
+            for row, fit in zip(folds, fits, strict=True)
+        ]
+        self.solver.solve([t for row in judged for t in row], most=5)
+        return [
+            self._hypothesis(candidates, fit, row, held)
+            for (candidates, _), fit, row, held in zip(sets, fits, folds, judged, strict=True)
+        ]
+
+    def _outset(self, candidates: Sequence[Candidate], start: Floats | None) -> Floats:
+        """Values to set out from: those of a smaller model, and for what is new its own start."""
+        near = self._known.get(frozenset())
+        values = self.experiment.off() if near is None else near.fit.values.copy()
+        values = values if start is None else start.copy()
+        for name in (k for c in candidates for k in c.keys):
+            key = self.experiment.key(self.index[name])
+            if values[self.index[name]] == key.off:
+                values[self.index[name]] = key.start
+        return values
+
+    def _free(self, candidates: Sequence[Candidate]) -> tuple[int, ...]:
+        names = [*self.experiment.library.tolerances, *(k for c in candidates for k in c.keys)]
+        return tuple(dict.fromkeys(self.index[n] for n in names))
+
+    def _cases(self, part: int) -> tuple[int, ...]:
+        return tuple(c for c, p in self.experiment.fold.items() if p == part)
+
+    def _without(self, fit: Task, part: int) -> Task:
+        out = set(self._cases(part))
+        cases = tuple(c for c in fit.cases if c not in out)
+        return Task(
+            free=fit.free,
+            cases=cases,
+            values=fit.values.copy(),
+            deviations={c: fit.deviations[c] for c in cases},
+        )
+
+    def _held(self, task: Task, cases: tuple[int, ...], near: Task) -> Task:
+        """Runs that the fit did not see: only their starts are free."""
+        known = {c: near.deviations[c] for c in cases if c in near.deviations}
+        return Task(free=(), cases=cases, values=task.values, deviations=known)
+
+    def _hypothesis(
+        self, candidates: tuple[Candidate, ...], fit: Task, folds: list[Task], held: list[Task]
+    ) -> Hypothesis:
+        predicted = {c: t.predicted[c] for t in held for c in t.cases}
+        return Hypothesis(
+            candidates=candidates,
+            fit=fit,
+            folds=tuple(folds),
+            losses=np.array([self.loss(c, predicted[c]) for c in self.experiment.train]),
+            seen=np.array([self.loss(c, fit.predicted[c]) for c in self.experiment.train]),
+        )
+
+    def loss(self, case: int, predicted: dict[str, Floats]) -> float:
+        """Log of the error of one run in units of the floor; the floor itself is log sqrt 2."""
+        squares = [
+            float(np.nanmean(part**2)) if np.isfinite(part).any() else np.nan
+            for part in self.experiment.white(case, predicted, judged=True).values()
+        ]
+        good = [s for s in squares if np.isfinite(s)]
+        return 0.5 * float(np.log1p(np.mean(good))) if good else 0.0
+
+    def unseen(self, hypothesis: Hypothesis) -> Task:
+        """Predict the runs that only judge."""
+        task = self._held(hypothesis.fit, self.experiment.unseen, hypothesis.fit)
+        self.solver.solve([task])
+        return task
+
+    def margin(self, better: Hypothesis, worse: Hypothesis) -> Margin:
+        """How much better one hypothesis is on held-out runs."""
+        gains = worse.losses - better.losses
+        runs = len(gains)
+        seen = float(np.sum((gains - gains.mean()) ** 2))
+        expected = self._expected(better)
+        variance = (seen + _PRIOR_RUNS * expected) / (runs - 1 + _PRIOR_RUNS)
+        return Margin(
+            mean=float(gains.mean()) + worse.price - better.price,
+            error=float(np.sqrt(variance / runs)),
+        )
+
+    def _expected(self, hypothesis: Hypothesis) -> float:
+        """Scatter of the log error that the few independent samples of a run alone would give."""
+        counts = [self.independent(hypothesis, c) for c in self.experiment.train]
+        return float(np.mean([1.0 / (2.0 * n) for n in counts]))
+
+    def independent(self, hypothesis: Hypothesis, case: int) -> float:
+        """Independent samples in the residual of a run: fewer where errors are drawn out in time.
+
+        Where a systematic fault sets the floor, a run has one: its fault is the same throughout.
+        """
+        if self.experiment.systematic(case):
+            return 1.0
+        parts = self.experiment.white(case, hypothesis.fit.predicted[case], judged=False)
+        best = max((part for part in parts.values()), key=lambda p: np.isfinite(p).sum())
+        total = 0.0
+        for column in best.T:
+            x = column[np.isfinite(column)]
+            if x.size >= 2:
+                total += x.size / _length(x)
+        free = len(self.experiment.cases[case].start.free)
+        return max(total - free, 1.0)
+
+
+def _length(x: Floats) -> float:
+    """Integrated autocorrelation of a residual, in samples, cut at its first zero."""
+    power = float(x @ x)
+    if power <= 0.0 or x.size < 4:
+        return 1.0
+    total = 1.0
+    for lag in range(1, x.size):
+        share = float(x[:-lag] @ x[lag:]) / power
+        if share <= 0.0:
+            break
+        total += 2.0 * share
+    return total
+
+
+def ordered(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return hypotheses, best first."""
+    return sorted(hypotheses, key=lambda h: h.loss)
+
+
+def values_of(experiment: Experiment, hypothesis: Hypothesis) -> Mapping[str, float]:
+    """Return fitted values by key."""
+    return {experiment.names[k]: float(hypothesis.fit.values[k]) for k in hypothesis.fit.free}
