@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.evaluation import thrust_wrench
 from seals.localise.laws import FORCES, TORQUES, Scene
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -227,16 +226,9 @@ class EffectFormula(Effect):
         return Wrench(force * medium.share, torque * medium.share), memory
 
     @staticmethod
-    def drive_loads(  # noqa: PLR0917  the signature of the hook
-        drives: Drives,
-        motion: Motion,
-        medium: Medium,
-        inputs: Inputs,
-        memory: Array,
-        params: Parameters,
-    ) -> tuple[Wrench, Array]:
-        """A share of the actuators' wrench [N, N m]."""
-        whole = thrust_wrench(drives)
-        share = params["thrust"] * medium.share
-        still = motion.velocity * 0.0
-        return Wrench(still + whole.force * share, still + whole.torque * share), memory
+    def actuation(
+        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
+    ) -> Drives:
+        """Thrusts and reaction torques with the share added."""
+        factor = 1.0 + params["thrust"] * medium.share
+        return drives._replace(thrust=drives.thrust * factor, torque=drives.torque * factor)

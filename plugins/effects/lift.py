@@ -18,10 +18,13 @@ class Lift(Effect):
     Equation:
         L = rho A_L sin(a) cos(a) V^2 / 2 across v_r, with V and the angle of attack a from the x
         and z components of v_r = v - u: sin(a) = -v_r,z / V, cos(a) = v_r,x / V. F = L (-v_r,z, 0,
-        v_r,x) / V; times the share of the medium.
+        v_r,x) / V. Where A_L is not zero, drag of the angle of attack goes with it, D = rho A_D
+        sin(a)^2 V^2 / 2 against v_r. Both times the share of the medium.
 
     Args:
         coefficient: A_L, slope of the lift coefficient times the area it refers to [m^2].
+        attack_drag: A_D, growth of the drag coefficient with the square of the angle of attack
+            times the same area [m^2].
         medium: water, air or any.
         links: links it acts on, the root by default.
         correction: see `seals.effects.Effect`.
@@ -34,7 +37,7 @@ class Lift(Effect):
         Angles of attack below stall, about 0.2 rad, where it is within 3 % of a.
 
     Limitations:
-        No stall, no side force, no pitching moment, no induced drag.
+        No stall, no side force, no pitching moment.
 
     References:
         Merckelbach et al. 2019, Journal of Atmospheric and Oceanic Technology 36(2) (gliders);
@@ -53,6 +56,15 @@ class Lift(Effect):
         relative=True,
         source="zero unless the vehicle states it",
     )
+    attack_drag: float = param(
+        0.0,
+        "m^2",
+        bounds=(0.0, 1e4),
+        tolerance=0.2,
+        relative=True,
+        source="zero unless the vehicle states it",
+        fit=False,
+    )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("lift",)
     twins: ClassVar[tuple[str, ...]] = ("added_mass",)
@@ -65,8 +77,13 @@ class Lift(Effect):
         relative = motion.velocity - medium.velocity
         ahead, up = relative[:, 0:1], relative[:, 2:3]
         # a nanometre a second keeps the quotient finite at rest, where the force is zero
-        speed = namespace(ahead).sqrt(ahead * ahead + up * up + 1e-18)
+        xp = namespace(ahead)
+        speed = xp.sqrt(ahead * ahead + up * up + 1e-18)
         size = 0.5 * medium.density * params["coefficient"] * medium.share
         push = size * (-up * ahead) / speed
-        force_x, force_z = (-up * push)[:, 0], (ahead * push)[:, 0]
+        winged = xp.astype(params["coefficient"] != 0.0, ahead.dtype)
+        slow = winged * (-0.5 * medium.density * medium.share) * params["attack_drag"]
+        slow = slow * (up * up / speed)
+        force_x = (-up * push + ahead * slow)[:, 0]
+        force_z = (ahead * push + up * slow)[:, 0]
         return Wrench(columns(force_x, force_x * 0.0, force_z), None), memory

@@ -59,7 +59,8 @@ def plan(arguments: list[str]) -> int:
     """Plan: compose, then hand over to ``seals.plan.application``."""
     for word in arguments:
         if word.startswith("effect="):
-            raise ConfigError(f"{word}: there is no key effect.\nDid you mean 'effects'?  {word.replace('=', 's=', 1)}")
+            better = word.replace("=", "s=", 1)
+            raise ConfigError(f"{word}: there is no key 'effect'.\nDid you mean {better}?")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("plan", arguments, _plan_task)
 

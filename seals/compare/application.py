@@ -12,10 +12,10 @@ import numpy as np
 
 from seals.compare.align import clock_offset
 from seals.compare.case import Case
-from seals.compare.cases import make_cases
+from seals.compare.courses import cases_of, step_of
 from seals.compare.ladder import Rung, climb
 from seals.compare.result import Comparison, Group, as_data
-from seals.config.compare import CompareOptions, CompareSettings
+from seals.config.compare import CompareOptions, CompareSettings, Course
 from seals.config.run import build_run
 from seals.errors import ConfigError, suggestion
 from seals.logs import Log, refuse_if_bad
@@ -58,8 +58,8 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
 
 
 def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Group:
-    cases = make_cases(logs, settings, robot)
-    step = settings.compare.step or _step(cases)
+    cases = cases_of(settings)(logs, settings, robot)
+    step = settings.compare.step or step_of(cases)
     rungs = climb(settings, robot, cases, step=step)
     return Group(
         name=logs[0].name if settings.per_log else settings.name,
@@ -67,11 +67,6 @@ def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Gro
         rungs=rungs,
         offsets={c.name: _offsets(c, rungs[-1], k, settings.compare) for k, c in enumerate(cases)},
     )
-
-
-def _step(cases: Sequence[Case]) -> float:
-    """A step no longer than the sampling and than 10 ms."""
-    return min(0.01, *(float(np.median(np.diff(c.time))) for c in cases))
 
 
 def _offsets(
@@ -147,6 +142,8 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     for source in sources:
         logs += settings.reader.read(source)
     kept = _only(logs, settings.only)
+    if settings.compare.course is not Course.simulated:
+        return kept
     return _judged(kept, settings)
 
 

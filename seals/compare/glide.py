@@ -28,12 +28,12 @@ _PUMPING = 0.5e-6
 _SETTLING = 30
 """Samples on each side of pumping that are left out."""
 _SHORTEST = 60
-_ITERATIONS = 25
+_ITERATIONS = 20
+_ACROSS = 0.2
+"""Speed across the axis up to which a glide is looked for: beyond it a wing has stalled [m/s]."""
 
 
-def glide_cases(
-    logs: Sequence[Log], settings: CompareSettings, robot: RobotModel
-) -> list[Case]:
+def glide_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel) -> list[Case]:
     """Cut a flight into dives and climbs; the later half is called ``late``.
 
     Raises:
@@ -66,16 +66,16 @@ def _glides(log: Log, stride: int) -> list[Case]:
     for rows in np.split(np.arange(log.rows), edges):
         if not sense[rows[0]] or rows.size < _SHORTEST:
             continue
-        rows = rows[::stride]
-        kind = "climb" if sense[rows[0]] > 0 else "dive"
-        part = "early" if log.time[rows[0]] < middle else "late"
-        measured = {"depth_rate": rate[rows, None]}
+        kept = rows[::stride]
+        kind = "climb" if sense[kept[0]] > 0 else "dive"
+        part = "early" if log.time[kept[0]] < middle else "late"
+        measured = {"depth_rate": rate[kept, None]}
         noise = {"depth_rate": sigma}
         if log.has("speed_through_water"):
-            measured["speed_through_water"] = log.channel("speed_through_water")[rows]
+            measured["speed_through_water"] = log.channel("speed_through_water")[kept]
             noise["speed_through_water"] = noise_of(log.channel("speed_through_water"), stated=0.01)
-        case = bare_case(f"{part}/{kind}_{len(out) + 1}", log.time[rows], measured, noise)
-        columns = (pitch[rows], ballast[rows], density[rows], depth[rows])
+        case = bare_case(f"{part}/{kind}_{len(out) + 1}", log.time[kept], measured, noise)
+        columns = (pitch[kept], ballast[kept], density[kept], depth[kept])
         case.given.update(zip(("pitch", "ballast", "density", "depth"), columns, strict=True))
         out.append(case)
     return out
@@ -96,7 +96,9 @@ class GlidePredictor(SampledPredictor):
             k: np.concatenate([self.cases[j.case].given[k] for j in jobs])
             for k in ("pitch", "ballast", "density", "depth")
         }
-        twin = self.twin_of(jobs, counts, more=self._volume(jobs, counts, given), waves=self.settings.wave)
+        twin = self.twin_of(
+            jobs, counts, more=self._volume(jobs, counts, given), waves=self.settings.wave
+        )
         velocity = balanced(twin, given["pitch"], given["depth"])
         along, up = velocity[:, 0], velocity[:, 1]
         climb = along * np.sin(given["pitch"]) + up * np.cos(given["pitch"])
@@ -124,7 +126,7 @@ class GlidePredictor(SampledPredictor):
 
 
 def balanced(twin: Twin, pitch: Floats, depth: Floats) -> Floats:
-    """Velocity along body x and z at which nothing accelerates, shape (N, 2), by Newton's method."""
+    """Velocity along body x and z at which nothing accelerates, shape (N, 2), by Newton."""
     count = len(pitch)
     rpy = np.stack([np.zeros(count), -pitch, np.zeros(count)], axis=1)
     base = twin.start(position=np.stack([0 * depth, 0 * depth, -depth], axis=1), rpy=rpy)
@@ -134,15 +136,16 @@ def balanced(twin: Twin, pitch: Floats, depth: Floats) -> Floats:
         rates = twin.rates(base._replace(velocity=full), 0.0)
         return np.asarray(rates.velocity[:, [0, 2]])
 
+    limit = np.array([1.5, _ACROSS])
     v = np.stack([np.full(count, 0.3), np.zeros(count)], axis=1)
-    v[:, 1] = -0.02 * np.sign(pitch)
-    slope = (push(v + [0.0, 1e-3]) - push(v))[:, 1] / 1e-3
+    v[:, 1] = 0.02 * np.sign(pitch)
+    slope = (push(v + np.array([0.0, 1e-3])) - push(v))[:, 1] / 1e-3
     free = np.abs(slope) > 1e-9
     v[:, 1] *= free
     for _ in range(_ITERATIONS):
         at = push(v)
-        a = (push(v + [1e-5, 0.0]) - at) / 1e-5
-        b = (push(v + [0.0, 1e-5]) - at) / 1e-5
+        a = (push(v + np.array([1e-5, 0.0])) - at) / 1e-5
+        b = (push(v + np.array([0.0, 1e-5])) - at) / 1e-5
         b = np.where(free[:, None], b, [0.0, 1.0])
         at = np.where(np.stack([np.ones(count, dtype=bool), free], axis=1), at, 0.0)
         a = np.where(free[:, None], a, a * [1.0, 0.0])
@@ -155,5 +158,5 @@ def balanced(twin: Twin, pitch: Floats, depth: Floats) -> Floats:
             ],
             axis=1,
         )
-        v = np.clip(v - np.clip(step, -0.1, 0.1), -1.5, 1.5)
+        v = np.clip(v - np.clip(step, -0.1, 0.1), -limit, limit)
     return v

@@ -31,17 +31,16 @@ _LARGEST = 0.1
 _SMALL = 1e-3
 
 
-def heave_cases(
-    logs: Sequence[Log], settings: CompareSettings, robot: RobotModel
-) -> list[Case]:
+def heave_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel) -> list[Case]:
     """Return one case for every run with the model and its waves without it.
 
     Raises:
         LogError: there is no run with the model, or one lacks the same waves without it.
     """
-    waves = {l.meta["wave"]["index"] + _height(l): l for l in logs if not l.has("position")}
+    bare = [log for log in logs if not log.has("position")]
+    waves = {log.meta["wave"]["index"] + _height(log): log for log in bare}
     found: list[Case] = []
-    for log in (l for l in logs if l.has("position")):
+    for log in [log for log in logs if log.has("position")]:
         alone = waves.get(log.meta["wave"]["index"] + _height(log))
         if alone is None:
             raise LogError(f"log '{log.name}' has no run of the same waves without the model.")
@@ -65,7 +64,14 @@ def _case(log: Log, alone: Log) -> Case:
     first = begin + _WAY * 2.0 * omega / gravity + _RAMP * period
     span = (first, first + _PERIODS * period)
     parts = [
-        abs(_amplitude(alone.time + shift, alone.channel("wave_elevation")[:, _column(alone, p)], omega, span))
+        abs(
+            _amplitude(
+                alone.time + shift,
+                alone.channel("wave_elevation")[:, _column(alone, p)],
+                omega,
+                span,
+            )
+        )
         for p in PROBES
     ]
     wave = float(np.mean(parts))

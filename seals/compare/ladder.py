@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
+from seals.compare.courses import predictor_of
 from seals.compare.fitted import FitKey, fit_keys
-from seals.compare.predict import Predictor
 from seals.compare.score import CaseScore, pooled, score_case
 from seals.compare.solve import Solution, Solver
 from seals.config.compare import CompareSettings
@@ -101,7 +101,7 @@ def _rung(
     values = np.array([k.start for k in keys])
 
     def solver(chosen: Sequence[Case]) -> Solver:
-        predictor = Predictor(settings, robot, bound, keys, chosen, step=step)
+        predictor = predictor_of(settings)(settings, robot, bound, keys, chosen, step=step)
         return Solver(predictor, iterations=settings.compare.iterations)
 
     train = [c for c in cases if not c.held_out]

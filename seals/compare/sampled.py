@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,11 @@ from seals.twin import Twin
 
 
 def bare_case(
-    name: str, time: Floats, measured: Mapping[str, Floats], sigma: Mapping[str, Floats], **more: Any
+    name: str,
+    time: Floats,
+    measured: Mapping[str, Floats],
+    sigma: Mapping[str, Floats],
+    **more: Any,
 ) -> Case:
     """Return a stretch whose course needs no start."""
     still = np.zeros(3)
@@ -75,7 +80,7 @@ class SampledPredictor(Predictor):
     def rows_of(self, jobs: Sequence[Job]) -> list[slice]:
         """Rows of every job in the batch."""
         ends = np.cumsum([0, *(len(self.cases[j.case].time) for j in jobs)])
-        return [slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def twin_of(
         self, jobs: Sequence[Job], counts: Sequence[int], *, more: Mapping[str, Any], waves: Any

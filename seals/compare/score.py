@@ -81,6 +81,7 @@ def pooled(scores: Sequence[CaseScore], *, held_out: bool) -> dict[str, Score]:
     out = {}
     for channel in {c for s in chosen for c in s.channels}:
         parts = [s.channels[channel] for s in chosen if channel in s.channels]
+        parts = [p for p in parts if p.samples]
         count = sum(p.samples for p in parts)
         if count:
             out[channel] = Score(

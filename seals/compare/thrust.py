@@ -31,9 +31,7 @@ _LEAD = 400
 _LONGEST, _SHORTEST = 3000, 500
 
 
-def thrust_cases(
-    logs: Sequence[Log], settings: CompareSettings, robot: RobotModel
-) -> list[Case]:
+def thrust_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel) -> list[Case]:
     """Cut flights into stretches in the air; those of the later half are called ``late``.
 
     Raises:
@@ -45,6 +43,8 @@ def thrust_cases(
         if missing:
             raise LogError(f"log '{log.name}' lacks {', '.join(missing)}.\nThrust needs them.")
         found += _stretches(log, max(1, settings.compare.stride))
+    for case in found:
+        case.given["idle"] = np.array([settings.compare.idle_speed])
     return divided(found, settings)
 
 
@@ -109,7 +109,7 @@ class ThrustPredictor(SampledPredictor):
         """Rotor speeds after delay and lag at the samples of a job."""
         given = self.cases[job.case].given
         motor = self.effects.actuators[0].hooks
-        idle = self.settings.compare.idle_speed
+        idle = float(given["idle"][0])
         command = idle + given["pulse"] * (motor.limit.max() - idle)
         lag = delay = 0.0
         for b in self.effects.timings:

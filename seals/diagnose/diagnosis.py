@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ class Diagnosis:
         held_out: misfit per degree of freedom on rows that no fit saw: ``before``, ``after`` and
             ``noise_floor``.
         seconds: that it took.
+        source: path and checksum of the log, when it came from a file.
     """
 
     problem: Problem
@@ -43,6 +44,7 @@ class Diagnosis:
     answer: Answer
     held_out: Mapping[str, float]
     seconds: float
+    source: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnosis in the form of ``diagnosis.json``."""
@@ -64,8 +66,33 @@ class Diagnosis:
             "explained": answer.explained,
             "left_over": {"level": answer.unrest.level, "gain": answer.unrest.gain},
             "reasons": list(answer.reasons),
+            "tried": self.tried(),
+            "nominal": self.nominal(),
+            "log": dict(self.source),
             "seconds": self.seconds,
         }
+
+    def tried(self) -> list[dict[str, Any]]:
+        """Effects of the first round with their scores, best first."""
+        return [
+            {"name": h.candidates[-1].name, "label": h.candidates[-1].label, "score": h.score}
+            for h in (self.search.rounds[0] if self.search.rounds else ())
+        ]
+
+    def nominal(self) -> dict[str, dict[str, float]]:
+        """Nominal values that were fitted alongside, as changes within their tolerances."""
+        hypothesis = self.hypothesis
+        fit = hypothesis.fit
+        return {
+            k: {"value": fit.values[k], "sd": fit.spread(k)}
+            for k in hypothesis.fitter.tolerances
+            if k not in fit.freed
+        }
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The model that the answer stands for: with the claims, or as it was."""
+        return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
 
 def diagnose(log: Log, *, processes: int = 1) -> Diagnosis:

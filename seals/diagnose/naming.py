@@ -112,7 +112,7 @@ def extensions(
     missing = noisy.level > 1.0 and noisy.gain > _FORCE
     starts = special_starts(problem, base) if missing else {}
     regular = [c for c in candidates if c.name not in _SPECIAL]
-    _, first = quick_look(base, regular)
+    _, first = quick_look(base, regular, always=_LATE_NAMES if missing else ())
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
         (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
@@ -143,6 +143,8 @@ def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
 
 _LATE = 3e-3
 """Delay of the inertial sensors from which on the windows follow it [s]."""
+_LATE_NAMES = ("sensor_delay",)
+"""Effects whose response about zero says little of what they do."""
 _SPECIAL = ("tether", "waves")
 _FORCE = 25.0
 """Evidence for stronger gusts from which on effects of unknown place or period are tried."""
@@ -154,9 +156,15 @@ def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]
 
 
 def quick_look(
-    base: Hypothesis, candidates: Sequence[Candidate]
+    base: Hypothesis, candidates: Sequence[Candidate], *, always: Sequence[str] = ()
 ) -> tuple[Screen, list[tuple[Candidate, dict[str, float]]]]:
-    """Candidates that survive a linear look about the point of linearisation, with first values."""
+    """Candidates that survive a linear look about the point of linearisation, with first values.
+
+    Args:
+        base: model that they would extend.
+        candidates: to look at.
+        always: names that a linear look cannot judge.
+    """
     fitter, freed = base.fitter, base.fit.freed
     about = fitter.start(freed) if not freed else base.fit
     table = screen(fitter, about, candidate_keys(candidates))
@@ -168,12 +176,15 @@ def quick_look(
         ranked.append((gain - common, candidate, {k: values[k] for k in keys if k in values}))
     ranked.sort(key=lambda r: -r[0])
     top = ranked[0][0] if ranked else 0.0
-    least, always = (HOPELESS_BESIDE, 1) if freed else (HOPELESS, 3)
+    least, spared = (HOPELESS_BESIDE, 1) if freed else (HOPELESS, 3)
     kept = [
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
-        if (i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS))
-        and (g > least or i < always)
+        if c.name in always
+        or (
+            (i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS))
+            and (g > least or i < spared)
+        )
     ]
     return table, kept
 

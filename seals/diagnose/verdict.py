@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from seals.diagnose.excitation import expected_gains
+from seals.diagnose.factors import Candidate
 from seals.diagnose.gusts import Unrest, unrest
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.naming import Search, rivals_of
@@ -53,6 +54,11 @@ SURE = 0.6
 """Confidence that a further effect needs."""
 EXPLAINED = 0.9
 """Share of the misfit that a name must explain."""
+DYNAMIC = ("inertia", "added_mass", "thrust_coefficient", "rotor_lag", "angular_drag", "weak_rotor")
+"""Effects on the response to commands: in a log that is moved by its own feedback, the gusts that
+the feedback fights look like a weaker response."""
+ANSWERED = ((0.5, 0.0), (0.15, 30.0), (0.0, 60.0))
+"""Share of the information that perfect excitation would give, and the score asked for with it."""
 EXCITED = 15.0
 """Expected gain below which a log could not show an effect of plausible size."""
 CERTAIN = 30.0
@@ -125,8 +131,14 @@ def judge(problem: Problem, search: Search) -> Answer:
         )
     if not best.candidates:
         return _quiet(search, left)
-    if best.score < CERTAIN and _unexcited(search, best):
+    if _unexcited(search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
+    drags = {c.label.partition(" ")[2] for c in best.candidates if c.name == "linear_drag"}
+    if drags & {c.label.partition(" ")[2] for c in best.candidates if c.name == "quadratic_drag"}:
+        words = "a drag that grows neither with the first nor with the second power of the speed"
+        return Answer(
+            verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
+        )
     claims = [_claim(problem, search, best, k) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > SURE)]
@@ -147,7 +159,21 @@ def _floor(search: Search) -> float:
 def _unexcited(search: Search, best: Hypothesis) -> bool:
     """Whether the log could not show any of the named effects at a plausible size."""
     gains = expected_gains(search.nominal)
-    return all(gains.get(c.label, np.inf) < EXCITED for c in best.candidates)
+    library = best.fitter.library
+
+    def shown(candidate: Candidate) -> bool:
+        gain = gains.get(candidate.label, np.inf)
+        if gain < EXCITED and best.score < CERTAIN:
+            return False
+        if candidate.name not in DYNAMIC:
+            return True
+        factors = [library.factors[k] for k in candidate.keys]
+        if any(f.tolerance == 0.0 for f in factors):
+            return True
+        most = sum((f.scale / f.tolerance) ** 2 for f in factors)
+        return best.score >= next(score for share, score in ANSWERED if gain >= share * most)
+
+    return not any(shown(c) for c in best.candidates)
 
 
 def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:

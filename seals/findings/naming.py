@@ -105,7 +105,7 @@ def figure(value: float, unit: str = "") -> str:
     """Return a number with its unit, four digits.
 
     Example:
-        >>> figure(0.012345, "m/s"), figure(1234567.0)
+        >>> figure(0.01234, "m/s"), figure(1234567.0)
         ('0.01234 m/s', '1.235e+06')
     """
     # adding zero turns a negative zero into a plain one

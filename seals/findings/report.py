@@ -35,6 +35,10 @@ PAGE, DATA = "report.html", "report.json"
 LARGEST = 6_000_000
 """Size of the page at most [byte]."""
 _TONES = {Verdict.named: "good", Verdict.nothing_missing: "good", Verdict.bad_data: "bad"}
+_FORCE = {
+    Verdict.nothing_missing: "Is any force missing?",
+    Verdict.cannot_tell: "Is any force missing?",
+}
 _SEVERITY = {Severity.REFUSE: "unusable", Severity.WARN: "warning", Severity.NOTE: "note"}
 
 
@@ -80,7 +84,7 @@ def write_report(
     fixed = [
         _summary(diagnosis, data, missing, folder),
         Section(
-            title="The force that is missing",
+            title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
             blocks=_wrench(diagnosis, after, missing),
             wide=True,
         ),
@@ -160,9 +164,12 @@ def _summary(
         head = ["effect", "value of", "fitted", "90 % interval"]
         blocks.append(Table(head=head, rows=rows, right=(2, 3)))
     for names in data["ambiguous_with"]:
-        blocks.append(
-            Paragraph(text=f"Cannot be told apart by this log: {', '.join(names)}.", tone="warn")
+        text = (
+            f"This log cannot tell apart: {', '.join(names)}."
+            if verdict is Verdict.ambiguous
+            else f"Explains the log nearly as well, not quite excluded: {', '.join(names[1:])}."
         )
+        blocks.append(Paragraph(text=text, tone="warn"))
     blocks.append(Paragraph(text="What to do next: " + " ".join(words)))
     if commands:
         blocks.append(Code(text=commands))
@@ -243,6 +250,15 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
         ]
         for e in fitted
     ]
+    if any(
+        e.status != "rejected" and (e.gain or 0.0) * seen < 0.5 * (e.score or 0.0) for e in fitted
+    ):
+        words = (
+            "Where a bar is short although the score is high, the held-out error cannot rank the "
+            "effects: without the effect the model follows the log by moving datasheet values too "
+            "far. The score charges for that, and decides."
+        )
+        blocks.append(Paragraph(text=words, tone="warn"))
     blocks.append(Table(head=head, rows=rows, right=(3,)))
     blocks.append(
         Paragraph(

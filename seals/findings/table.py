@@ -18,6 +18,8 @@ from seals.findings.naming import candidate_words, figure, points
 from seals.schema import parameters_of
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
+_NOTHING = 5e-4
+"""Gain that is shown as none."""
 _SPECIAL = ("tether", "waves")
 
 
@@ -86,13 +88,14 @@ def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("effect", no_wrap=True)
-    table.add_column("removes", justify="right", no_wrap=True)
+    table.add_column("removes [× noise]", justify="right", no_wrap=True)
     table.add_column("", no_wrap=True)
     table.add_column("why")
     for entry in [e for e in entries if e.gain is not None][:most]:
-        doubt = f" ± {entry.error:.2g}" if entry.error is not None else ""
+        doubt = f" ± {entry.error:.1g}" if entry.error is not None else ""
+        gain = entry.gain if entry.gain is not None and abs(entry.gain) >= _NOTHING else 0.0
         name = entry.words + (f", beside {' + '.join(entry.beside)}" if entry.beside else "")
-        table.add_row(name, f"{entry.gain:.3g}{doubt}", entry.status, entry.reason)
+        table.add_row(name, f"{gain:.3g}{doubt}", entry.status, entry.reason)
     return table
 
 
@@ -186,13 +189,17 @@ def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gai
         return "the chosen effects together explain more"
     best = max(rivals, key=lambda h: h.score)
     name, gap = claims[best.candidates[-1].label], best.score - tried.score
-    full = gain_over(base, best).value
+    full = gain_over(base, best)
     if gap <= 0.0:
         return f"alone it does as well as {name}, but the chosen effects together explain more"
-    share = 100.0 * gain.value / full if full > 0.0 else 0.0
     odds = gap / TEMPERATURE / 2.302585
-    sure = f"1 to {10**odds:.0f}" if odds < 6.0 else "less than one to a million"
-    return f"removes {max(share, 0.0):.0f} % of what {name} removes; odds against it {sure}"
+    sure = f"{10**odds:,.0f} to one" if odds < 6.0 else "more than a million to one"
+    part = (
+        f"removes {100.0 * max(gain.value, 0.0) / full.value:.0f} % of what {name} removes"
+        if full.value > 2.0 * (full.error or 0.0)
+        else f"its score lies {points(gap)} below that of {name}"
+    )
+    return f"{part}; odds {sure} against it"
 
 
 def _values(candidate: Candidate, tried: Hypothesis) -> str:

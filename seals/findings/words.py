@@ -40,7 +40,9 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     verdict, held = diagnosis.answer.verdict, data["held_out_error"]
     if verdict in (Verdict.named, Verdict.ambiguous):
         words = " ".join(f"{e['name']}: {effect_words(e['name'])}" for e in data["effects"])
-        fell = f"Held-out error falls from {held['before']:.3g} to {held['after']:.3g}"
+        still = abs(held["before"] - held["after"]) < 0.005 * held["before"]
+        stays, falls = f"stays at {held['after']:.3g}", f"falls from {held['before']:.3g}"
+        fell = "Held-out error " + (stays if still else f"{falls} to {held['after']:.3g}")
         return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
@@ -103,7 +105,7 @@ def next_steps(
         alike = [s for s in data["ambiguous_with"] if len(s) > 1]
         if alike:
             others = joined([n for s in alike for n in s[1:]])
-            words.insert(0, f"Not quite excluded: {others}. One more flight would settle it.")
+            words.insert(0, f"One more flight would exclude {others}, or not.")
         words.append("Add the effect to the model, then check it on a log that was never fitted.")
         lines = [add, "seals verify log=ANOTHER_LOG model=my_model"]
         return words, "\n".join([*lines, plan] if alike else lines)

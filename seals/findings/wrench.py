@@ -138,7 +138,7 @@ def _caption(wet: NDArray[np.str_], after: Residual | None) -> str:
     seen = [name for name in REGIMES if (wet == name).any()]
     colours = "The colour says what surrounds the vehicle" if len(seen) > 1 else "The vehicle is in"
     colours += f" ({', '.join(seen)}). " if len(seen) > 1 else f" {seen[0]} throughout. "
-    dark = "" if after is None else "Dark: what is still missing after the effect was added. "
+    dark = "" if after is None else "Dark: what the model after still lacks. "
     return (
         "How to read: the outside force and torque, in the vehicle's own axes, that would have to "
         "be added to the model for it to follow the measurements. Shaded: two standard errors, "

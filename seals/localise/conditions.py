@@ -139,8 +139,9 @@ def actuator_wrench(
 
 def _flow(values: Mapping[str, float], wet: Floats) -> Floats:
     """Wind and current that the model holds, world axes [m/s], shape (n, 3)."""
-    both = []
-    for name in ("wind", "current"):
-        both.append(np.array([values.get(f"{name}.velocity_{a}", 0.0) for a in "xyz"]))
-    out: Floats = (1.0 - wet)[:, None] * both[0] + wet[:, None] * both[1]
+    wind, current = (
+        np.array([values.get(f"{name}.velocity_{a}", 0.0) for a in "xyz"])
+        for name in ("wind", "current")
+    )
+    out: Floats = (1.0 - wet)[:, None] * wind + wet[:, None] * current
     return out

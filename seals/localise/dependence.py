@@ -187,7 +187,8 @@ def spread(around: Conditions, weights: Floats, frame: str) -> Floats:
         axes = np.tile(np.eye(6), (count, 1, 1))
     else:
         axes = np.concatenate([around.turn.transpose(0, 2, 1), np.zeros((count, 3, 3))], axis=1)
-    return np.einsum("nk,nai->naki", weights, axes).reshape(count, 6, -1)
+    both: Floats = np.einsum("nk,nai->naki", weights, axes).reshape(count, 6, -1)
+    return both
 
 
 def widths(found: Evidence, basis: Floats) -> Floats:

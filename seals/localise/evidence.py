@@ -130,7 +130,8 @@ class Evidence:
         keep = [*range(m), m + p]
         absorbed = np.linalg.solve(np.linalg.cholesky(held), table[:, m : m + p][:, :, keep])
         rest: Floats = table[:, keep][:, :, keep]
-        return rest - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        rest = rest - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        return rest
 
     def _without(self, prior: Floats) -> Floats:
         m = self._force

@@ -96,8 +96,10 @@ def _fitted(found: Evidence, medium: str, law: str, before: Floats, family: Fami
     make, grid = family
     tables = [Table(found, make(p)) for p in grid]
     columns = range(tables[0].width)
-    weights = [np.ones(found.count)]
-    weights += [np.bincount(d, minlength=found.count) * 1.0 for d in drawn(found.count)[:_DRAWS]]
+    weights: list[Floats] = [np.ones(found.count)]
+    weights += [
+        np.bincount(d, minlength=found.count).astype(float) for d in drawn(found.count)[:_DRAWS]
+    ]
     lowest = []
     for weight in weights:
         at = [t.solve(columns, weight) for t in tables]

@@ -58,7 +58,7 @@ class FreeWindows(Windows):
     @property
     def knots(self) -> int:
         """Knots in a window."""
-        return self._knots
+        return int(self._knots)
 
     @property
     def knot_rows(self) -> NDArray[np.integer[Any]]:

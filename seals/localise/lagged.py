@@ -80,7 +80,7 @@ def following(found: Evidence, around: Conditions, left: Residual) -> Following 
         return None
     _, curve, band, axis = best
     at = int(np.argmax(np.abs(curve)))
-    lags = np.arange(-_LAGS, _LAGS + 1) * step
+    lags: Floats = np.arange(-_LAGS, _LAGS + 1).astype(float) * step
     delay = _share(found, -around.drive_rate[:, :, None])
     scale = _share(found, around.drive[:, :, None])
     return Following(

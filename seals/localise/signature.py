@@ -292,9 +292,10 @@ def _line(given: Findings) -> list[tuple[float, str]]:
     unit = "N" if lines.axis.startswith("force") else "N m"
     words = (
         f"Swings at {lines.peak:.2f} +- {max(lines.peak_sd, 0.005):.2f} Hz on {lines.axis}, "
-        f"amplitude {lines.amplitude:.2g} {unit} (chance {lines.chance:.1g})."
+        f"amplitude {lines.amplitude:.2g} {unit} (chance {lines.chance:.1g}); explains "
+        f"{100 * float(np.clip(lines.share, 0.0, 1.0)):.0f} %."
     )
-    return [(_PART, words)]
+    return [(max(lines.share, _PART), words)]
 
 
 def _others(given: Findings, told: float) -> list[tuple[float, str]]:

@@ -11,15 +11,20 @@ from scipy.ndimage import median_filter
 from seals.arrays import Floats
 from seals.localise.conditions import Conditions
 from seals.localise.evidence import Evidence
+from seals.localise.regress import Table, gain
 from seals.localise.residual import thinned
+from seals.localise.terms import basis_of
 
 _SLOWEST = 2.5
 """Periods in the log that the lowest frequency has."""
 _NYQUIST = 0.8
 """Share of the highest frequency that the knots can carry."""
-_AROUND = 31
+_AROUND = 61
 """Frequencies whose median is the background of a line."""
 _SURE = 0.01
+"""Chance below which a line is taken to be there."""
+_MUCH = 0.4
+"""Share that a line must explain which the motion holds as well: the motion may follow it."""
 AXES = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
 
 
@@ -35,6 +40,7 @@ class Spectrum:
         axis: on which it stands out.
         amplitude: of the line [N or N m].
         chance: probability that noise of the same colour shows such a line somewhere.
+        share: of the misfit's excess that it explains on held-out windows.
         moving: whether the motion or the commands hold the same line.
     """
 
@@ -45,12 +51,13 @@ class Spectrum:
     axis: str
     amplitude: float
     chance: float
+    share: float
     moving: bool
 
     @property
     def sure(self) -> bool:
-        """Whether there is a line that the motion does not explain."""
-        return self.chance < _SURE and not self.moving
+        """Whether there is a line of its own: one that the motion also holds must explain much."""
+        return self.chance < _SURE and (not self.moving or self.share > _MUCH)
 
     def to_dict(self) -> dict[str, Any]:
         """Return figures and the thinned curve."""
@@ -86,6 +93,7 @@ def spectrum(found: Evidence, around: Conditions) -> Spectrum:
         axis=AXES[int(axis)],
         amplitude=float(amplitude[axis, best]),
         chance=float(min(1.0, tried * np.exp(-contrast[axis, at]))),
+        share=_share(found, around, float(fine[best]), int(axis)),
         moving=_in_motion(around, float(fine[best]), span),
     )
 
@@ -112,11 +120,19 @@ def _gains(found: Evidence, around: Conditions, frequency: Floats) -> tuple[Floa
     return gain, height
 
 
+def _share(found: Evidence, around: Conditions, frequency: float, axis: int) -> float:
+    """Held-out share that a swing of force or torque along all axes explains."""
+    kind = "swing" if axis < 3 else "shake"
+    basis = basis_of(kind, {"rate": 2.0 * np.pi * frequency}, around)
+    held = Table(found, basis).held_out(range(6))
+    return gain(found.before, held, found).share
+
+
 def _background(power: Floats) -> Floats:
     """Median around each frequency, by both sides so that a steep slope is no line."""
     wide = min(_AROUND, 2 * (len(power) // 4) + 1)
     out: Floats = median_filter(power, size=wide, mode="nearest")
-    narrow: Floats = median_filter(power, size=max(5, wide // 3), mode="nearest")
+    narrow: Floats = median_filter(power, size=max(5, wide // 3 + 1), mode="nearest")
     return np.maximum(out, narrow)
 
 

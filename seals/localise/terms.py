@@ -151,7 +151,8 @@ def basis_of(
     rows = len(around.time)
     if kind == DRIVEN:
         assert around.drive is not None
-        return around.drive[:, :, None] * scene.share[:, :, None]
+        driven: Floats = around.drive[:, :, None] * around.share(medium)[:, :, None]
+        return driven
     columns = []
     for stem in STEMS.get(kind, (kind,)):
         law = FORCES.get(stem) or TORQUES[stem]

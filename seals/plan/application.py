@@ -1,4 +1,4 @@
-"""``seals plan``: from a log and effects in question to a manoeuvre, in words, numbers, a picture."""
+"""``seals plan``: from a log and effects in question to a manoeuvre in words and numbers."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def _log_of(config: Any, given: Mapping[str, Any]) -> str:
     place = config.log if config.log is not None else recorded.get("path")
     if place is None:
         raise ConfigError(
-            "log is not given.\nSay which vehicle it is for: seals plan effects=[NAME,NAME] log=FOLDER"
+            "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
         )
     if not Path(str(place)).exists():
         raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
@@ -134,7 +134,8 @@ def _read(config: Any, place: str) -> Log:
     if not logs:
         raise LogError(f"log={place} holds no run.\nGive a log with a run.")
     refuse_if_bad(logs[0])
-    return logs[0]
+    log: Log = logs[0]
+    return log
 
 
 def _known(

@@ -177,12 +177,13 @@ class Controller:
         miss = wanted.place - state.position
         self._sum = np.clip(self._sum + g.sum * miss * step, -g.most, g.most)
         velocity = np.einsum("mij,mj->mi", turn, state.velocity)
-        pull: Floats = wanted.acceleration + g.place * miss + self._sum
-        return pull + g.speed * (wanted.velocity - velocity)
+        pull = wanted.acceleration + g.place * miss + self._sum
+        total: Floats = pull + g.speed * (wanted.velocity - velocity)
+        return total
 
     def _bounded(self, up: Floats) -> Floats:
         """Directions that lean no more than allowed."""
-        out = up.copy()
+        out: Floats = up.copy()
         out[:, 2] = np.maximum(out[:, 2], 0.15 * 9.81)
         side = np.linalg.norm(out[:, :2], axis=1)
         out[:, :2] *= np.minimum(1.0, self._lean * out[:, 2] / np.maximum(side, 1e-9))[:, None]
@@ -218,7 +219,7 @@ def _layout(vehicle: Vehicle) -> tuple[Floats, Floats, Floats]:
 
 
 def facing(up: Floats, yaw: Floats) -> Floats:
-    """Attitudes whose z axis is along ``up`` and whose x axis looks along the heading, (M, 3, 3)."""
+    """Attitudes with z along ``up`` that look along the heading, shape (M, 3, 3)."""
     z = up / np.linalg.norm(up, axis=1, keepdims=True)
     ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=1)
     y = np.cross(z, ahead)

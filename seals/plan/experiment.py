@@ -66,7 +66,7 @@ def write_experiment(path: str | Path, plan: Plan, meta: Mapping[str, Any]) -> N
         runs = [{**s, "segment": k, "seconds": manoeuvre.seconds} for k, s in enumerate(chosen)]
     else:
         count = round(manoeuvre.seconds / _SPACING) + 1
-        asked = manoeuvre.path(scene, np.arange(count) * _SPACING)
+        asked = manoeuvre.path(scene, np.arange(count, dtype=float) * _SPACING)
         full = vehicle.full_voltage or 0.0
         runs = [{**_columns(asked), "voltage": full * share} for share in manoeuvre.batteries]
     gains = ROTORS if vehicle.commands == "rotor_speed_cmd" else THRUSTERS
@@ -101,7 +101,9 @@ def is_experiment(path: str) -> bool:
     if place.suffix not in (".yaml", ".yml") or not place.is_file():
         return False
     with place.open(encoding="utf-8", errors="replace") as text:
-        return any(line.strip() == f"kind: {KIND}" for line, _ in zip(text, range(20), strict=False))
+        return any(
+            line.strip() == f"kind: {KIND}" for line, _ in zip(text, range(20), strict=False)
+        )
 
 
 def read_experiment(path: str | Path) -> Experiment:
@@ -142,7 +144,9 @@ def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
 def _experiment(content: Mapping[str, Any]) -> Experiment:
     runs: Sequence[Mapping[str, Any]] = content["runs"]
     step = float(content["step"])
-    gains = {k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()}
+    gains: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()
+    }
     flying = [r for r in runs if "x" in r]
     return Experiment(
         name=str(content["name"]),

@@ -12,7 +12,6 @@ from seals.arrays import Floats
 from seals.diagnose.plant import Plant
 from seals.diagnose.problem import Problem, forgotten
 from seals.diagnose.rollout import simulated_course
-from seals.diagnose.samples import Samples
 from seals.diagnose.trajectory import Course
 from seals.diagnose.vehicle import Vehicle
 from seals.frames import exponential, multiply, quaternion_of_rpy
@@ -20,6 +19,7 @@ from seals.motion import Inputs
 from seals.plan.control import Controller, Wanted
 from seals.plan.manoeuvres import Manoeuvre
 from seals.plan.motions import Path
+from seals.plan.recording import planned_plant
 from seals.plan.scene import ARM, CROSSING, WATER, Scene
 from seals.twin import Rates, Twin, TwinState
 
@@ -100,23 +100,6 @@ def rehearse(
     return _flown(problem, scene, chosen, values, load=load, seed=seed)
 
 
-class _Planned(Plant):
-    """A plant whose added masses all run over the batch as soon as one of them does."""
-
-    def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> Twin:
-        """Twin of the nominal model with changes, see `Plant.twin`."""
-        moved = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & {_ADDED}
-        full = {
-            key: np.full(batch, np.asarray(values.get(key, 0.0)))
-            for key, factor in self.library.factors.items()
-            if factor.instance in moved
-        }
-        return super().twin({**values, **full}, batch, stiff=stiff)
-
-
-_ADDED = "added_mass_change"
-
-
 LOAD = "mass.mass"
 """Factor that stands for a known mass at the middle of the base."""
 
@@ -140,13 +123,25 @@ def _flown(
     thin = THINNED.get(scene.kind, 1)
     step, command = step * thin, command[::thin]
     seen = {n: v[::thin] for n, v in seen.items()}
-    flights = [Path(place=p.place[::thin], yaw=p.yaw[::thin], joints=p.joints[::thin]) for p in flights]
+    flights = [
+        Path(place=p.place[::thin], yaw=p.yaw[::thin], joints=p.joints[::thin]) for p in flights
+    ]
     lengths = [len(p.yaw) for p in flights]
-    voltage = [_voltage(problem.vehicle, b, n, step) for (_, b), n in zip(jobs, lengths, strict=True)]
+    voltage = [
+        _voltage(problem.vehicle, b, n, step) for (_, b), n in zip(jobs, lengths, strict=True)
+    ]
     course = Course(**{n: _joined(seen[n], lengths) for n in _NAMES})
     commands = _joined(command, lengths)
     bends = np.concatenate([p.joints for p in flights])
-    plant = _plant(problem, course, lengths, step, commands, bends, np.concatenate(voltage))
+    plant = planned_plant(
+        problem,
+        course,
+        lengths,
+        step,
+        command=commands,
+        joint_command=bends,
+        voltage=np.concatenate(voltage),
+    )
     runs, at = [], 0
     for (m, _), path, n in zip(jobs, flights, lengths, strict=True):
         runs.append(Run(manoeuvre=m, load=load, path=path, first=at, last=at + n))
@@ -157,14 +152,16 @@ def _flown(
 def _reference(scene: Scene, manoeuvre: Manoeuvre, step: float, lead: float) -> Path:
     """Reference at all rows: a lead in which actuators forget their start, then whole seconds."""
     before = round(lead / step)
-    time = (np.arange(before + round(manoeuvre.seconds / step)) - before) * step
+    rows = before + round(manoeuvre.seconds / step)
+    time = (np.arange(rows, dtype=float) - before) * step
     assert manoeuvre.path is not None
     return manoeuvre.path(scene, np.maximum(time, 0.0))
 
 
 def _voltage(vehicle: Vehicle, share: float, rows: int, step: float) -> Floats:
     full = vehicle.full_voltage or 0.0
-    fall: Floats = full * (share - _DISCHARGE * np.arange(rows) * step)[:, None]
+    time: Floats = np.arange(rows, dtype=float) * step
+    fall: Floats = full * (share - _DISCHARGE * time)[:, None]
     return fall
 
 
@@ -233,7 +230,9 @@ class _Loop:
         self._joints = _padded([p.joints for p in flights], rows)
         self._twin = problem.plant.twin(values, batch, stiff=False)
         self.control = Controller(vehicle, batch, tilt=scene.tilt)
-        self._lag = np.maximum(vehicle.lag + values.get("rotor_lag.time_constant_change", 0.0), 1e-3)
+        self._lag = np.maximum(
+            vehicle.lag + values.get("rotor_lag.time_constant_change", 0.0), 1e-3
+        )
         self._gust = np.zeros((batch, 6))
         self._level = np.repeat(vehicle.gust, 3)
         self._keep = float(np.exp(-step / vehicle.gust_time))
@@ -286,14 +285,16 @@ class _Loop:
         """Command, move on by one row, and return the commands."""
         first = self._rates(self._twin, self.state, self._drive, row)
         command = self._command(row, first)
-        half = command + (self._drive - command) * np.exp(-0.5 * self.step / self._lag)
+        half: Floats = command + (self._drive - command) * np.exp(-0.5 * self.step / self._lag)
         middle = _moved(self.state, first, 0.5 * self.step)
         second = self._rates(self._twin, middle, half, row)
         state = _moved(self.state, second, self.step)
         fresh = self.rng.standard_normal(self._gust.shape) * self._level
         self._gust = self._keep * self._gust + np.sqrt(1.0 - self._keep**2) * fresh
         kick = self._gust / self._weight * self.step
-        self.state = state._replace(velocity=state.velocity + kick[:, :3], spin=state.spin + kick[:, 3:])
+        self.state = state._replace(
+            velocity=state.velocity + kick[:, :3], spin=state.spin + kick[:, 3:]
+        )
         self._drive = command + (self._drive - command) * np.exp(-self.step / self._lag)
         self.time += self.step
         return command
@@ -321,18 +322,21 @@ def _dropped(
     jobs = [(m, r) for m in chosen for r in m.releases]
     level = 0.0 if scene.level is None else scene.level
     known = problem.vehicle.initial_state
-    sigma: Any = known[0]["sigma"] if known else dict.fromkeys(
-        ("position", "orientation", "velocity", "angular_velocity"), 0.01
+    sigma: Any = (
+        known[0]["sigma"]
+        if known
+        else dict.fromkeys(("position", "orientation", "velocity", "angular_velocity"), 0.01)
     )
     starts = tuple(_release(level, *release, sigma=sigma) for _, release in jobs)
     vehicle = replace(problem.vehicle, initial_state=starts)
     lengths = [rows] * len(jobs)
     none = np.zeros((rows * len(jobs), 0))
-    blank = _plant(problem, None, lengths, step, none, none, None, vehicle=vehicle)
+    nobody: dict[str, Any] = {"command": none, "joint_command": none, "voltage": None}
+    blank = planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
     course = simulated_course(
         blank.samples, vehicle, parts=problem.plant.parts, plant=blank, values=values
     )
-    plant = _plant(problem, course, lengths, step, none, none, None, vehicle=vehicle)
+    plant = planned_plant(problem, course, lengths, step, vehicle=vehicle, **nobody)
     runs = [
         Run(manoeuvre=m, load=0.0, path=None, first=k * rows, last=(k + 1) * rows)
         for k, (m, _) in enumerate(jobs)
@@ -351,72 +355,3 @@ def _release(
         "angular_velocity": [0.3 * spin, 0.0, spin],
         "sigma": sigma,
     }
-
-
-def _plant(
-    problem: Problem,
-    course: Course | None,
-    lengths: Sequence[int],
-    step: float,
-    command: Floats,
-    joint_command: Floats,
-    voltage: Floats | None,
-    *,
-    vehicle: Vehicle | None = None,
-) -> Plant:
-    """The vehicle over the rows of flights, with the sensors of the log."""
-    vehicle = problem.vehicle if vehicle is None else vehicle
-    ends = np.cumsum(lengths)
-    every, sigma = _sensors(problem, step)
-    rows = int(ends[-1])
-    samples = Samples(
-        time=np.concatenate([np.arange(n) * step for n in lengths]),
-        step=step,
-        runs=tuple((int(e - n), int(e)) for e, n in zip(ends, lengths, strict=True)),
-        channels={} if course is None else _channels(problem, course, every, rows),
-        command=command,
-        voltage=None if problem.samples.voltage is None else voltage,
-        joint_command=joint_command,
-    )
-    return _Planned(
-        replace(vehicle, sigma=sigma),
-        problem.plant.library,
-        samples,
-        parts=problem.plant.parts if course is None or not len(vehicle.lag) else 1,
-    )
-
-
-def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, float]]:
-    """Rows between two samples of each channel, and noise that holds the same knowledge a second."""
-    every, sigma = {}, dict(problem.vehicle.sigma)
-    for name, values in problem.samples.channels.items():
-        rate = float(np.mean(np.isfinite(values[:, 0]))) / problem.samples.step
-        every[name] = max(1, round(1.0 / max(rate * step, 1e-9)))
-        sigma[name] *= float(np.sqrt(1.0 / max(rate * every[name] * step, 1e-9)))
-    return every, sigma
-
-
-def _channels(
-    problem: Problem, course: Course, every: Mapping[str, int], rows: int
-) -> dict[str, Floats]:
-    """What an exact sensor would read; rows without a sample are NaN.
-
-    The inertial readings stay zero: separations are differences of predictions.
-    """
-    level = problem.vehicle.environment.water_level or 0.0
-    exact = {
-        "position": course.position,
-        "orientation": course.quaternion,
-        "velocity": course.velocity,
-        "depth": level - course.position[:, 2:3],
-        "joint_position": course.joints,
-        "angular_velocity": course.spin,
-        "specific_force": np.zeros((rows, 3)),
-    }
-    out = {}
-    for name, stride in every.items():
-        if name not in exact:
-            continue
-        seen = np.arange(rows)[:, None] % stride == 0
-        out[name] = np.where(seen, exact[name], np.nan)
-    return out

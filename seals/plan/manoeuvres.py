@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -117,7 +118,7 @@ def _band(scene: Scene) -> tuple[float, float]:
 def yaw_turn(scene: Scene, time: Floats) -> Path:
     """Turn on the spot, at home and elsewhere."""
     yaw = 2.0 * np.pi * (smooth(time, 1.0, 5.0) - smooth(time, 11.0, 5.0))
-    return _path(scene, time, yaw=yaw, x=0.8 * scene.speed * smooth(time, 7.0, 4.0))
+    return _path(scene, time, yaw=yaw, x=0.6 * scene.speed * smooth(time, 7.0, 4.0))
 
 
 def heave(scene: Scene, time: Floats) -> Path:
@@ -200,7 +201,7 @@ def _made(
     seconds: float,
     words: str,
     kinds: tuple[str, ...] = _MOVING,
-    **more: tuple[float, ...],
+    **more: Any,
 ) -> Manoeuvre:
     return Manoeuvre(name=name, words=words, kinds=kinds, seconds=seconds, path=path, **more)
 
@@ -228,7 +229,9 @@ LIBRARY = (
         _FLYING,
     ),
     _made(heights, "three depths", 28.0, "hold near the surface, deeper, and deep", (WATER,)),
-    _made(dips, "dips", 23.0, "through the surface and out again, slowly and then faster", (CROSSING,)),
+    _made(
+        dips, "dips", 23.0, "through the surface and out again, slowly and then faster", (CROSSING,)
+    ),
     _made(under_water, "dive", 23.0, "dive and move about below the surface", (CROSSING,)),
     _made(arm_swing, "arm swing", 17.0, "hover while the joints of the arm swing", (ARM,)),
     _made(

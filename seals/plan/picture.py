@@ -1,4 +1,4 @@
-"""Pictures of a plan: where the vehicle goes, and how far apart each manoeuvre brings the effects."""
+"""Pictures of a plan: where the vehicle goes, and how far apart manoeuvres bring effects."""
 
 from __future__ import annotations
 
@@ -33,8 +33,9 @@ def write_pictures(path: str | Path, plan: Plan) -> Path:
         ) from cause
     height = 4.6 + 0.26 * len(plan.ranked)
     figure = Figure(figsize=(9.0, height), dpi=140, layout="constrained")
-    top, bottom = figure.subfigures(2, 1, height_ratios=(3.4, 1.0 + 0.26 * len(plan.ranked)))
-    both = top.subplots(1, 2)
+    parts: Any = figure.subfigures(2, 1, height_ratios=(3.4, 1.0 + 0.26 * len(plan.ranked)))
+    top, bottom = parts
+    both: Any = top.subplots(1, 2)
     _places(both[0], plan)
     _heading(both[1], plan)
     _bars(bottom.subplots(), plan)
@@ -53,7 +54,9 @@ def _places(axes: Any, plan: Plan) -> None:
         place = flown.rehearsal.course.position[rows] - plan.scene.home * [1.0, 1.0, 0.0]
         for k, name in enumerate("xyz"):
             label = name if number == 0 else None
-            axes.plot(time, place[:, k], color=AXES[name], lw=1.6, label=label, alpha=1 - 0.2 * number)
+            axes.plot(
+                time, place[:, k], color=AXES[name], lw=1.6, label=label, alpha=1 - 0.2 * number
+            )
             if run.path is not None:
                 asked = run.path.place[:, k] - (plan.scene.home[k] if k < 2 else 0.0)
                 axes.plot(time, asked, color=AXES[name], lw=0.8, ls=":")
@@ -75,7 +78,9 @@ def _heading(axes: Any, plan: Plan) -> None:
         speed = np.linalg.norm(course.velocity[rows], axis=1)
         lean = np.degrees(np.linalg.norm(rotation_vector(course.quaternion[rows])[:, :2], axis=1))
         axes.plot(time, speed, color=CYCLE[0], lw=1.4, label="speed [m/s]" if first else None)
-        axes.plot(time, lean / 10.0, color=CYCLE[1], lw=1.0, label="lean [10 deg]" if first else None)
+        axes.plot(
+            time, lean / 10.0, color=CYCLE[1], lw=1.0, label="lean [10 deg]" if first else None
+        )
         if run.path is not None and np.ptp(run.path.yaw) > 0.0:
             label = "heading [rad]" if first else None
             axes.plot(time, run.path.yaw, color=CYCLE[2], lw=1.0, label=label)
@@ -98,7 +103,10 @@ def _bars(axes: Any, plan: Plan) -> None:
     axes.set_xscale("log")
     axes.set_xlim(_LEAST, max(*values, 10.0) * 6.0)
     names = [r.manoeuvre.name + (" (two logs)" if r.manoeuvre.logs > 1 else "") for r in rows]
-    axes.set_yticks(range(len(rows)), [f"> {n}" if r is plan.best else n for n, r in zip(names, rows, strict=True)])
+    axes.set_yticks(
+        range(len(rows)),
+        [f"> {n}" if r is plan.best else n for n, r in zip(names, rows, strict=True)],
+    )
     for k, r in enumerate(rows):
         note = "unsafe here" if r.unsafe else percent(r.confidence)
         axes.text(values[k] * 1.1, k, note, va="center", fontsize=8)

@@ -95,11 +95,13 @@ class Plan:
 
     @property
     def best(self) -> Ranked:
-        """The proposed manoeuvre: safe, and one that gives a single log unless only two logs help."""
+        """The proposed manoeuvre: safe, and with one log unless only two logs help."""
         safe = [r for r in self.ranked if not r.unsafe]
         if not safe:
             reasons = "; ".join(w for r in self.ranked[:1] for w in r.unsafe)
-            raise ConfigError(f"no manoeuvre is safe with this vehicle: {reasons}.\nGive more room.")
+            raise ConfigError(
+                f"no manoeuvre is safe with this vehicle: {reasons}.\nGive more room."
+            )
         single = [r for r in safe if r.manoeuvre.logs == 1]
         first = single[0] if single else safe[0]
         if first.confidence < SEPARATED <= safe[0].confidence:
@@ -220,7 +222,9 @@ def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranke
         sure = chance(contests[0])
     else:
         # beside the others, every effect has to be told from nothing at all
-        contests = [contest(gram, table, a, b) for a, b in permutations(range(count + 1), 2) if a < count]
+        contests = [
+            contest(gram, table, a, b) for a, b in permutations(range(count + 1), 2) if a < count
+        ]
         each = [confidence([c for c in contests if c.truth == s.name]) for s in gram.supposed]
         sure = float(np.mean(each))
     found = [w for f in flown for w in breaches(scene, f.rehearsal, manoeuvre)]

@@ -74,7 +74,7 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
         lift = float(np.clip(0.35 * (_margin(vehicle) - 1.0) * 9.81, 0.5, 3.5))
         if kind == ARM:
             joints = np.array([0.3, -0.95, -0.25, *([0.0] * len(joints))])[: len(joints)]
-            speed, push, lift = 1.2, 2.0, min(lift, 2.5)
+            speed, push, lift = 1.2, 1.2, min(lift, 2.5)
         slow = 1.0
     elif kind == WATER:
         assert level is not None

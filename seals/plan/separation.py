@@ -151,7 +151,9 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
         make up what it leaves, shape (c,).
     """
     factors, tolerances = gram.fitter.library.factors, gram.fitter.tolerances
-    one = gram.supposed[model] if model < len(gram.supposed) else Supposed(candidate=None, values={})
+    one = (
+        gram.supposed[model] if model < len(gram.supposed) else Supposed(candidate=None, values={})
+    )
     keys = (*tolerances, *(k for k in one.keys if k not in tolerances))
     use = [gram.keys.index(k) for k in keys]
     signal = len(gram.keys)

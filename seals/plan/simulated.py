@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,29 +12,28 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.config.overlay import find_overlay, load_overlay, overlay_names, read_overlay
-from seals.diagnose.vehicle import Vehicle, read_vehicle
+from seals.diagnose.vehicle import read_vehicle
 from seals.errors import ConfigError, suggestion
-from seals.frames import exponential, matrix_of, multiply, rotate
+from seals.frames import exponential, matrix_of, multiply
 from seals.logs.log import Log
 from seals.logs.native import write_native
-from seals.motion import Reading
 from seals.plan.control import Controller, Wanted
 from seals.plan.experiment import Experiment, read_experiment
 from seals.plan.motions import Path as Reference
+from seals.plan.sensed import Track, measured
 from seals.repair.model import Model, nominal
 from seals.repair.scene import VEHICLE, build_scene
 from seals.run.progress import progress
 from seals.twin import TwinState
 from seals.world import World
-from seals.world.readings import ReadingChain
 
 _OPTIONS = ("experiment", "model", "out", "seed")
 _SETTLE = 3.0
 """Time at the start of the reference before the log begins [s]."""
 _PARTS = 2
 """Steps of the simulator between rows; five times as many with joints."""
-_RATES = {"position": 0, "velocity": 0, "depth": 0}
 _ESTIMATE = (0.002, 0.004, 0.004, 0.001)
+"""Noise of the controller's estimates: place, velocity, body rates, attitude."""
 
 
 def run(arguments: list[str]) -> int:
@@ -82,16 +80,6 @@ def _with_overlay(model: Model, name: str) -> Model:
     overlay = read_overlay(load_overlay(path))
     overlay.refuse_withdrawn(force=False)
     return model.with_overlay(name, overlay)
-
-
-@dataclass
-class _Track:
-    """Rows of one run."""
-
-    states: list[Configuration]
-    before: list[Configuration]
-    after: list[Configuration]
-    commands: list[Floats]
 
 
 def simulate(experiment: Experiment, model: Model, *, seed: int = 0) -> Log:
@@ -148,11 +136,11 @@ def _run(
     rows = round(seconds / step)
     world = build_scene(model, step=step / parts, rows=(rows + round(_SETTLE / step) + 2) * parts)
     try:
-        flight = _Flight(world, model, experiment, job, parts, volts, rng)
+        flight = _Flight(world, model, experiment, job, parts=parts, volts=volts, rng=rng)
         track = flight.fly(rows)
     finally:
         world.close()
-    return _measured(experiment, model, track, parts, volts, rng)
+    return measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
 
 
 class _Flight:
@@ -164,6 +152,7 @@ class _Flight:
         model: Model,
         experiment: Experiment,
         job: Reference | Mapping[str, Any],
+        *,
         parts: int,
         volts: float | None,
         rng: np.random.Generator,
@@ -181,17 +170,17 @@ class _Flight:
         self.volts = None if not volts else np.array([[volts]])
         self.last = self.actor.body.read()
 
-    def fly(self, rows: int) -> _Track:
+    def fly(self, rows: int) -> Track:
         """Settle, then record the rows."""
         if self.control is not None:
             for _ in range(round(_SETTLE / self.step)):
                 self._advance(0, None)
-        track = _Track(states=[], before=[], after=[], commands=[])
+        track = Track(states=[], before=[], after=[], commands=[], joints=[])
         for k in range(rows):
             self._advance(k, track)
         return track
 
-    def _advance(self, row: int, track: _Track | None) -> None:
+    def _advance(self, row: int, track: Track | None) -> None:
         now = _copied(self.actor.body.read())
         command = np.zeros(0)
         if self.control is not None:
@@ -211,13 +200,17 @@ class _Flight:
             track.states.append(now)
             track.before.append(before)
             track.commands.append(command)
+            joints = np.zeros(0) if self.control is None else self.reference.joints[row]
+            track.joints.append(joints)
 
     def _command(self, row: int, now: Configuration) -> Floats:
         assert self.control is not None
         state, drive = self._estimate(now), self.actor.drive
         turn = matrix_of(now.quaternion[None])[0]
         step = self.world.step_size
-        linear, angular = ((getattr(now, n) - getattr(self.last, n)) / step for n in ("velocity", "spin"))
+        linear, angular = (
+            (getattr(now, n) - getattr(self.last, n)) / step for n in ("velocity", "spin")
+        )
         spin = turn.T @ now.spin
         felt = turn.T @ linear - np.cross(spin, turn.T @ now.velocity)
         velocity, acceleration, turning = (r[row : row + 1] for r in self.rates)
@@ -230,7 +223,8 @@ class _Flight:
         )
         assert drive is not None
         both = (felt[None], (turn.T @ angular)[None])
-        return self.control.commands(wanted, state, both, drive, self.step)[0]
+        command: Floats = self.control.commands(wanted, state, both, drive, self.step)[0]
+        return command
 
     def _estimate(self, now: Configuration) -> TwinState:
         turn = matrix_of(now.quaternion[None])[0]
@@ -274,89 +268,3 @@ def _released(job: Mapping[str, Any]) -> Configuration:
         joints=np.zeros(0),
         rates=np.zeros(0),
     )
-
-
-def _measured(
-    experiment: Experiment,
-    model: Model,
-    track: _Track,
-    parts: int,
-    volts: float | None,
-    rng: np.random.Generator,
-) -> dict[str, Floats]:
-    """Columns of a log: commands, and sensors with their noise and rates."""
-    vehicle, rows = model.vehicle, len(track.states)
-    time = np.arange(rows) * experiment.step
-    out: dict[str, Floats] = {"t": time}
-    command = np.array(track.commands)
-    for k in range(command.shape[1]):
-        out[f"{vehicle.commands}_{k + 1}"] = command[:, k]
-    exact = _exact(experiment, model, track, parts)
-    channels = experiment.meta["sensors"]["channels"]
-    for name, values in exact.items():
-        if name not in channels:
-            continue
-        every = max(1, round(1.0 / (float(channels[name]["rate"]) * experiment.step)))
-        if name == "orientation":
-            noise = vehicle.sigma[name] * rng.standard_normal((rows, 3))
-            values = multiply(values, exponential(noise))[:, [3, 0, 1, 2]]
-        else:
-            values = values + vehicle.sigma[name] * rng.standard_normal(values.shape)
-        values = np.where(np.arange(rows)[:, None] % every == 0, values, np.nan)
-        out |= _named(name, values)
-    if "battery_voltage" in channels and volts:
-        out["battery_voltage"] = volts + vehicle.sigma["battery_voltage"] * rng.standard_normal(rows)
-    return out
-
-
-def _named(name: str, values: Floats) -> dict[str, Floats]:
-    if values.shape[1] == 1 and name == "depth":
-        return {name: values[:, 0]}
-    letters: Any = "wxyz" if name == "orientation" else "xyz"
-    if name == "joint_position":
-        letters = [str(k + 1) for k in range(values.shape[1])]
-    return {f"{name}_{a}": values[:, k] for k, a in enumerate(letters)}
-
-
-def _exact(experiment: Experiment, model: Model, track: _Track, parts: int) -> dict[str, Floats]:
-    """What exact sensors read, one row a row of the log."""
-    vehicle, step = model.vehicle, experiment.step / parts
-    now, before, after = (
-        Configuration(*(np.array(x) for x in zip(*part, strict=True)))
-        for part in (track.states, track.before, track.after)
-    )
-    turn = matrix_of(now.quaternion)
-    back = turn.transpose(0, 2, 1)
-    linear = (after.velocity - before.velocity) / (2.0 * step)
-    angular = rotate(back, (after.spin - before.spin) / (2.0 * step))
-    linear[:, 2] += vehicle.environment.gravity
-    spin, force = rotate(back, now.spin), rotate(back, linear)
-    arm, mount = vehicle.imu_position, vehicle.imu_turn.T
-    force = force + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
-    reading = _late(model, Reading(spin @ mount, force @ mount), experiment.step)
-    for b in ReadingChain(model.bound).errors:
-        reading = b.hooks.measure(reading, b.params)
-    level = vehicle.environment.water_level or 0.0
-    out = {
-        "angular_velocity": np.asarray(reading.angular_velocity),
-        "specific_force": np.asarray(reading.specific_force),
-        "position": now.position,
-        "orientation": now.quaternion,
-        "velocity": rotate(back, now.velocity),
-        "depth": level - now.position[:, 2:3],
-    }
-    return out if not now.joints.shape[1] else {**out, "joint_position": now.joints}
-
-
-def _late(model: Model, reading: Reading, step: float) -> Reading:
-    """Readings as late as the model's sensors."""
-    at = np.arange(len(reading.angular_velocity)) - model.sensor_delay / step
-    rows = np.arange(len(at))
-    parts = [
-        np.stack([np.interp(at, rows, v[:, k]) for k in range(3)], axis=1)
-        for v in (reading.angular_velocity, reading.specific_force)
-    ]
-    return Reading(parts[0], parts[1])
-
-
-__all__ = ["Vehicle", "run", "simulate"]

@@ -15,7 +15,7 @@ from seals.diagnose.special import special_starts
 from seals.errors import ConfigError, suggestion
 from seals.plan.separation import Supposed
 
-_FELT = 6.0
+_FELT = 12.0
 """Fall of the misfit from which on a fitted size is believed."""
 _TETHER = {"anchor_z": -1.0, "length": 0.8, "stiffness": 1.0}
 _WAVES = {"amplitude": 0.03, "period": 2.0, "direction": 0.5, "phase": 0.3}

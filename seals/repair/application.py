@@ -118,7 +118,7 @@ def verified(overlay: Overlay, logs: Mapping[str, Log], first: str) -> Verificat
 
 def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ladder:
     name, count = Path(place).name, problem.fitter.windows.count
-    replays = replay_count(overlay) if whole else 2
+    replays = replay_count(overlay) if whole else 2 + bool(overlay.nominal)
     with progress(f"replaying {name}", count * replays) as tell:
         return (climb if whole else compare_ends)(name, problem, overlay, tell=tell)
 

@@ -38,7 +38,7 @@ def print_table(found: Verification) -> None:
     table.add_column("error")
     table.add_column("at", justify="right")
     for name in (*(m.model.name for m in ladder.rungs), "noise floor"):
-        table.add_column(name.replace("calibrated ", "calibrated\n"), justify="right")
+        table.add_column(name.replace("_", " "), justify="right")
     levels = (f"{m.level:.3g}" for m in ladder.rungs)
     table.add_row("times the floor", "", *levels, "1", style="bold")
     for name in ladder.first.plain:
@@ -46,7 +46,11 @@ def print_table(found: Verification) -> None:
             values = [m.plain[name].get(horizon) for m in ladder.rungs]
             values.append(ladder.floor.get(name, {}).get(horizon))
             cells = ["-" if v is None else f"{v:.2g}" for v in values]
-            table.add_row(escape(f"{name} [{UNITS.get(name, '1')}]"), f"{horizon:g} s", *cells)
+            table.add_row(
+                escape(f"{name.replace('_', ' ')} [{UNITS.get(name, '1')}]"),
+                f"{horizon:g} s",
+                *cells,
+            )
     Console(highlight=False).print(table)
 
 

@@ -24,7 +24,8 @@ class Ladder:
     Args:
         name: of the log.
         rungs: from the nominal model upwards.
-        gains: fall of the misfit that each effect brings to the model with all others.
+        gains: fall of the misfit that each effect brings to the model with all others; where only
+            ends were compared, the fall from each rung below.
         total: fall from the first rung to the last.
         alone: what calibration without the effects reaches; None when it was not asked for.
         edge: by how much the last rung beats calibration alone, each charged for the distance of
@@ -39,6 +40,16 @@ class Ladder:
     alone: Misfit | None = None
     edge: Fall | None = None
     floor: Mapping[str, Mapping[float, float]]
+
+    @property
+    def regression(self) -> bool:
+        """Whether the last rung is worse than one below it, as far as they were compared."""
+        return self.total.worse or any(gain.worse for gain in self.gains.values())
+
+    @property
+    def best_below(self) -> Misfit:
+        """The best rung below the last."""
+        return min(self.rungs[:-1], key=lambda m: m.level)
 
     @property
     def first(self) -> Misfit:
@@ -129,13 +140,15 @@ def compare_ends(
     *,
     tell: Callable[[int], None] | None = None,
 ) -> Ladder:
-    """Replay a log on the first and the last rung only."""
+    """Replay a log without any of the effects, and with all of them."""
     models = rungs_of(problem, overlay)
-    ends = [models[0], models[-1]]
+    below = models[: len(models) - len(overlay.parts)]
+    ends = [*below, models[-1]]
     ruler = yardstick(problem, ends)
     replays = Replays(ruler, tell)
     rungs = tuple(replays.of(m) for m in ends)
-    return Ladder(name=name, rungs=rungs, gains={}, total=fall(*rungs), floor={})
+    gains = {m.model.name: fall(m, rungs[-1]) for m in rungs[:-1]}
+    return Ladder(name=name, rungs=rungs, gains=gains, total=fall(rungs[0], rungs[-1]), floor={})
 
 
 def replay_count(overlay: Overlay) -> int:

@@ -12,6 +12,8 @@ from seals.repair.misfit import Fall, Misfit
 
 WITHDRAWN = 14
 """Exit code of a model that did not stand."""
+NEAR = 1.08
+"""Error in units of the noise floor up to which a log counts as explained."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +72,8 @@ class Verification:
                     "before": old.first.level,
                     "after": old.last.level,
                     **_as_fall(old.total),
-                    "regression": old.total.worse,
+                    "rungs": [_as_rung(m) for m in old.rungs],
+                    "regression": old.regression,
                 }
                 for old in self.older
             ],
@@ -111,8 +114,8 @@ def _reason(overlay: Overlay, ladder: Ladder, older: Sequence[Ladder]) -> str:
             f"do as well ({ladder.alone.level:.3g} against {after:.3g})"
         )
     for old in older:
-        if old.total.worse:
-            levels = f"{old.first.level:.3g} -> {old.last.level:.3g}"
+        if old.regression:
+            levels = f"{old.best_below.level:.3g} -> {old.last.level:.3g}"
             return f"on the older log {old.name} the error rose ({levels} times the noise floor)"
     return ""
 
@@ -136,9 +139,15 @@ def sentences(found: Verification) -> list[str]:
             f"times the noise floor on {ladder.name} ({seen}), by {total.value:.3g} "
             f"+- {total.noise:.2g}."
         )
+    if not found.withdrawn and ladder.last.level > NEAR:
+        lines.append(
+            f"{ladder.last.level:.3g} is not yet the floor: something is missing still, or the "
+            "effect is a near relation of the true one."
+        )
     for old in found.older:
-        verb = "worse" if old.total.worse else "better" if old.total.certain else "no worse"
-        levels = f"{old.first.level:.3g} -> {old.last.level:.3g}"
+        verb = "worse" if old.regression else "better" if old.total.certain else "no worse"
+        start = old.best_below if old.regression else old.first
+        levels = f"{start.level:.3g} -> {old.last.level:.3g}"
         lines.append(f"Older log {old.name}: {verb}, {levels}.")
     return lines
 

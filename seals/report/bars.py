@@ -92,7 +92,9 @@ def drawn_bars(chart: Bars) -> dict[str, Any]:
         }
     x_axis: dict[str, Any] = {"title": {"text": chart.x_label, "standoff": 4}}
     if chart.log:
-        x_axis |= {"type": "log", "minexponent": 3, "dtick": 1}
+        # within two decades the figures 1, 2 and 5 are written, too
+        decades = log10(max(b.value for b in chart.bars)) - log10(min(b.value for b in chart.bars))
+        x_axis |= {"type": "log", "dtick": "D2" if decades < 2.0 else 1}
     labels = {
         "tickvals": list(range(len(bars))),
         "ticktext": [bar.label for bar in bars],

@@ -271,7 +271,7 @@ class _Sizes:
         mass = float(robot.mass.sum())
         volume = sum(h.volume for h in robot.hulls if h is not None)
         self.volume = volume
-        self.kick = 1.0 if settings.compare.course is Course.glide else 0.0
+        self.kick = 0.0 if settings.compare.course is Course.simulated else 1.0
         weight = mass * settings.environment.gravity
         length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
         self.table: dict[tuple[str, str], float] = {
@@ -300,16 +300,14 @@ class _Sizes:
             ("accelerometer_bias", "bias"): 0.3,
         }
 
-    def key(
-        self, name: str, instance: str, effect: Effect, parameter: str, nominal: bool
-    ) -> Key:
+    def key(self, name: str, instance: str, effect: Effect, parameter: str, nominal: bool) -> Key:
         """Return what is known of one key of a candidate."""
         stem = next((s for (n, s) in self.table if n == name and parameter.startswith(s)), "")
         off = float(getattr(effect, parameter)) if nominal else 0.0
         if name == "buoyancy":
             off = -self.volume
         scale = self.table.get((name, stem), 0.05)
-        # some laws have a corner at zero: a glide without any lift holds its axis
+        # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
+        # shorter than a step or a damping far from resonance changes nothing
         start = off + self.kick * scale
         return replace(_key(effect, parameter, off=off), scale=scale, start=start)
-

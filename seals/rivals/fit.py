@@ -1,4 +1,4 @@
-"""Many least-squares problems at once: every step simulates the jobs of all of them in one batch."""
+"""Many least-squares problems in step: the jobs of all of them are simulated in one batch."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
+from seals.compare.case import Start
 from seals.compare.predict import Job
 from seals.rivals.problem import Experiment
 
 _START_STEP = 1e-4
 _SHARE = 1e-3
 """Finite difference of a key, as a share of its plausible size."""
+_TICK = 2e-3
+"""The same of a delay, over a few rows of the commands, which are held in between [s]."""
 _LOOSE = 30.0
 """Prior of a candidate's key, in plausible sizes: wide, so that the data decide."""
 _SETTLED = 1e-3
@@ -91,7 +94,7 @@ class Lockstep:
             self._linearise([t for t in active if t._system is None])
             self._evaluate(active, [self._moved(t) for t in active])
 
-    def _start(self, case: int):  # type: ignore[no-untyped-def]
+    def _start(self, case: int) -> Start:
         return self.experiment.cases[case].start
 
     def _unknowns(self, task: Task) -> int:
@@ -166,6 +169,8 @@ class Lockstep:
     def _step(self, key: int, value: float) -> float:
         """Finite difference of a key, away from its upper bound."""
         step = _SHARE * self.scale[key]
+        if self.experiment.names[key].endswith(".delay"):
+            step = max(step, _TICK)
         return float(-step if value + step > self.bounds[key, 1] else step)
 
     def _system(self, task: Task, moved: list[dict[str, Floats]]) -> tuple[Floats, Floats]:
@@ -183,13 +188,17 @@ class Lockstep:
             steps += [_START_STEP] * len(start.free)
             rows = moved[used : used + len(steps)]
             used += len(steps)
-            columns = np.stack(
-                [
-                    (base - self.experiment.weighted(c, m)) / h
-                    for m, h in zip(rows, steps, strict=True)
-                ],
-                axis=1,
-            ) if steps else np.zeros((base.size, 0))
+            columns = (
+                np.stack(
+                    [
+                        (base - self.experiment.weighted(c, m)) / h
+                        for m, h in zip(rows, steps, strict=True)
+                    ],
+                    axis=1,
+                )
+                if steps
+                else np.zeros((base.size, 0))
+            )
             place = [*range(p), *range(at, at + len(start.free))]
             normal[np.ix_(place, place)] += columns.T @ columns
             right[place] += columns.T @ base

@@ -175,12 +175,14 @@ def _changes(experiment: Experiment, keys: Sequence[str]) -> list[float]:
     still = {c: np.zeros_like(experiment.cases[c].start.sigma) for c in chosen}
     for name in keys:
         k = experiment.names.index(name)
-        scale, bounds = experiment.key(k).scale, experiment.key(k).bounds
-        step = 1e-2 * scale * (-1.0 if off[k] + 1e-2 * scale > bounds[1] else 1.0)
+        known = experiment.key(k)
+        # where a fit sets out away from zero, the law has a corner there
+        share = 1.0 if known.start != known.off else 1e-2
+        step = share * known.scale
         values = off.copy()
-        values[k] += step
+        values[k] += -step if off[k] + step > known.bounds[1] else step
         jobs += [Job(c, still[c], values) for c in chosen]
-        shares.append(1e-2)
+        shares.append(share)
     found = iter(experiment.predictor.run([Job(c, still[c], off) for c in chosen] + jobs))
     base = {c: experiment.white(c, next(found), judged=True) for c in chosen}
     return [_size(experiment, base, found) / share for share in shares]
@@ -214,4 +216,3 @@ def _fit_key(name: str, known: Key) -> FitKey:
         fit=True,
     )
     return FitKey(key=name, targets=(name,), parameter=meta, start=known.off)
-

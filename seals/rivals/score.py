@@ -28,6 +28,7 @@ class Hypothesis:
         folds: fits that lacked a part of the runs, by part.
         losses: log of the held-out error in units of the floor, by training run.
         seen: the same of the fit on all runs, on the runs that it saw.
+        held: samples of every training run, predicted by the fit that lacked it.
     """
 
     candidates: tuple[Candidate, ...]
@@ -35,6 +36,7 @@ class Hypothesis:
     folds: tuple[Task, ...] = ()
     losses: Floats = field(default_factory=lambda: np.zeros(0))
     seen: Floats = field(default_factory=lambda: np.zeros(0))
+    held: Mapping[int, dict[str, Floats]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -172,6 +174,7 @@ class Judge:
             candidates=candidates,
             fit=fit,
             folds=tuple(folds),
+            held=predicted,
             losses=np.array([self.loss(c, predicted[c]) for c in self.experiment.train]),
             seen=np.array([self.loss(c, fit.predicted[c]) for c in self.experiment.train]),
         )

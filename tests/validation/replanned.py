@@ -181,9 +181,9 @@ def separated(found: Diagnosis, truth: str, twins: list[str]) -> bool:
     """Whether the truth is named and no twin stands beside it."""
     answer = found.to_dict()
     names = [e["name"] for e in answer["effects"]]
-    return bool(answer["verdict"] == "named" and names and names[0] == truth) and not (
-        set(names[1:]) & set(twins)
-    )
+    beside = {n for group in answer["ambiguous_with"] for n in group} | set(names[1:])
+    first = answer["verdict"] == "named" and names[:1] == [truth]
+    return first and not beside & set(twins)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -1,0 +1,168 @@
+"""Real measurements against the lines to reach: ``python -m benchmarks.real_data [NAME ...]``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.compare.application import read_logs, settings_of
+from seals.config.compose import compose
+from seals.rivals.diagnosis import RunsDiagnosis, diagnose_runs
+
+LIGHT = (
+    *("blue_basketball", "green_basketball", "volleyball", "tennis_ball"),
+    *("whiffle_ball_1", "whiffle_ball_2", "yellow_whiffle_ball", "orange_whiffle_ball"),
+)
+ONE_SPEED = ("train=[4mps_sphere_*]", "held_out=[2mps_sphere_1]")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One line to reach, with its figure."""
+
+    what: str
+    figure: str
+    reached: bool
+
+
+def named(one: RunsDiagnosis) -> set[str]:
+    """Return effects that are named and could not be another."""
+    return {c.candidate.label for c in one.answer.claims if not c.rivals}
+
+
+def run(*overrides: str) -> list[RunsDiagnosis]:
+    """Diagnose an experiment."""
+    settings = settings_of(compose(list(overrides), root="compare"))
+    return diagnose_runs(settings, read_logs(settings))
+
+
+def _line(what: str, reached: bool, figure: object) -> Line:
+    return Line(what=what, figure=str(figure), reached=bool(reached))
+
+
+def balls(names: tuple[str, ...] = (*LIGHT, "bowling_ball")) -> list[Line]:
+    """A drag-like effect for every light ball, nothing for the bowling ball."""
+    out = []
+    for one in run("experiment=falling_balls", f"only=[{','.join(names)}]"):
+        drags = {"linear_drag", "quadratic_drag"}
+        claimed = {c.candidate.label for c in one.answer.claims}
+        claimed |= {c.candidate.label for c in one.answer.others}
+        verdict = one.answer.verdict.value
+        figure = f"{verdict}: {', '.join(sorted(claimed)) or '-'}"
+        if one.name == "bowling_ball":
+            out.append(_line("bowling_ball: nothing", not claimed, figure))
+        else:
+            undecided = verdict == "ambiguous" and claimed == drags
+            out.append(_line(f"{one.name}: drag, law undecided", undecided, figure))
+    return out
+
+
+def impack() -> list[Line]:
+    """Slamming and quadratic drag from two speeds; what one speed cannot tell."""
+    one = run("experiment=impack_entry")[0]
+    error = one.rms("specific_force", after=True)
+    both = {"slamming", "quadratic_drag"} <= named(one)
+    alone = run("experiment=impack_entry", *ONE_SPEED)[0]
+    words = "; ".join(alone.answer.reasons)
+    told = all(w in words for w in ("buoyancy", "drag", "drop at another speed"))
+    return [
+        _line("impack: slamming and quadratic drag named", both, sorted(named(one))),
+        _line("impack: error at 4 m/s <= 2.8 m/s^2", error <= 2.8, f"{error:.3f}"),
+        _line("impack, one speed: drag and buoyancy cannot be told apart", told, words),
+    ]
+
+
+def glider() -> list[Line]:
+    """Lift named; speed through water that was never fitted."""
+    one = run("experiment=slocum_glider")[0]
+    cases = one.search.judge.experiment.cases
+    channel = "speed_through_water"
+    before, after = (
+        np.concatenate(
+            [
+                (c.measured[channel] - p[channel]).ravel()
+                for c, p in zip(cases, rung.predicted, strict=True)
+            ]
+        )
+        for rung in (one.rungs[0], one.rungs[-1])
+    )
+    error, was = (float(np.sqrt(np.nanmean(d**2))) for d in (after, before))
+    return [
+        _line("glider: lift named", "lift" in named(one), sorted(named(one))),
+        _line(
+            "glider: unfitted speed <= 0.030 m/s", error <= 0.030, f"{error:.4f} (before {was:.4f})"
+        ),
+    ]
+
+
+def crazyflie() -> list[Line]:
+    """Rotor lag named and sized."""
+    one = run("experiment=crazyflie_thrust")[0]
+    error = one.rms("specific_force", after=True)
+    effects = {e["name"]: e["parameters"] for e in one.to_dict()["effects"]}
+    lag = effects.get("rotor_lag", {}).get("time_constant_change", {}).get("value", float("nan"))
+    words = [*sorted(named(one)), *one.answer.reasons]
+    return [
+        _line("crazyflie: rotor lag named", "rotor_lag" in named(one), words),
+        _line("crazyflie: lag 0.05-0.08 s", 0.05 <= lag <= 0.08, f"{lag:.4f}"),
+        _line("crazyflie: test <= 0.65 m/s^2", error <= 0.65, f"{error:.3f}"),
+    ]
+
+
+def pendulum() -> list[Line]:
+    """Viscous friction accepted, Coulomb friction rejected."""
+    one = run("experiment=single_pendulum")[0]
+    error = one.rms("joint_position", after=True)
+    only = {c.candidate.label for c in one.answer.claims} == {"joint_friction (viscous)"}
+    return [
+        _line("pendulum: viscous accepted, Coulomb rejected", only, sorted(named(one))),
+        _line("pendulum: test <= 0.013 rad", error <= 0.013, f"{error:.5f}"),
+    ]
+
+
+def flume() -> list[Line]:
+    """Added mass and radiation damping as a pair."""
+    one = run("experiment=flume_heave")[0]
+    experiment = one.search.judge.experiment
+    errors = [
+        abs(
+            float(
+                experiment.cases[k].measured["heave_response"][0, 0]
+                - one.rungs[-1].predicted[k]["heave_response"][0, 0]
+            )
+        )
+        for k in experiment.unseen
+    ]
+    pair = named(one) == {"added_mass", "radiation_damping"}
+    median = float(np.median(errors))
+    return [
+        _line("flume: added mass and radiation damping", pair, sorted(named(one))),
+        _line("flume: median response error <= 0.06", median <= 0.06, f"{median:.4f}"),
+    ]
+
+
+SETS: dict[str, Callable[[], list[Line]]] = {
+    "balls": balls,
+    "impack": impack,
+    "glider": glider,
+    "crazyflie": crazyflie,
+    "pendulum": pendulum,
+    "flume": flume,
+}
+
+
+def main() -> int:
+    """Print every line with its figure; the exit code counts those that are not reached."""
+    missed = 0
+    for name in sys.argv[1:] or SETS:
+        for line in SETS[name]():
+            missed += not line.reached
+            print(f"{'reached' if line.reached else 'MISSED '}  {line.what}: {line.figure}")
+    return missed
+
+
+if __name__ == "__main__":
+    sys.exit(main())

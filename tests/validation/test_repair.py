@@ -1,0 +1,239 @@
+"""A found effect is added, verified on a flight that no fit saw, and withdrawn when it is wrong."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from seals.cli.main import main
+from seals.config.overlay import load_overlay, read_overlay
+from seals.diagnose.linearise import predict
+from seals.diagnose.problem import Problem, prepare
+from seals.diagnose.windows import window_rows
+from seals.logs.native import read_native
+from seals.repair.ladder import rungs_of
+from seals.repair.misfit import Misfit, Yardstick, measure, yardstick
+from seals.repair.model import Model, nominal
+
+ROOT = Path(__file__).parents[2]
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
+
+from tests.validation.hidden import (  # noqa: E402
+    batch,
+    cases,
+    equivalents,
+    references,
+    writing,
+)
+
+SECONDS = 4.0
+SEED = 3
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three flights of one quadrotor: two in the same hidden wind, one in none."""
+    folder = tmp_path_factory.mktemp("flights")
+    spec = cases.Spec("quad", "clear", "sines", ["wind"], (SEED, 0))
+    kept = cases.SECONDS["quad"]
+    cases.SECONDS["quad"] = SECONDS
+    try:
+        made = [cases.build(spec), cases.build(spec), cases.build(replace(spec, effects=[]))]
+        for k, case in enumerate(made[1:], start=1):
+            rng = np.random.default_rng(100 + k)
+            case.wanted = references.draw("quad", "sines", rng, SECONDS)
+        flight = batch.Flight(made, SEED)
+        equivalents.settle(flight)
+        readings = flight.readings()
+        for name, k in (("windy", 0), ("windy_too", 1), ("calm", 2)):
+            writing.write(folder / name, flight, k, readings)
+    finally:
+        cases.SECONDS["quad"] = kept
+    truth = yaml.safe_load((folder / "windy" / "truth.yaml").read_text(encoding="utf-8"))
+    parameters = {
+        name: {"value": p["value"], "low90": p["value"] - 0.1, "high90": p["value"] + 0.1}
+        for name, p in truth["effects"][0]["parameters"].items()
+    }
+    answer = {
+        "verdict": "named",
+        "effects": [{"name": "wind", "confidence": 0.98, "parameters": parameters}],
+        "log": {"path": str(folder / "windy")},
+    }
+    (folder / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(flights: Path) -> Path:
+    """The model that the diagnosis becomes."""
+    words = [f"diagnosis={flights}", "name=windy_model", f"folder={flights / 'models'}"]
+    assert main(["add", *words]) == 0
+    return flights / "models" / "windy_model.yaml"
+
+
+@pytest.fixture
+def own(model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the model that a test may spoil, in a working directory of its own."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "models").mkdir()
+    return Path(shutil.copy(model, tmp_path / "models" / "mine.yaml"))
+
+
+def verified(tmp_path: Path, *words: str) -> tuple[int, dict[str, object]]:
+    """Exit code and result of one verification."""
+    code = main(["verify", "model=mine", f"out={tmp_path / 'out'}", *words])
+    return code, json.loads((tmp_path / "out" / "verify.json").read_text(encoding="utf-8"))
+
+
+def test_the_model_says_what_was_found_and_where_it_comes_from(flights: Path, model: Path) -> None:
+    """Values lie near the truth; intervals, nominal values and provenance are there."""
+    truth = yaml.safe_load((flights / "windy" / "truth.yaml").read_text(encoding="utf-8"))
+    found = yaml.safe_load(model.read_text(encoding="utf-8"))
+    for name, p in truth["effects"][0]["parameters"].items():
+        assert found["effects"]["wind"][name] == pytest.approx(p["value"], abs=1e-4)
+        low, high = found["intervals"]["wind"][name]
+        assert low < p["value"] < high
+    assert found["nominal"]["mass.mass"]["sd"] > 0.0
+    origin = found["provenance"]
+    assert origin["confidence"] == {"wind": 0.98}
+    assert len(origin["log_sha256"]) == len(origin["diagnosis_sha256"]) == 64
+    assert origin["vehicle"] == "quad"
+
+
+def test_the_error_falls_to_the_floor_on_an_unseen_flight(
+    flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the real simulator, on a flight that no fit saw, the error falls to the noise floor."""
+    log = f"log={flights / 'windy_too'}"
+    code, found = verified(tmp_path, log, f"older=[{flights / 'windy'}]")
+    assert code == 0
+    assert found["verdict"] == "confirmed"
+    levels = [rung["misfit"] for rung in found["rungs"]]  # type: ignore[attr-defined,index]
+    assert levels[0] > levels[1] > 2.0
+    assert levels[2] == pytest.approx(1.0, abs=0.1)
+    plain = [rung["rms"]["position"]["1"] for rung in found["rungs"]]  # type: ignore[attr-defined]
+    floor = found["noise_floor"]["rms"]["position"]["1"]  # type: ignore[index]
+    assert plain[0] > 10.0 * floor
+    assert 0.4 * floor < plain[2] < 2.5 * floor
+    assert (tmp_path / "out" / "ladder.png").stat().st_size > 5000
+    said = capsys.readouterr().out
+    assert "never fitted" in said
+    assert "Older log windy: better" in said
+    assert "withdrawn" not in own.read_text(encoding="utf-8")
+
+
+def test_the_log_of_the_fit_confirms_nothing(
+    flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Verifying on the very log of the fit says so."""
+    code, found = verified(tmp_path, f"log={flights / 'windy'}")
+    assert (code, found["verdict"], found["used_in_fit"]) == (0, "used_in_fit", True)
+    assert "used in the fit" in capsys.readouterr().out
+
+
+def test_a_wrong_effect_is_withdrawn(
+    flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Wind from the wrong side raises the error: exit code 14, and the model is refused later."""
+    raw = yaml.safe_load(own.read_text(encoding="utf-8"))
+    wind = raw["effects"]["wind"]
+    for name in ("velocity_x", "velocity_y"):
+        wind[name] = -wind[name]
+    own.write_text("# mine\n" + yaml.safe_dump(raw), encoding="utf-8")
+    log = f"log={flights / 'windy_too'}"
+    code, found = verified(tmp_path, log)
+    assert (code, found["verdict"]) == (14, "withdrawn")
+    assert "Withdrawn: on windy_too the error" in capsys.readouterr().out
+    text = own.read_text(encoding="utf-8")
+    assert text.startswith("# mine")
+    assert text.count("\nwithdrawn:") == 1
+    assert main(["verify", "model=mine", log]) == 2
+    assert main(["run", "robot=ball", "+model=mine", "time.duration=0.01"]) == 2
+    assert "force=true" in capsys.readouterr().err
+    assert main(["run", "robot=ball", "+model=mine", "time.duration=0.01", "force=true"]) == 0
+
+
+def test_an_older_log_must_not_get_worse(flights: Path, own: Path, tmp_path: Path) -> None:
+    """A wind that did not blow in an older flight is a regression there."""
+    words = (f"log={flights / 'windy_too'}", f"older=[{flights / 'calm'}]")
+    code, found = verified(tmp_path, *words)
+    assert code == 14
+    assert found["older"][0]["regression"] is True  # type: ignore[index]
+    assert "calm" in str(found["reason"])
+
+
+def test_a_choice_and_a_base_are_written_down(
+    flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One of an ambiguous set on the user's own judgement, on top of a model that stays."""
+    answer = json.loads((flights / "diagnosis.json").read_text(encoding="utf-8"))
+    (tmp_path / "diagnosis.json").write_text(json.dumps({**answer, "verdict": "ambiguous"}))
+    base = "effects:\n  tail: {effect: linear_drag, medium: air, coefficient_x: 0.1}\n"
+    (tmp_path / "models" / "base.yaml").write_text(base, encoding="utf-8")
+    words = ["add", "diagnosis=.", "choose=wind"]
+    assert main([*words, "base=base", "name=both"]) == 0
+    both = yaml.safe_load((tmp_path / "models" / "both.yaml").read_text(encoding="utf-8"))
+    assert list(both["effects"]) == ["tail", "wind"]
+    assert both["provenance"]["chosen"].startswith("wind, picked by the user")
+    assert both["provenance"]["base"]["name"] == "base"
+    assert main([*words, "base=mine", "name=twice"]) == 2
+    assert "would act twice" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def problem(flights: Path) -> Problem:
+    """The first flight made ready."""
+    return prepare(read_native(flights / "windy"))
+
+
+def in_the_twin(model: Model, ruler: Yardstick) -> float:
+    """Misfit per degree of freedom by the twin's one-step predictions in the same windows."""
+    windows, problem = ruler.windows(model), ruler.problem
+    plant, timing = model.tangent(ruler.samples, parts=problem.plant.parts)
+    prediction = predict(plant, problem.fitter.course, timing)
+    whitened = windows.whiten(windows.residual(prediction)[:, :, None])
+    return float(whitened.product(whitened).sum()) / windows.observed
+
+
+def by_both(problem: Problem, model: Model, seconds: float) -> tuple[float, float]:
+    """Misfit of a model in windows of some length, by the simulator and by the twin."""
+    whole = yardstick(problem, [model])
+    rows = window_rows(problem.samples, seconds, whole.skip)
+    ruler = replace(whole, rows=rows, length=seconds)
+    found: Misfit = measure(model, ruler)
+    return found.level, in_the_twin(model, ruler)
+
+
+def test_the_simulator_leaves_what_the_twin_leaves(problem: Problem, model: Path) -> None:
+    """Whole model, windows of a second: the misfits agree within one per cent."""
+    whole = rungs_of(problem, read_overlay(load_overlay(model)))[-1]
+    # sensors' errors belong to the readings, which the twin makes elsewhere
+    mute = {n: e for n, e in whole.vehicle.effects.items() if not hasattr(e, "measure")}
+    bare = replace(whole, vehicle=replace(whole.vehicle, effects=mute))
+    simulated, twin = by_both(problem, bare, 1.0)
+    assert simulated == pytest.approx(twin, rel=0.01)
+
+
+def test_the_nominal_model_too_while_its_errors_are_small(problem: Problem) -> None:
+    """Nominal model, windows of a fifth of a second: within three per cent, far off the floor."""
+    simulated, twin = by_both(problem, nominal(problem.vehicle), 0.2)
+    assert simulated > 1.5
+    assert simulated == pytest.approx(twin, rel=0.03)
+
+
+def test_an_error_in_the_simulator_would_be_seen(problem: Problem) -> None:
+    """Three per cent of thrust more, in the simulator alone, moves the misfit."""
+    model = nominal(problem.vehicle)
+    more = model.changed(
+        "more", {"thrust_coefficient.relative_change": 0.03}, problem.plant.library
+    )
+    simulated, twin = by_both(problem, more, 0.2)[0], by_both(problem, model, 0.2)[1]
+    assert abs(simulated / twin - 1.0) > 0.05

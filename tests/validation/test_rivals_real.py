@@ -1,0 +1,107 @@
+"""Names of what is missing on measurements that nobody here made, against the lines to reach."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seals.compare.application import read_logs, settings_of
+from seals.config.compose import compose
+from seals.rivals.diagnosis import RunsDiagnosis, diagnose_runs
+
+pytestmark = pytest.mark.validation
+DRAGS = {"linear_drag", "quadratic_drag"}
+LIGHT = (
+    *("blue_basketball", "green_basketball", "volleyball", "whiffle_ball_1"),
+    *("whiffle_ball_2", "yellow_whiffle_ball", "orange_whiffle_ball"),
+)
+
+
+def diagnoses(*overrides: str) -> list[RunsDiagnosis]:
+    """Diagnose an experiment of real measurements."""
+    settings = settings_of(compose(list(overrides), root="compare"))
+    return diagnose_runs(settings, read_logs(settings))
+
+
+def named(one: RunsDiagnosis) -> set[str]:
+    """Effects that could not be another."""
+    return {c.candidate.label for c in one.answer.claims if not c.rivals}
+
+
+def claimed(one: RunsDiagnosis) -> set[str]:
+    """Effects that are named or could stand in the place of one."""
+    return {c.candidate.label for c in (*one.answer.claims, *one.answer.others)}
+
+
+def test_a_tennis_ball_lacks_drag_and_a_bowling_ball_nothing(measurements: None) -> None:
+    """Two drops show drag, not its law; the bowling ball's drops show none."""
+    found = diagnoses("experiment=falling_balls", "only=[tennis_ball,bowling_ball]")
+    bowling, tennis = sorted(found, key=lambda d: d.name)
+    assert bowling.answer.verdict.value == "nothing_missing"
+    assert tennis.answer.verdict.value == "ambiguous"
+    assert claimed(tennis) == DRAGS
+    assert tennis.rms("position", after=True) < 0.5 * tennis.rms("position", after=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ball", LIGHT)
+def test_every_light_ball_lacks_drag(ball: str, measurements: None) -> None:
+    """Drag of an undecided law."""
+    (one,) = diagnoses("experiment=falling_balls", f"only=[{ball}]")
+    assert claimed(one) == DRAGS
+    assert one.answer.verdict.value == "ambiguous"
+
+
+@pytest.mark.slow
+def test_the_ship_section_lacks_two_effects_together(measurements: None) -> None:
+    """Added mass and radiation damping; the median error of unseen responses is below 0.06."""
+    (one,) = diagnoses("experiment=flume_heave")
+    assert named(one) == {"added_mass", "radiation_damping"}
+    experiment = one.search.judge.experiment
+    channel = "heave_response"
+    errors = [
+        abs(experiment.cases[k].measured[channel] - one.rungs[-1].predicted[k][channel]).item()
+        for k in experiment.unseen
+    ]
+    assert float(np.median(errors)) <= 0.06
+
+
+@pytest.mark.slow
+def test_two_speeds_of_entry_show_slamming_and_drag(measurements: None) -> None:
+    """Fitted at 2 and 6 m/s, the error at 4 m/s is below 2.8 m/s^2."""
+    (one,) = diagnoses("experiment=impack_entry")
+    assert {"slamming", "quadratic_drag"} <= named(one)
+    assert one.rms("specific_force", after=True) <= 2.8
+
+
+@pytest.mark.slow
+def test_one_speed_of_entry_cannot_tell_drag_from_buoyancy(measurements: None) -> None:
+    """The words say so, and what to do."""
+    options = ("train=[4mps_sphere_*]", "held_out=[2mps_sphere_1]")
+    (one,) = diagnoses("experiment=impack_entry", *options)
+    words = " ".join(one.answer.reasons)
+    assert "buoyancy" in words
+    assert "drag" in words
+    assert "drop at another speed" in words
+
+
+@pytest.mark.slow
+def test_the_pendulum_lacks_viscous_friction_alone(measurements: None) -> None:
+    """Coulomb friction is rejected on held-out swings."""
+    (one,) = diagnoses("experiment=single_pendulum")
+    assert claimed(one) == {"joint_friction (viscous)"}
+    assert one.rms("joint_position", after=True) <= 0.013
+
+
+@pytest.mark.slow
+def test_the_glider_lacks_lift(measurements: None) -> None:
+    """Lift is named, though the fitted depth rate hardly moves."""
+    (one,) = diagnoses("experiment=slocum_glider")
+    assert "lift" in claimed(one)
+
+
+@pytest.mark.slow
+def test_the_crazyflie_lacks_rotor_lag(measurements: None) -> None:
+    """A lag of 0.05 to 0.08 s is the best answer."""
+    (one,) = diagnoses("experiment=crazyflie_thrust")
+    assert one.answer.claims[0].candidate.label == "rotor_lag"
