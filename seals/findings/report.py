@@ -190,10 +190,9 @@ def _overlay(diagnosis: Diagnosis, after: Hypothesis, most: int) -> list[Block]:
 
 def _wrench(diagnosis: Diagnosis, after: Hypothesis, missing: Localisation) -> list[Block]:
     """The missing wrench over time, what is known of it in words, and its size by condition."""
-    problem, nominal = diagnosis.problem, diagnosis.search.nominal
+    problem = diagnosis.problem
     then = localise(problem, after).residual if after.candidates else None
-    windows = nominal.fitter.windows.rows
-    blocks = wrench_blocks(problem, missing.residual, then, windows=windows)
+    blocks = wrench_blocks(problem, missing.residual, then)
     if missing.signature.sentences:
         blocks.insert(0, Paragraph(text=" ".join(missing.signature.sentences)))
     law = missing.formula

@@ -12,7 +12,6 @@ from seals.arrays import Floats
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.linearise import predict
 from seals.diagnose.windows import Windows
-from seals.errors import SealsError
 from seals.frames import exponential, matrix_of, multiply
 from seals.logs.channels import unit_of
 
@@ -55,9 +54,12 @@ def tracks(before: Hypothesis, after: Hypothesis) -> tuple[Track, ...]:
     """Return all components, the one that the model before explains worst first."""
     windows = before.fitter.windows
     first, spread = restarted(before)
-    last = first if after is before else restarted(after)[0]
-    if last.shape != first.shape:
-        raise SealsError("The models before and after must share the windows of the log.")
+    last = first
+    if after is not before:
+        # the windows may differ: the rows of the log are common
+        whole = np.full((windows.samples.rows, first.shape[2]), np.nan)
+        whole[after.fitter.windows.rows] = restarted(after)[0]
+        last = whole[windows.rows]
     if "orientation" in windows.channel_of:
         turned, at = windows.samples.channels["orientation"][windows.rows], _columns(windows)
         first[:, :, at] = attitude(turned, first[:, :, at])

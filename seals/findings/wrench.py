@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,20 +31,16 @@ _AXES = (
 )
 
 
-def wrench_blocks(
-    problem: Problem, before: Residual, after: Residual | None, *, windows: NDArray[np.int64]
-) -> list[Block]:
+def wrench_blocks(problem: Problem, before: Residual, after: Residual | None) -> list[Block]:
     """Return the missing wrench, one component at a time, the loudest first.
 
     Args:
         problem: the log.
         before: what the model before lacks.
         after: what the model after lacks; None when nothing was added.
-        windows: rows of the windows, shape (W, K).
     """
-    rows = log_rows(problem, before.time, windows)
-    time, run = plot_time(problem)[rows], run_numbers(problem)[rows]
-    wet = regime_names(problem, rows)
+    first = _placed(problem, before)
+    then = None if after is None else (after, _placed(problem, after))
     loud = {k: _loudness(before, k) for k in range(6)}
     options: dict[str, Sequence[Block]] = {}
     for k in sorted(loud, key=lambda k: -loud[k]):
@@ -51,24 +48,30 @@ def wrench_blocks(
         chart = Chart(
             title=f"Missing {name}",
             y_label=f"{name} [{unit}]",
-            series=tuple(_lines(k, time, wet, before, after, ends=_ends(run))),
+            series=tuple(_lines(k, before, first, then)),
             marks=(Mark(at=0.0, label="", level=True),),
             single=True,
         )
         options[f"{name}: {loud[k]:.2g} × its doubt"] = (chart,)
     return [
         Choice(label="Axis, loudest first:", options=options),
-        Paragraph(text=_caption(wet, after), tone="caption"),
+        Paragraph(text=_caption(first.regime, after), tone="caption"),
     ]
 
 
-def log_rows(problem: Problem, time: Floats, windows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Rows of the log nearest to points in time that run window by window."""
+def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
+    """Rows of the log nearest to points in time that go through it run by run."""
     samples = problem.samples
-    each = time.reshape(len(windows), -1)
-    first = windows[:, :1]
-    steps = np.round((each - samples.time[first]) / samples.step).astype(np.int64)
-    rows: NDArray[np.int64] = (first + np.clip(steps, 0, windows.shape[1] - 1)).ravel()
+    first, last = np.array(samples.runs).T
+    begin = samples.time[first]
+    if (begin[1:] > samples.time[last - 1][:-1]).all():
+        run = np.searchsorted(begin, time + 0.5 * samples.step) - 1
+    else:
+        # clocks overlap: a new run begins where time jumps back
+        run = np.concatenate([[0], np.cumsum(np.diff(time) < 0.0)])
+    run = np.clip(run, 0, len(first) - 1)
+    steps = np.round((time - begin[run]) / samples.step).astype(np.int64)
+    rows: NDArray[np.int64] = np.clip(first[run] + steps, first[run], last[run] - 1)
     return rows
 
 
@@ -80,9 +83,27 @@ def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
     return np.where(share < _DRY, "air", np.where(share > _WET, "water", "entry"))
 
 
-def _ends(run: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Last point of every run but the last one: there the lines have a gap."""
-    return np.flatnonzero(np.diff(run))
+@dataclass(frozen=True, kw_only=True)
+class _Places:
+    """Points that are drawn: which, when, in which regime, and whether a run ends there."""
+
+    keep: NDArray[np.int64]
+    time: Floats
+    regime: NDArray[np.str_]
+    last: NDArray[np.bool_]
+
+
+def _placed(problem: Problem, found: Residual) -> _Places:
+    """Choose the points of a wrench that are drawn; the last one of every run is among them."""
+    rows = log_rows(problem, found.time)
+    ends = np.flatnonzero(np.diff(run_numbers(problem)[rows]))
+    keep = np.union1d(thinned(len(rows)), ends).astype(np.int64)
+    return _Places(
+        keep=keep,
+        time=plot_time(problem)[rows[keep]],
+        regime=regime_names(problem, rows[keep]),
+        last=np.isin(keep, ends),
+    )
 
 
 def _loudness(found: Residual, k: int) -> float:
@@ -99,32 +120,25 @@ def _component(found: Residual, k: int) -> tuple[Floats, Floats]:
 
 
 def _lines(
-    k: int,
-    time: Floats,
-    wet: NDArray[np.str_],
-    before: Residual,
-    after: Residual | None,
-    *,
-    ends: NDArray[np.intp],
+    k: int, before: Residual, at: _Places, after: tuple[Residual, _Places] | None
 ) -> list[Series]:
     """The component before, a line for each regime, the one after, and the stated gusts."""
-    keep = np.union1d(thinned(len(time)), ends)
-    x, where = time[keep], wet[keep]
-    last = np.isin(keep, ends)
-    values, spread = (a[keep] for a in _component(before, k))
+    x, last = at.time, at.last
+    values, spread = (a[at.keep] for a in _component(before, k))
     out = []
     for name, colour in REGIMES.items():
-        inside = where == name
+        inside = at.regime == name
         # a line reaches to the next point, so that colours join
         reach = inside | np.concatenate([[False], inside[:-1] & ~last[:-1]])
         if inside.any():
             y = np.where(reach & ~last, values, np.nan)
             label = name if after is None else f"before, {name}"
             out.append(Series(name=label, x=x, y=y, colour=colour, band=2.0 * spread))
-    if after is not None and len(after.time) == len(time):
-        values, spread = (a[keep] for a in _component(after, k))
-        y = np.where(last, np.nan, values)
-        out.append(Series(name="after", x=x, y=y, colour=_AFTER, band=2.0 * spread))
+    if after is not None:
+        found, own = after
+        values, spread = (a[own.keep] for a in _component(found, k))
+        y = np.where(own.last, np.nan, values)
+        out.append(Series(name="after", x=own.time, y=y, colour=_AFTER, band=2.0 * spread))
     gust = float(before.gust[k // 3])
     if gust > 0.0:
         x = np.array([x.min(), x.max(), np.nan, x.min(), x.max()])

@@ -78,6 +78,7 @@ def read_answer(where: str | Path, *, choose: str | None = None) -> Finding:
             "Only the effects of a named or ambiguous answer can be added."
         )
     log = raw.get("log") or {}
+    first = str(effects[0]["name"]) if effects else None
     return Finding(
         file=path,
         effects=_chosen(effects, verdict, choose),
@@ -85,7 +86,8 @@ def read_answer(where: str | Path, *, choose: str | None = None) -> Finding:
         chosen=choose is not None,
         log=str(log.get("path") or ""),
         sha256=str(log.get("sha256") or ""),
-        nominal=raw.get("nominal") or {},
+        # the nominal values of an answer are those beside its first effect
+        nominal=(raw.get("nominal") or {}) if choose in (None, first) else {},
     )
 
 

@@ -110,7 +110,7 @@ def _reason(overlay: Overlay, ladder: Ladder, older: Sequence[Ladder]) -> str:
         )
     if ladder.edge is not None and ladder.alone is not None and ladder.edge.value <= 0.0:
         return (
-            f"on {ladder.name} calibrated nominal values alone, within their tolerances, "
+            f"on {ladder.name} calibrated nominal values alone, priced by their tolerances, "
             f"do as well ({ladder.alone.level:.3g} against {after:.3g})"
         )
     for old in older:
@@ -143,6 +143,11 @@ def sentences(found: Verification) -> list[str]:
         lines.append(
             f"{ladder.last.level:.3g} is not yet the floor: something is missing still, or the "
             "effect is a near relation of the true one."
+        )
+    if ladder.alone is not None:
+        lines.append(
+            f"Calibrated without the effects, the nominal model reaches {ladder.alone.level:.3g} "
+            "here: where that is as low, only the tolerances speak for the effects."
         )
     for old in found.older:
         verb = "worse" if old.regression else "better" if old.total.certain else "no worse"

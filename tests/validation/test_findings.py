@@ -21,6 +21,7 @@ from seals.findings.started import attitude, tracks
 from seals.findings.table import NAMED, REJECTED, UNTRIED, ranking, short_table
 from seals.findings.tolerances import moved
 from seals.findings.words import headline, next_steps
+from seals.findings.wrench import log_rows
 from seals.logs.log import Log
 from seals.logs.native import read_native
 
@@ -192,6 +193,13 @@ def test_a_quiet_answer_offers_no_command(windy: tuple[Diagnosis, Log]) -> None:
     assert headline(quiet, data).startswith("Nothing is missing")
     assert next_steps(quiet, data, None, Path("out"))[1] == ""
     assert {e.status for e in ranking(quiet)} <= {REJECTED, UNTRIED}
+
+
+def test_points_in_time_find_their_rows(windy: tuple[Diagnosis, Log]) -> None:
+    """Every second row's time leads back to that row."""
+    problem = windy[0].problem
+    rows = np.arange(0, problem.samples.rows, 2)
+    assert log_rows(problem, problem.samples.time[rows]).tolist() == rows.tolist()
 
 
 def test_attitude_residuals_are_differences_of_angles() -> None:
