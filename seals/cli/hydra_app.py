@@ -37,9 +37,14 @@ def compare(arguments: list[str]) -> int:
 
 
 def diagnose(arguments: list[str]) -> int:
-    """Diagnose: compose, then hand over to ``seals.diagnose.application``."""
+    """Diagnose: compose, then hand over to ``seals.findings.application``.
+
+    The runs of an experiment are those that ``seals compare`` takes.
+    """
     # many small matrices: threads inside the linear algebra only get into each other's way
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if any(word.partition("=")[0] == "experiment" for word in arguments):
+        return launch("compare", arguments, _runs_task)
     return launch("diagnose", arguments, _diagnose_task)
 
 
@@ -165,8 +170,15 @@ def _compare_task(config: Any) -> int | None:
     return result
 
 
+def _runs_task(config: Any) -> int | None:
+    from seals.rivals.application import execute
+
+    result: int | None = execute(config)
+    return result
+
+
 def _diagnose_task(config: Any) -> int | None:
-    from seals.diagnose.application import execute
+    from seals.findings.application import execute
 
     result: int | None = execute(config)
     return result

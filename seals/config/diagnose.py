@@ -16,6 +16,8 @@ class DiagnoseSettings:
         reader: plug-in that reads the log.
         out: folder of the answer, or None for the run's folder.
         processes: that share the work; 0 for one per core.
+        plan: whether to look for the flight that would settle what stays open.
+        report: whether to write the page.
     """
 
     name: str = "diagnose"
@@ -23,3 +25,5 @@ class DiagnoseSettings:
     reader: Any = None
     out: str | None = None
     processes: int = 0
+    plan: bool = True
+    report: bool = True

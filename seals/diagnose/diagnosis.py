@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,6 +37,7 @@ class Diagnosis:
             ``noise_floor``.
         seconds: that it took.
         source: path and checksum of the log, when it came from a file.
+        next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
     """
 
     problem: Problem
@@ -45,6 +46,7 @@ class Diagnosis:
     held_out: Mapping[str, float]
     seconds: float
     source: Mapping[str, str] = field(default_factory=dict)
+    next_experiment: Mapping[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnosis in the form of ``diagnosis.json``."""
@@ -61,7 +63,7 @@ class Diagnosis:
             "verdict": answer.verdict.value,
             "effects": effects,
             "ambiguous_with": sets,
-            "next_experiment": None,
+            "next_experiment": self.next_experiment,
             "held_out_error": dict(self.held_out),
             "explained": answer.explained,
             "left_over": {"level": answer.unrest.level, "gain": answer.unrest.gain},
@@ -79,6 +81,15 @@ class Diagnosis:
             for h in (self.search.rounds[0] if self.search.rounds else ())
         ]
 
+    def known(self) -> dict[str, dict[str, float]]:
+        """Fitted values of every effect that was tried, by name and factor."""
+        out: dict[str, dict[str, float]] = {}
+        chosen = [c.hypothesis for c in self.answer.claims]
+        for h in (*chosen, *(self.search.rounds[0] if self.search.rounds else ())):
+            for c in h.candidates:
+                out.setdefault(c.name, {k: h.fit.values[k] for k in c.all_keys})
+        return out
+
     def nominal(self) -> dict[str, dict[str, float]]:
         """Nominal values that were fitted alongside, as changes within their tolerances."""
         hypothesis = self.hypothesis
@@ -95,19 +106,24 @@ class Diagnosis:
         return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
 
-def diagnose(log: Log, *, processes: int = 1) -> Diagnosis:
+def diagnose(
+    log: Log, *, processes: int = 1, tell: Callable[[int], None] | None = None
+) -> Diagnosis:
     """Name what the model of a log is missing.
 
     Args:
         log: in the native format, with all of ``meta.yaml``.
         processes: that share the fits.
+        tell: called with the number of stages done.
 
     Raises:
         LogError: the log cannot be used.
     """
     begin = time.perf_counter()
+    say = tell or (lambda stage: None)
     problem = prepare(log)
-    found = search(problem, processes=processes)
+    say(1)
+    found = search(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = judge(problem, found)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {

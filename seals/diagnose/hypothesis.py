@@ -10,8 +10,10 @@ import numpy as np
 from seals.diagnose.factors import Candidate, Library
 from seals.diagnose.fit import Fit, Fitter
 
-TRACE = 0.04
+TRACE = 0.02
 """Share of a plausible effect below which one is a trace."""
+RESISTING = ("rotor_drag", "angular_drag", "linear_drag", "quadratic_drag")
+"""Effects that a slightly different law of another drag looks like: twice the trace."""
 BEYOND = 2.0
 """Tolerances that a missing effect must exceed."""
 
@@ -99,4 +101,5 @@ def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
             tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / factor.scale)
     exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
-    return plausible > TRACE if exact else tolerated > BEYOND
+    trace = 2.0 * TRACE if candidate.name in RESISTING else TRACE
+    return plausible > trace if exact else tolerated > BEYOND

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from seals.diagnose.factors import Candidate
@@ -24,11 +24,11 @@ HOPELESS, HOPELESS_BESIDE = 5.0, 14.0
 """Linear gain below which a full fit cannot pay, alone and beside other effects."""
 _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
-THRESHOLD = 12.0
+THRESHOLD = 10.0
 """Score above which an effect is taken to be there."""
-ROUGH = 8.0
+ROUGH = 14.0
 """More of it where a hull pierces the surface: its laws are good to a few per cent only."""
-FURTHER = 8.0
+FURTHER = 10.0
 """More of it for every further effect: what a loud one leaves over is easily taken for another."""
 RIVALS = 3
 """Effects that are tried in the place of each one that was found."""
@@ -58,13 +58,20 @@ class Search:
     rounds: tuple[tuple[Hypothesis, ...], ...] = field(default=())
 
 
-def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1) -> Search:
+def search(
+    problem: Problem,
+    *,
+    threshold: float = THRESHOLD,
+    processes: int = 1,
+    tell: Callable[[int], None] = lambda rounds: None,
+) -> Search:
     """Add effects one at a time while they pay, then see whether any can be exchanged.
 
     Args:
         problem: the log made ready.
         threshold: score that every effect must add.
         processes: that share the fits.
+        tell: called with the number of rounds done.
     """
     nominal = settled(problem)
     fitter = nominal.fitter
@@ -73,6 +80,7 @@ def search(problem: Problem, *, threshold: float = THRESHOLD, processes: int = 1
     for _ in range(MOST):
         tried = extensions(problem, nominal, best, processes=processes)
         rounds.append(tried)
+        tell(len(rounds))
         tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
         if not tried or tried[0].score < best.score + asked:

@@ -102,6 +102,7 @@ class Answer:
         explained: share of the misfit that the claims explain.
         excitation: expected gain by candidate.
         reasons: in words.
+        blind: effects that the log could not show.
     """
 
     verdict: Verdict
@@ -110,6 +111,7 @@ class Answer:
     explained: float
     excitation: Mapping[str, float] = field(default_factory=dict)
     reasons: tuple[str, ...] = ()
+    blind: tuple[str, ...] = ()
 
 
 def judge(problem: Problem, search: Search) -> Answer:
@@ -187,7 +189,13 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
     return Answer(
-        verdict=verdict, claims=(), unrest=left, explained=1.0, excitation=gains, reasons=(words,)
+        verdict=verdict,
+        claims=(),
+        unrest=left,
+        explained=1.0,
+        excitation=gains,
+        reasons=(words,),
+        blind=tuple(blind),
     )
 
 

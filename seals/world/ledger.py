@@ -59,7 +59,7 @@ class Ledger:
         return row
 
     def write(self, row: Floats, effect: str, rows: Any, wrench: Wrench) -> None:
-        """Write one effect's wrench into a row.
+        """Add one effect's wrench to a row; an effect may push by more than one hook.
 
         Args:
             row: from `open_row`.
@@ -70,9 +70,9 @@ class Ledger:
         target = row[self._index[effect]]
         picked = slice(None) if rows is None else rows
         if wrench.force is not None:
-            target[picked, :3] = wrench.force
+            target[picked, :3] += wrench.force
         if wrench.torque is not None:
-            target[picked, 3:] = wrench.torque
+            target[picked, 3:] += wrench.torque
 
     def rewind(self, rows: int) -> None:
         """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""
