@@ -6,11 +6,17 @@ SHELL := bash
 .DEFAULT_GOAL := help
 .PHONY: help demo test validate lint clean
 
-# The jobs of the demonstration, one a line, in order; the last prints where the report is.
-# A job behind '?' needs a measurement: without network and offline folder it says so and is left out.
+# The jobs of the demonstration, one a line, in order.
+# A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
+# says so and is left out.
+# A job behind '=N' must end with exit code N: a diagnosis that names an effect ends with 10.
+LOOP = runs/demo
 define DEMO_JOBS
 seals run experiment=drop_test
 ? seals compare experiment=falling_balls only=[tennis_ball,volleyball,whiffle_ball_1,bowling_ball]
+=10 seals diagnose log=hidden_effect/flight_a out=$(LOOP)
+seals add diagnosis=$(LOOP) name=my_model folder=$(LOOP) replace=true
+seals verify log=hidden_effect/flight_b model=$(LOOP)/my_model.yaml out=$(LOOP)
 endef
 export DEMO_JOBS
 
@@ -32,9 +38,16 @@ help:
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
-		[ -n "$$job" ] || continue; need="$${job%%[!?]*}"; job="$${job#\? }"; echo; echo "\$$ $$job"; \
-		PATH="$$PWD/.venv/bin:$$PATH" $$job </dev/null || [ -n "$$need" -a $$? = 2 ]; \
+		[ -n "$$job" ] || continue; mark=; allowed=0; \
+		case "$$job" in "? "*|=*) mark="$${job%% *}"; job="$${job#* }";; esac; \
+		case "$$mark" in =*) allowed="$${mark#=}";; esac; \
+		echo; echo "\$$ $$job"; code=0; \
+		PATH="$$PWD/.venv/bin:$$PATH" $$job </dev/null || code=$$?; \
+		[ $$code = $$allowed ] || [ "$$mark" = "?" -a $$code = 2 -a -z "$$SEALS_DATA" ] || \
+			{ echo "make demo: '$$job' ended with exit code $$code instead of $$allowed." >&2; exit 1; }; \
 	done <<< "$$DEMO_JOBS"
+	@echo "$(LOOP)/ladder.png: the error ladder as a picture"
+	@echo "$(LOOP)/report.html: the report of the diagnosis"
 
 .venv/installed: pyproject.toml setup.py constraints/py310.txt constraints/py311.txt
 	@python=$$($(FIND_PYTHON)); venv=.venv; \

@@ -38,6 +38,10 @@ class LogError(SealsError):
     """A measured log, or a data set, cannot be used."""
 
 
+class NotFitted(SealsError, AttributeError):
+    """A learned value was asked for before anything was learned."""
+
+
 class RobotError(SealsError):
     """A robot description (URDF, mesh, robot.yaml) cannot be used."""
 

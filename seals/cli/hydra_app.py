@@ -158,6 +158,19 @@ def _run_task(config: Any) -> int | None:
     return result
 
 
+def _place_logs(config: Any) -> None:
+    """Let a short name stand for a log that comes with the package; refuse a path of nothing."""
+    from omegaconf import open_dict
+
+    from seals.logs.shipped import find_log
+
+    with open_dict(config):
+        if config.get("log") is not None:
+            config.log = str(find_log(str(config.log)))
+        if config.get("older"):
+            config.older = [str(find_log(str(place), key="older")) for place in config.older]
+
+
 def _compare_task(config: Any) -> int | None:
     from seals.config.build import build
     from seals.config.run import build_run
@@ -180,6 +193,7 @@ def _runs_task(config: Any) -> int | None:
 def _diagnose_task(config: Any) -> int | None:
     from seals.findings.application import execute
 
+    _place_logs(config)
     result: int | None = execute(config)
     return result
 
@@ -187,6 +201,7 @@ def _diagnose_task(config: Any) -> int | None:
 def _add_task(config: Any) -> int | None:
     from hydra.core.hydra_config import HydraConfig
 
+    _place_logs(config)
     from seals.repair.application import add as execute
 
     result: int | None = execute(config)
@@ -198,6 +213,7 @@ def _add_task(config: Any) -> int | None:
 def _verify_task(config: Any) -> int | None:
     from seals.repair.application import verify as execute
 
+    _place_logs(config)
     result: int | None = execute(config)
     return result
 
@@ -205,6 +221,7 @@ def _verify_task(config: Any) -> int | None:
 def _plan_task(config: Any) -> int | None:
     from seals.plan.application import execute
 
+    _place_logs(config)
     result: int | None = execute(config)
     return result
 

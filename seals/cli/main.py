@@ -45,23 +45,32 @@ VERBS = {
     "diagnose": Verb(
         target="seals.cli.hydra_app:diagnose",
         summary="name the physical effect that the model of a log is missing",
-        usage="log=FOLDER [out=FOLDER]\n  seals diagnose log=flight_7 out=answer_7\n"
+        usage="log=FOLDER [out=FOLDER] [KEY=VALUE ...], or experiment=NAME\n"
+        "  seals diagnose log=flight_7 out=answer_7\n"
+        "  seals diagnose log=hidden_effect/flight_a     a log that comes with SEALS: find it\n"
+        "  seals diagnose experiment=falling_balls       runs of a published measurement\n\n"
+        "  log         log folder (log.parquet or log.csv, and meta.yaml)\n"
+        "  out         folder of diagnosis.json, report.html and report.json\n"
+        "  plan        false: do not look for the flight that would settle what stays open\n"
+        "  report      false: write diagnosis.json only\n"
+        "  processes   that share the work; 0, the default, for one per core\n\n"
         "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
         "13 cannot tell, 20 bad data",
     ),
     "add": Verb(
         target="seals.cli.hydra_app:add",
         summary="write what a diagnosis found as a model of one's own",
-        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT]\n"
-        "  seals add diagnosis=answer_7 name=my_model\n"
-        "  seals run robot=ball +model=my_model",
+        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT] [replace=true]\n"
+        "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
+        "  seals run robot=ball +model=my_model\n"
+        "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
     ),
     "verify": Verb(
         target="seals.cli.hydra_app:verify",
         summary="try a model on a log that no fit saw, in the real simulator",
         usage="log=FOLDER model=NAME [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
-        "exit code: 0 the error fell, 14 the model is withdrawn",
+        "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
     ),
     "plan": Verb(
         target="seals.cli.hydra_app:plan",
@@ -69,7 +78,8 @@ VERBS = {
         usage="effects=[NAME,NAME] log=FOLDER [out=FOLDER], or diagnosis=FOLDER [out=FOLDER]\n"
         "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
         "  seals plan effects=[quadratic_drag] log=flight_7\n"
-        "  seals plan diagnosis=answer_7",
+        "  seals plan diagnosis=answer_7\n"
+        "exit code: 0 planned, 2 refused",
     ),
     "list": Verb(
         target="seals.cli.listing:list_installed",

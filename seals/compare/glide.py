@@ -66,7 +66,8 @@ def _glides(log: Log, stride: int) -> list[Case]:
     for rows in np.split(np.arange(log.rows), edges):
         if not sense[rows[0]] or rows.size < _SHORTEST:
             continue
-        kept = rows[::stride]
+        # from the middle of a step: the first rows of a glide are the least steady ones
+        kept = rows[stride // 2 :: stride]
         kind = "climb" if sense[kept[0]] > 0 else "dive"
         part = "early" if log.time[kept[0]] < middle else "late"
         measured = {"depth_rate": rate[kept, None]}

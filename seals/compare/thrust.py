@@ -72,19 +72,22 @@ def _stretches(log: Log, stride: int) -> list[Case]:
             passed += len(rows)
             if len(rows) < _SHORTEST:
                 continue
+            # from the middle of a step: stretches begin and end beside collisions
+            kept = rows[stride // 2 :: stride]
             name = f"{part}/{log.name}_{len(out) + 1}"
-            measured = np.full((len(rows[::stride]), 3), np.nan)
-            measured[:, 2] = smooth[rows[::stride]]
+            measured = np.full((len(kept), 3), np.nan)
+            measured[:, 2] = smooth[kept]
             case = bare_case(
                 name,
-                time[rows[::stride]],
+                time[kept],
                 {"specific_force": measured},
                 {"specific_force": np.repeat(sigma, 3)},
                 regime=Regime.air,
             )
             first = max(0, rows[0] - _LEAD)
-            case.given["pulse"] = pulse[first : rows[-1] + 1]
-            case.given["rows"] = (rows[::stride] - first).astype(float)
+            # a window more than is compared: smoothing sees zeros beyond its end
+            case.given["pulse"] = pulse[first : rows[-1] + 1 + _WINDOW]
+            case.given["rows"] = (kept - first).astype(float)
             out.append(case)
     return out
 

@@ -30,6 +30,10 @@ ROUGH = 14.0
 """More of it where a hull pierces the surface: its laws are good to a few per cent only."""
 FURTHER = 10.0
 """More of it for every further effect: what a loud one leaves over is easily taken for another."""
+JOINTED = 50.0
+"""More of it on a vehicle with an arm, whose reaction on the base is known less well, for effects
+that do not sit in the arm."""
+IN_THE_ARM = ("joint_friction", "joint_backlash", "payload")
 RIVALS = 3
 """Effects that are tried in the place of each one that was found."""
 POLISHED = 2
@@ -83,7 +87,15 @@ def search(
         tell(len(rounds))
         tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
-        if not tried or tried[0].score < best.score + asked:
+        if problem.vehicle.servo:
+            tried = tuple(
+                sorted(tried, key=lambda h: -h.score + (0.0 if _in_the_arm(h) else JOINTED))
+            )
+        if not tried:
+            break
+        if problem.vehicle.servo and not _in_the_arm(tried[0]):
+            asked += JOINTED
+        if tried[0].score < best.score + asked:
             break
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = unrest(best).allowance - unrest(tried[0]).allowance
@@ -95,6 +107,11 @@ def search(
         if len(best.candidates) == 2:
             best = paired(problem, nominal, best, rounds[0], processes=processes)
     return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+
+
+def _in_the_arm(hypothesis: Hypothesis) -> bool:
+    """Whether the effect that was added last sits in the arm."""
+    return hypothesis.candidates[-1].name in IN_THE_ARM
 
 
 def settled(problem: Problem) -> Hypothesis:

@@ -22,6 +22,8 @@ ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
+_MOST = 12
+"""Logs that a refusal names."""
 
 
 def execute(config: Any) -> int:
@@ -66,6 +68,11 @@ def _read(config: Any, place: Path) -> Log:
     logs = build(config.reader, where="reader").read(str(place))
     if not logs:
         raise LogError(f"log={place} holds no run.\nGive a log with a run.")
+    if len(logs) > 1:
+        raise ConfigError(
+            f"log={place} holds {len(logs)} logs.\n"
+            f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
+        )
     log: Log = logs[0]
     refuse_if_bad(log)
     return log

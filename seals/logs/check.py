@@ -6,6 +6,7 @@ import numpy as np
 
 from seals.errors import LogError
 from seals.logs.check_frames import check_frames
+from seals.logs.check_meta import check_meta
 from seals.logs.check_time import check_time
 from seals.logs.check_units import check_units
 from seals.logs.check_values import check_values
@@ -27,7 +28,7 @@ def check_log(log: Log) -> list[Finding]:
         >>> check_log(log)[0].code
         'time_backwards'
     """
-    found = check_time(log)
+    found = [*check_meta(log), *check_time(log)]
     # the other checks count on finite times and a few rows
     if not any(finding.code in _BROKEN for finding in found):
         finite = _without_infinities(log)

@@ -18,10 +18,13 @@ from seals.logs import Log, refuse_if_bad
 from seals.rivals.candidates import Candidate
 from seals.rivals.problem import prepare
 from seals.rivals.score import Hypothesis
-from seals.rivals.search import Search, search
+from seals.rivals.search import Search, expected, search
 from seals.rivals.verdict import Answer, Claim, judged
+from seals.run.progress import progress
 
 _NORMAL90 = 1.6449
+_GRAIN = 32
+"""Units of the progress bar for every hypothesis: it looks up at multiples of this."""
 _LAW = 0.03
 """1-sigma by which real laws differ from those of the library, as a share."""
 
@@ -105,8 +108,12 @@ def diagnose_runs(settings: CompareSettings, logs: Sequence[Log]) -> list[RunsDi
 
 def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagnosis:
     began = time.perf_counter()
-    found = search(prepare(settings, logs))
-    answer = judged(found)
+    experiment = prepare(settings, logs)
+    total = _GRAIN * expected(experiment)
+    with progress(f"naming {name}", total) as tell:
+        # an estimate: the bar waits before its end until the answer is there
+        found = search(experiment, tell=lambda n: tell(min(_GRAIN * int(n), total - _GRAIN)))
+        answer = judged(found)
     models = [found.nominal, *([found.best] if found.best.candidates else [])]
     return RunsDiagnosis(
         name=name,

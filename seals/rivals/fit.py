@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +19,13 @@ _TICK = 2e-3
 """The same of a delay, over a few rows of the commands, which are held in between [s]."""
 _LOOSE = 30.0
 """Prior of a candidate's key, in plausible sizes: wide, so that the data decide."""
-_SETTLED = 1e-3
+_DAMPING = 1e-3
+_SETTLED = 1e-4
+"""Relative gain of a step below which a fit has settled: long valleys gain little at a time."""
+_SHORTER = 0.4
+_REACH = 0.7
+_TRIALS = 2
+"""Trials for every step that may be taken."""
 BATCH = 1500
 """Most simulations at a time."""
 
@@ -37,6 +43,9 @@ class Task:
         cost: weighted squares with priors.
         normal: curvature of the free keys once the starts are eliminated.
         steps: taken so far.
+        done: whether it has settled.
+        damping: of the next step, as a share of the curvature.
+        refused: trials since the last step that was kept.
     """
 
     free: tuple[int, ...]
@@ -48,7 +57,8 @@ class Task:
     normal: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     steps: int = 0
     done: bool = False
-    damping: float = 1e-3
+    damping: float = _DAMPING
+    refused: int = 0
     _system: tuple[Floats, Floats] | None = None
 
     def spread(self, experiment: Experiment) -> Floats:
@@ -59,6 +69,25 @@ class Task:
         count = min(samples, 40 * len(self.cases)) - len(self.free)
         grow = max(self.cost / max(count, 1), 1.0)
         return np.sqrt(np.maximum(np.diag(np.linalg.pinv(self.normal)) * grow, 0.0))
+
+
+Tell = Callable[[float], None]
+Trial = tuple[Floats, dict[int, Floats]]
+"""Values of all keys, and deviations of the starts by run."""
+
+
+def _settle(task: Task, before: float) -> None:
+    """Set damping and progress after trials; ``before`` is the cost that they had to beat."""
+    if task.cost < before:
+        gain = (before - task.cost) / max(task.cost, 1e-12)
+        # after a refusal the damping has just become right
+        task.damping = max(task.damping / (2.0 if task.refused else 10.0), 1e-9)
+        task._system, task.steps, task.refused = None, task.steps + 1, 0
+        task.done = bool(gain < _SETTLED)
+    else:
+        task.damping *= 10.0
+        task.refused += 1
+        task.done = bool(task.damping > 1e5)
 
 
 class Lockstep:
@@ -77,22 +106,43 @@ class Lockstep:
         wide = np.array([k.tolerance or _LOOSE * k.scale for k in keys])
         self.precision = 1.0 / np.maximum(wide, 1e-30) ** 2
         self.scale = np.array([k.scale for k in keys])
+        self.kicked = np.array([k.start != k.off for k in keys])
         self.bounds = np.array([k.bounds for k in keys]).reshape(-1, 2)
 
-    def solve(self, tasks: Sequence[Task], *, most: int | None = None) -> None:
-        """Solve all tasks in place, in at most ``most`` steps."""
+    def solve(
+        self, tasks: Sequence[Task], *, most: int | None = None, tell: Tell | None = None
+    ) -> None:
+        """Solve all tasks in place, in at most ``most`` steps; ``tell`` takes the share done."""
         for task in tasks:
             for c in task.cases:
                 task.deviations.setdefault(c, np.zeros_like(self._start(c).sigma))
-        self._evaluate(tasks, [(t.values, t.deviations) for t in tasks])
+        fresh = [t for t in tasks if not t.predicted]
+        self._evaluate(fresh, [[(t.values, t.deviations)] for t in fresh])
         for task in tasks:
             task.done = False
-        for _ in range(most or self.iterations):
-            active = [t for t in tasks if not t.done and self._unknowns(t)]
+        limit = most or self.iterations
+        most_steps = {id(t): t.steps + limit for t in tasks}
+        # a step that is taken back costs one simulation only and does not count
+        for _ in range(_TRIALS * limit):
+            active = [
+                t for t in tasks if not t.done and t.steps < most_steps[id(t)] and self._unknowns(t)
+            ]
             if not active:
                 break
+            if tell is not None:
+                tell(1.0 - len(active) / len(tasks))
             self._linearise([t for t in active if t._system is None])
-            self._evaluate(active, [self._moved(t) for t in active])
+            self._evaluate(active, [self._trials(t) for t in active])
+
+    def nearest(self, tasks: Sequence[Task]) -> Task:
+        """Return the task whose outset, not its fit, is closest to the measurements."""
+        for task in tasks:
+            for c in task.cases:
+                task.deviations.setdefault(c, np.zeros_like(self._start(c).sigma))
+        self._evaluate(tasks, [[(t.values, t.deviations)] for t in tasks])
+        for task in tasks:
+            task.steps, task.refused, task.damping = 0, 0, _DAMPING
+        return min(tasks, key=lambda t: t.cost)
 
     def _start(self, case: int) -> Start:
         return self.experiment.cases[case].start
@@ -107,29 +157,24 @@ class Lockstep:
             out += self.experiment.predictor.run(jobs[k : k + BATCH])
         return out
 
-    def _evaluate(
-        self, tasks: Sequence[Task], trials: Sequence[tuple[Floats, dict[int, Floats]]]
-    ) -> None:
-        """Simulate trials and keep those that are better."""
+    def _evaluate(self, tasks: Sequence[Task], trials: Sequence[Sequence[Trial]]) -> None:
+        """Simulate trials, one or two a task, and keep the best one where it is better."""
         jobs = [
-            Job(c, trial[1][c], trial[0])
-            for t, trial in zip(tasks, trials, strict=True)
+            Job(c, deviations[c], values)
+            for t, row in zip(tasks, trials, strict=True)
+            for values, deviations in row
             for c in t.cases
         ]
         found = iter(self.run(jobs))
-        for task, (values, deviations) in zip(tasks, trials, strict=True):
-            predicted = {c: next(found) for c in task.cases}
-            cost = self._cost(task, values, deviations, predicted)
-            if not np.isfinite(task.cost) or cost < task.cost:
-                gain = (task.cost - cost) / max(cost, 1e-12) if np.isfinite(task.cost) else np.inf
-                task.values, task.deviations = values, deviations
-                task.predicted, task.cost = predicted, cost
-                task.damping = max(task.damping / 10.0, 1e-9)
-                task._system, task.steps = None, task.steps + 1
-                task.done = bool(gain < _SETTLED)
-            else:
-                task.damping *= 10.0
-                task.done = bool(task.damping > 1e5)
+        for task, row in zip(tasks, trials, strict=True):
+            before = task.cost
+            for values, deviations in row:
+                predicted = {c: next(found) for c in task.cases}
+                cost = self._cost(task, values, deviations, predicted)
+                if cost < task.cost:
+                    task.values, task.deviations = values, deviations
+                    task.predicted, task.cost = predicted, cost
+            _settle(task, before)
 
     def _cost(
         self,
@@ -210,8 +255,30 @@ class Lockstep:
         task.normal = reduced(normal, p)
         return np.nan_to_num(normal), np.nan_to_num(right)
 
-    def _moved(self, task: Task) -> tuple[Floats, dict[int, Floats]]:
-        """One damped step within the bounds."""
+    def _trials(self, task: Task) -> list[Trial]:
+        """The damped step; once one was taken back also a part of the undamped one.
+
+        Along a bent valley damping shortens the way along it far more than is needed.
+        """
+        out = [self._moved(task, task.damping, 1.0)]
+        if task.refused:
+            out.append(self._moved(task, 0.0, _SHORTER**task.refused))
+        return out
+
+    def _reach(self, task: Task) -> Floats:
+        """Longest step of every unknown.
+
+        Keys that set out away from zero bend strongly: their step is a share of what they are.
+        """
+        out = np.full(self._unknowns(task), np.inf)
+        for place, k in enumerate(task.free):
+            if self.kicked[k]:
+                size = abs(task.values[k] - self.centre[k])
+                out[place] = max(_REACH * size, 0.5 * self.scale[k])
+        return out
+
+    def _moved(self, task: Task, damping: float, share: float) -> Trial:
+        """One step within the bounds."""
         assert task._system is not None
         normal, right = task._system
         held = {
@@ -220,14 +287,7 @@ class Lockstep:
             if (task.values[key] <= self.bounds[key, 0] and right[k] < 0.0)
             or (task.values[key] >= self.bounds[key, 1] and right[k] > 0.0)
         }
-        keep = [k for k in range(len(right)) if k not in held]
-        matrix = normal[np.ix_(keep, keep)].copy()
-        diagonal = np.maximum(np.diag(matrix).copy(), 1e-30)
-        size = np.sqrt(diagonal)
-        scaled = matrix / size[:, None] / size[None, :]
-        scaled[np.diag_indices_from(scaled)] += task.damping + 1e-12
-        change = np.zeros(len(right))
-        change[keep] = np.linalg.solve(scaled, right[keep] / size) / size
+        change = share * limited_step(normal, right, self._reach(task), held, damping)
         values = task.values.copy()
         free = list(task.free)
         values[free] = np.clip(
@@ -241,6 +301,33 @@ class Lockstep:
             deviations[c] = new
             at += len(places)
         return values, deviations
+
+
+def limited_step(
+    normal: Floats, right: Floats, reach: Floats, held: set[int], damping: float
+) -> Floats:
+    """Damped step of least squares with none longer than its reach; ``held`` unknowns stay.
+
+    Example:
+        >>> limited_step(np.diag([1.0, 4.0]), np.ones(2), np.array([0.5, 9.0]), set(), 0.0)
+        array([0.5 , 0.25])
+    """
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
+    scaled = normal / size[:, None] / size[None, :]
+    scaled[np.diag_indices_from(scaled)] += damping + 1e-12
+    change = np.zeros(len(right))
+    fixed = set(held)
+    while len(fixed) < len(right):
+        keep = [k for k in range(len(right)) if k not in fixed]
+        rest = sorted(fixed)
+        known = right / size - scaled[:, rest] @ (change * size)[rest]
+        change[keep] = np.linalg.solve(scaled[np.ix_(keep, keep)], known[keep]) / size[keep]
+        far = [k for k in keep if abs(change[k]) > reach[k]]
+        if not far:
+            break
+        change[far] = np.clip(change[far], -reach[far], reach[far])
+        fixed |= set(far)
+    return change
 
 
 def reduced(normal: Floats, count: int) -> Floats:

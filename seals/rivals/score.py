@@ -9,11 +9,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.rivals.candidates import Candidate
-from seals.rivals.fit import Lockstep, Task
+from seals.rivals.fit import Lockstep, Task, Tell
 from seals.rivals.problem import Experiment
 
 PRICE = 0.03
 """Fall of the logarithm of the error that every further parameter has to pay for."""
+_SIZES = (1.0, 0.1, 10.0)
+"""Sizes from which a fit may set out, in those that are plausible."""
 _PRIOR_RUNS = 2.0
 """Weight of the expected scatter of a run's error beside the scatter that was seen, in runs."""
 
@@ -83,11 +85,14 @@ class Judge:
     Args:
         experiment: runs and model.
         iterations: most steps of a fit.
+        tell: takes the number of hypotheses that are done, with the share of those under way.
     """
 
-    def __init__(self, experiment: Experiment, *, iterations: int = 10) -> None:
+    def __init__(
+        self, experiment: Experiment, *, iterations: int = 10, tell: Tell | None = None
+    ) -> None:
         """Keep the parts."""
-        self.experiment = experiment
+        self.experiment, self._tell, self._done = experiment, tell, 0
         self.solver = Lockstep(experiment, iterations=iterations)
         self.index = {n: k for k, n in enumerate(experiment.names)}
         self._known: dict[frozenset[Candidate], Hypothesis] = {}
@@ -111,38 +116,59 @@ class Judge:
         train = self.experiment.train
         near = self._known.get(frozenset())
         fits = [
-            Task(
-                free=self._free(candidates),
-                cases=train,
-                values=self._outset(candidates, start),
-                deviations={} if near is None else dict(near.fit.deviations),
+            self.solver.nearest(
+                [
+                    Task(
+                        free=self._free(candidates),
+                        cases=train,
+                        values=values,
+                        deviations={} if near is None else dict(near.fit.deviations),
+                    )
+                    for values in self._outsets(candidates, start)
+                ]
             )
             for candidates, start in sets
         ]
-        self.solver.solve(fits)
+        self.solver.solve(fits, tell=self._part(len(sets), 0.0, 0.4))
         parts = sorted(set(self.experiment.fold.values()))
         folds = [[self._without(fit, part) for part in parts] for fit in fits]
-        self.solver.solve([t for row in folds for t in row], most=5)
+        every = [t for row in folds for t in row]
+        self.solver.solve(every, most=5, tell=self._part(len(sets), 0.4, 0.9))
         judged = [
             [self._held(t, self._cases(part), fit) for t, part in zip(row, parts, strict=True)]
             for row, fit in zip(folds, fits, strict=True)
         ]
         self.solver.solve([t for row in judged for t in row], most=5)
+        self._done += len(sets)
         return [
             self._hypothesis(candidates, fit, row, held)
             for (candidates, _), fit, row, held in zip(sets, fits, folds, judged, strict=True)
         ]
 
-    def _outset(self, candidates: Sequence[Candidate], start: Floats | None) -> Floats:
-        """Values to set out from: those of a smaller model, and for what is new its own start."""
+    def _part(self, count: int, low: float, high: float) -> Tell | None:
+        """Report the shares of one part of the work on so many hypotheses."""
+        tell = self._tell
+        if tell is None:
+            return None
+        return lambda share: tell(self._done + count * (low + (high - low) * share))
+
+    def _outsets(self, candidates: Sequence[Candidate], start: Floats | None) -> list[Floats]:
+        """Values to set out from: those of a smaller model, and for what is new its own start.
+
+        A key that leaves a corner at its off value sets out from several sizes.
+        """
         near = self._known.get(frozenset())
         values = self.experiment.off() if near is None else near.fit.values.copy()
         values = values if start is None else start.copy()
-        for name in (k for c in candidates for k in c.keys):
-            key = self.experiment.key(self.index[name])
-            if values[self.index[name]] == key.off:
-                values[self.index[name]] = key.start
-        return values
+        out = [values.copy() for _ in _SIZES]
+        for k in (self.index[name] for c in candidates for name in c.keys):
+            key = self.experiment.key(k)
+            if values[k] != key.off:
+                continue
+            for share, other in zip(_SIZES, out, strict=True):
+                moved = key.off + share * (key.start - key.off)
+                other[k] = float(np.clip(moved, *key.bounds))
+        return out if any(np.any(o != out[0]) for o in out) else out[:1]
 
     def _free(self, candidates: Sequence[Candidate]) -> tuple[int, ...]:
         names = [*self.experiment.library.tolerances, *(k for c in candidates for k in c.keys)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from seals.rivals.fit import Tell
 from seals.rivals.problem import Experiment
 from seals.rivals.score import Hypothesis, Judge, Margin, ordered
 
@@ -34,9 +35,15 @@ class Search:
         return ordered([h for r in self.rounds for h in r])
 
 
-def search(experiment: Experiment) -> Search:
-    """Find the effects that lower the error on held-out runs by more than their price."""
-    judge = Judge(experiment, iterations=experiment.settings.compare.iterations)
+def search(experiment: Experiment, *, tell: Tell | None = None) -> Search:
+    """Find the effects that lower the error on held-out runs by more than their price.
+
+    Args:
+        experiment: runs and model.
+        tell: takes the number of hypotheses that are done.
+    """
+    iterations = experiment.settings.compare.iterations
+    judge = Judge(experiment, iterations=iterations, tell=tell)
     nominal = judge.nominal
     singles = ordered(judge.fitted([((c,), None) for c in experiment.library.candidates]))
     rounds = [tuple(singles)]
@@ -63,6 +70,14 @@ def search(experiment: Experiment) -> Search:
         best=best,
         rounds=tuple(r for r in rounds if r),
     )
+
+
+def expected(experiment: Experiment) -> int:
+    """Return about how many hypotheses a search and its answer will fit."""
+    several = len(experiment.library.candidates)
+    pairs = PAIRED * (PAIRED - 1) // 2
+    # singles, a second one beside the best, rivals of every claim, pairs, and the nominal model
+    return 1 + 4 * several + min(pairs, several * (several - 1) // 2)
 
 
 def _better(judge: Judge, base: Hypothesis, others: Sequence[Hypothesis]) -> Hypothesis:

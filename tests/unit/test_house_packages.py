@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("seals", "plugins", "robots", "animals", "conf", "experiments")
-ENDINGS = {".py", ".yaml", ".urdf", ".obj", ".stl", ".jinja"}
+ENDINGS = {".py", ".yaml", ".urdf", ".obj", ".stl", ".jinja", ".parquet"}
 
 
 def left_out(root: Path) -> list[str]:

@@ -1,0 +1,1 @@
+"""Two flights of one quadrotor that holds something back from its model."""

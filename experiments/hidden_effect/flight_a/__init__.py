@@ -1,0 +1,1 @@
+"""Flight a of the quadrotor."""

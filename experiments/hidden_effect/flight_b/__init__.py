@@ -1,0 +1,1 @@
+"""Flight b of the quadrotor."""

@@ -1,0 +1,127 @@
+"""Check of what ``meta.yaml`` says of the vehicle: possible numbers where numbers belong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.logs.finding import Finding, Severity
+from seals.logs.log import Log
+
+
+class _Wanted(NamedTuple):
+    """What a key must hold."""
+
+    key: str
+    shape: tuple[int, ...] = ()
+    positive: bool = False
+    needed: bool = True
+
+
+_BODY = (
+    _Wanted("mass", positive=True),
+    _Wanted("inertia", (3, 3)),
+    _Wanted("centre_of_gravity", (3,)),
+)
+_ROTOR = (
+    _Wanted("position", (3,)),
+    _Wanted("axis", (3,)),
+    _Wanted("direction"),
+    _Wanted("thrust_coefficient", positive=True),
+    _Wanted("torque_coefficient"),
+    _Wanted("time_constant", positive=True),
+    _Wanted("radius", positive=True),
+    _Wanted("max_speed", positive=True),
+)
+_THRUSTER = (
+    _Wanted("position", (3,)),
+    _Wanted("axis", (3,)),
+    _Wanted("time_constant", positive=True),
+    _Wanted("max_force", positive=True),
+)
+_HULL = (
+    _Wanted("displaced_volume", positive=True),
+    _Wanted("centre_of_buoyancy", (3,)),
+    _Wanted("plan_area", positive=True),
+)
+_AROUND = (
+    _Wanted("gravity", (3,), needed=False),
+    _Wanted("air_density", positive=True, needed=False),
+    _Wanted("water_density", positive=True, needed=False),
+)
+_SIGMA = (_Wanted("sigma", positive=True),)
+
+
+def check_meta(log: Log) -> list[Finding]:
+    """Return what is wrong in the description of a vehicle; nothing when the log has none.
+
+    Example:
+        >>> meta = {"vehicle": {"mass": "heavy"}}
+        >>> print(check_meta(Log(name="a", columns={"t": [0.0]}, meta=meta))[0])
+        [refuse] vehicle.mass: meta.yaml says 'heavy'; give a number above 0
+    """
+    if not isinstance(log.meta.get("vehicle"), Mapping):
+        return []
+    # a log without tolerances is compared with a model given apart: it need not state one
+    whole = "baseline" in log.meta and "tolerance" in log.meta
+    return [finding for part in _parts(log.meta) for finding in _wrong(*part, whole=whole)]
+
+
+def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, ...]]]:
+    """Yield the parts of a description, their place in it, and what they must hold."""
+    vehicle = meta["vehicle"]
+    armed = isinstance(vehicle.get("arm"), Mapping)
+    if armed:
+        yield "vehicle.base", vehicle.get("base") or {}, _BODY
+    else:
+        yield "vehicle", vehicle, _BODY
+    for name, wanted in (("rotors", _ROTOR), ("thrusters", _THRUSTER)):
+        entries = vehicle.get(name) or []
+        for k, entry in enumerate(entries if isinstance(entries, list) else [entries]):
+            yield f"vehicle.{name}[{k}]", entry, wanted
+    if vehicle.get("hull") is not None:
+        yield "vehicle.hull", vehicle["hull"], _HULL
+    if meta.get("environment") is not None:
+        yield "environment", meta["environment"], _AROUND
+    sensors = meta.get("sensors") or {}
+    channels = sensors.get("channels") if isinstance(sensors, Mapping) else sensors
+    for place, table in (("sensors.channels", channels), ("tolerance", meta.get("tolerance"))):
+        for name, entry in (table if isinstance(table, Mapping) else {}).items():
+            yield f"{place}.{name}", entry, _SIGMA
+
+
+def _wrong(place: str, part: Any, wanted: tuple[_Wanted, ...], *, whole: bool) -> Iterator[Finding]:
+    if not isinstance(part, Mapping):
+        yield _finding(place, part, "a mapping of names to values")
+        return
+    for want in wanted:
+        value = part.get(want.key)
+        if value is None and not (want.needed and whole):
+            continue
+        try:
+            given = np.asarray(value, dtype=float)
+            good = given.shape == want.shape and not isinstance(value, bool)
+            good = good and bool(np.isfinite(given).all())
+            good = good and not (want.positive and given <= 0.0)
+        except (TypeError, ValueError):
+            good = False
+        if not good:
+            yield _finding(f"{place}.{want.key}", value, _allowed(want))
+
+
+def _allowed(want: _Wanted) -> str:
+    if want.shape:
+        return f"{' x '.join(map(str, want.shape))} numbers"
+    return f"a number{' above 0' if want.positive else ''}"
+
+
+def _finding(place: str, value: Any, allowed: str) -> Finding:
+    said = "says nothing" if value is None else f"says {value!r:.60}"
+    return Finding(
+        severity=Severity.REFUSE,
+        code="meta_wrong",
+        channel=place,
+        message=f"meta.yaml {said}; give {allowed}",
+    )
