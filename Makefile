@@ -24,6 +24,9 @@ export DEMO_JOBS
 OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
+# many small matrices: threads inside the linear algebra only get into each other's way
+test validate: export OPENBLAS_NUM_THREADS = 1
+
 # Rigid-body wheels exist for Python 3.10 and 3.11 only; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in python3.11 python3.10 python3; do \
 	if $$candidate -c 'import sys, ensurepip, venv; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' >/dev/null 2>&1; \

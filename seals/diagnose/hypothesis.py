@@ -13,7 +13,7 @@ from seals.diagnose.fit import Fit, Fitter
 TRACE = 0.02
 """Share of a plausible effect below which one is a trace."""
 RESISTING = ("rotor_drag", "angular_drag", "linear_drag", "quadratic_drag")
-"""Effects that a slightly different law of another drag looks like: twice the trace."""
+"""Effects that a slightly different law of another drag looks like: three times the trace."""
 BEYOND = 2.0
 """Tolerances that a missing effect must exceed."""
 
@@ -101,5 +101,5 @@ def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
             tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / factor.scale)
     exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
-    trace = 2.0 * TRACE if candidate.name in RESISTING else TRACE
+    trace = 3.0 * TRACE if candidate.name in RESISTING else TRACE
     return plausible > trace if exact else tolerated > BEYOND

@@ -14,6 +14,7 @@ from seals.diagnose.linearise import predict
 from seals.diagnose.plant import Plant
 from seals.diagnose.problem import prepare, rewindowed, typical
 from seals.errors import ConfigError, NotFitted, suggestion
+from seals.findings.threads import one_thread
 from seals.logs import read_native, refuse_if_bad
 from seals.logs.log import Log
 from seals.logs.shipped import find_log
@@ -127,7 +128,7 @@ class MissingEffect:
         if isinstance(self.processes, bool) or self.processes < 1:
             raise ConfigError(f"processes={self.processes} is not allowed.\nAllowed: 1 and more.")
         read = _read(log)
-        with _bar(self.progress) as tell:
+        with one_thread(), _bar(self.progress) as tell:
             found = diagnose(
                 read, processes=self.processes, tell=lambda stage: tell(stage * _TICKS)
             )
@@ -161,7 +162,8 @@ class MissingEffect:
             NotFitted: ``fit`` was not called.
         """
         fitted = self.diagnosis_.hypothesis
-        return -misfit_of(_read(log), fitted.fit.values, self.diagnosis_)
+        with one_thread():
+            return -misfit_of(_read(log), fitted.fit.values, self.diagnosis_)
 
     def report(self, folder: str | Path) -> Path:
         """Write ``report.html`` and ``report.json`` of the fitted log; return the page.
@@ -174,7 +176,8 @@ class MissingEffect:
         """
         from seals.findings.report import write_report
 
-        return write_report(self.diagnosis_, self._log, Path(folder))
+        with one_thread():
+            return write_report(self.diagnosis_, self._log, Path(folder))
 
 
 def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:

@@ -31,8 +31,9 @@ class Search:
 
     @property
     def tried(self) -> list[Hypothesis]:
-        """All hypotheses, best first."""
-        return ordered([h for r in self.rounds for h in r])
+        """All hypotheses, each once, best first."""
+        every = {frozenset(h.candidates): h for r in self.rounds for h in r}
+        return ordered(list(every.values()))
 
 
 def search(experiment: Experiment, *, tell: Tell | None = None) -> Search:

@@ -153,7 +153,7 @@ def test_thrust_follows_a_step_with_the_lag() -> None:
         after = np.maximum(case.clock + case.time - 3.0, 0.0)
         speed = 3053.0 * (0.5 + 0.2 * (1.0 - np.exp(-after / 0.06)))
         expected = 4.0 * 1.28e-8 * speed**2 / 0.027
-        # smoothed over 11 ms: round near the step, and short of samples where the log begins or ends
+        # smoothed over 11 ms: round near the step, short of samples where the log begins and ends
         clock = case.clock + case.time
         far = (np.abs(clock - 3.0) > 0.02) & (clock > 0.01) & (clock < 5.99)
         assert samples["specific_force"][far, 2] == pytest.approx(expected[far], rel=4e-3)

@@ -95,13 +95,38 @@ def test_the_pendulum_lacks_viscous_friction_alone(measurements: None) -> None:
 
 @pytest.mark.slow
 def test_the_glider_lacks_lift(measurements: None) -> None:
-    """Lift is named, though the fitted depth rate hardly moves."""
+    """Lift is named by a speed through water that no fit has seen; its error halves."""
     (one,) = diagnoses("experiment=slocum_glider")
-    assert "lift" in claimed(one)
+    assert one.answer.verdict.value == "named"
+    assert named(one) == {"lift"}
+    channel = "speed_through_water"
+    assert speed_error(one, 0, channel) > 0.045
+    assert speed_error(one, -1, channel) <= 0.030
+    # the fitted depth rate hardly moves
+    before, after = (one.rms("depth_rate", after=a) for a in (False, True))
+    assert 0.9 * before < after < before
+    # the slope of the publisher's example is 7.5 per radian on 0.1 m^2
+    (area,) = (v.value for v in one.rungs[-1].fitted if v.key == "lift.coefficient")
+    assert 0.6 < area < 0.9
+
+
+def speed_error(one: RunsDiagnosis, rung: int, channel: str) -> float:
+    """Error on both halves of the flight, none of which was fitted."""
+    cases = one.search.judge.experiment.cases
+    pairs = zip(cases, one.rungs[rung].predicted, strict=True)
+    rows = [(c.measured[channel] - p[channel]).ravel() for c, p in pairs]
+    return float(np.sqrt(np.nanmean(np.concatenate(rows) ** 2)))
 
 
 @pytest.mark.slow
-def test_the_crazyflie_lacks_rotor_lag(measurements: None) -> None:
-    """A lag of 0.05 to 0.08 s is the best answer."""
+def test_the_crazyflie_lacks_a_lag_or_a_delay(measurements: None) -> None:
+    """The lag of 0.05 to 0.08 s is the better answer; three flights leave a delay possible."""
     (one,) = diagnoses("experiment=crazyflie_thrust")
     assert one.answer.claims[0].candidate.label == "rotor_lag"
+    assert claimed(one) <= {"rotor_lag", "command_delay"}
+    fitted = {v.key: v.value for v in one.rungs[-1].fitted}
+    assert 0.05 <= fitted["rotor_lag.time_constant_change"] <= 0.08
+    # thrust per square of speed within a third of what the maker's data say
+    assert abs(fitted["thrust_coefficient.relative_change"]) < 0.33
+    assert one.rms("specific_force", after=False) > 0.85
+    assert one.rms("specific_force", after=True) <= 0.65
