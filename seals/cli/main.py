@@ -166,5 +166,6 @@ def _overview() -> str:
     return (
         f"SEALS {seals.__version__}: robots that cross sea, air and land\n\n"
         f"usage: seals VERB [arguments]\n\n{rows}\n\n"
+        "  what a model is missing: diagnose a log, plan when in doubt, add, verify on a new log\n"
         "  seals VERB --help shows usage and an example; SEALS_DEBUG=1 shows tracebacks"
     )

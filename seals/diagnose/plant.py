@@ -100,9 +100,10 @@ class Plant:
             used = (used - {WAVES}) | {WAVE_MOMENT}
         if not stiff:
             used -= self._stiff
-        chosen = {n: e for n, e in self.library.effects.items() if n in self._nominal or n in used}
-        bound = bind_effects(chosen, self.vehicle.robot.links)
-        given = {k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        bound = self._bound(frozenset(used & set(self.library.effects)))
+        given = {
+            k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
+        }
         waves = self._waves(values, batch)
         return Twin(
             self.vehicle.robot,

@@ -66,7 +66,7 @@ def test_a_path_of_nothing_names_the_nearest(given: str, advice: str, flight: Pa
         ("diagnose log=hidden_effct/flight_b", "Did you mean 'hidden_effect/flight_b'"),
         ("diagnose lgo=x", "Did you mean 'log'"),
         ("diagnose log=", "log= has no value"),
-        ("verify model=null log=hidden_effect/fight_b", "Did you mean 'hidden_effect/flight_b'"),
+        ("add diagnosis=. log=hidden_effect/fight_b", "Did you mean 'hidden_effect/flight_b'"),
         ("plan effects=[wind] log=hidden/flight_a", "Did you mean 'hidden_effect/flight_a'"),
         ("diagnose log=two", "holds 2 logs"),
     ],
