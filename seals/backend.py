@@ -8,7 +8,7 @@ from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.evaluation import Evaluation
-from seals.motion import Motion
+from seals.motion import JointDrive, Motion
 from seals.robot.model import RobotModel
 
 
@@ -56,6 +56,9 @@ class Dynamics(NamedTuple):
         found: outputs of the effects.
         wrench: sum of the effects' wrenches about the link origins, link axes, shape (1, L, 6).
         joint_force: [N m or N], shape (1, J).
+        joint_drive: what drives the joints beside ``joint_force``, for a body that takes it
+            implicitly; None for nothing.
+        armature: inertia of the drives on the joints [kg m^2 or kg], shape (J,); None for none.
     """
 
     kinematics: Kinematics
@@ -64,10 +67,16 @@ class Dynamics(NamedTuple):
     found: Evaluation
     wrench: Array
     joint_force: Array
+    joint_drive: JointDrive | None = None
+    armature: Floats | None = None
 
 
 class RigidBody(Protocol):
-    """One robot in a backend's scene."""
+    """One robot in a backend's scene.
+
+    A body that takes joint drives implicitly says so by an attribute ``implicit`` that is true; to
+    others they are part of ``joint_force``.
+    """
 
     robot: RobotModel
 
@@ -96,6 +105,10 @@ class RigidBody(Protocol):
 
         They act about the link origins and are given in link axes [N, N m].
         """
+        ...
+
+    def contact_normals(self) -> Floats:
+        """Return the sum of the normal forces on every link in the last step [N], shape (L,)."""
         ...
 
 

@@ -5,6 +5,8 @@ Quaternions are ordered x, y, z, w (``q_WB_xyzw``); ``R_WB`` turns body vectors 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
@@ -202,3 +204,28 @@ def quaternion_of_rpy(rpy: Array) -> Array:
         cr * cp * sy - sr * sp * cy,
         cr * cp * cy + sr * sp * sy,
     )
+
+
+def quaternion_of(rotation: Floats) -> Floats:
+    """Unit quaternion x, y, z, w of one rotation matrix, shape (4,); w is not negative.
+
+    Example:
+        >>> quaternion_of(np.eye(3))
+        array([0., 0., 0., 1.])
+    """
+    r = rotation
+    # four times the squares of x, y, z, w: the largest of them is safe to divide by
+    trace = r[0, 0] + r[1, 1] + r[2, 2]
+    squares = (*(1.0 + 2.0 * r[k, k] - trace for k in range(3)), 1.0 + trace)
+    largest = max(range(4), key=lambda k: float(squares[k]))
+    wx, wy, wz = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+    xy, xz, yz = r[1, 0] + r[0, 1], r[2, 0] + r[0, 2], r[2, 1] + r[1, 2]
+    rows = (
+        (squares[0], xy, xz, wx),
+        (xy, squares[1], yz, wy),
+        (xz, yz, squares[2], wz),
+        (wx, wy, wz, squares[3]),
+    )
+    q = np.array(rows[largest])
+    found: Floats = q * (math.copysign(1.0, q[3]) / math.sqrt(float(q @ q)))
+    return found

@@ -68,6 +68,9 @@ class Medium(NamedTuple):
         normal: outward normal of the water surface, link axes [1], shape (N, 3).
         sinking_speed: speed of the link origin against the water normal [m/s], shape (N, 1).
         gravity: [m/s^2], shape (1, 1).
+        depth: of the link origin below the water surface [m], shape (N, 1); None without water.
+        water_density: at the link [kg/m^3], shape (1 or N, 1); None when not known.
+        air_density: [kg/m^3], shape (1, 1); None when not known.
     """
 
     share: Array
@@ -81,6 +84,9 @@ class Medium(NamedTuple):
     normal: Array
     sinking_speed: Array
     gravity: Array
+    depth: Array | None = None
+    water_density: Array | None = None
+    air_density: Array | None = None
 
 
 class Joints(NamedTuple):
@@ -100,6 +106,7 @@ class Inputs(NamedTuple):
             [rad/s] or thruster force [N], shape (1 or B, n); None when there is none.
         voltage: terminal voltage of the battery [V], shape (1 or B, 1); None when not known.
         joint_command: commanded joint positions [rad or m], shape (1 or B, J); None for none.
+        joint_rate: commanded joint velocities [rad/s or m/s], shape (1 or B, J); None for zero.
     """
 
     step: float
@@ -107,6 +114,23 @@ class Inputs(NamedTuple):
     drive: Array | None = None
     voltage: Array | None = None
     joint_command: Array | None = None
+    joint_rate: Array | None = None
+
+
+class JointDrive(NamedTuple):
+    """What joint drives do before their limit, and how it falls with the joints' own motion.
+
+    Args:
+        force: generalised force without the limit [N m or N], shape (N, J).
+        stiffness: fall of the force with the joint's position [N m/rad or N/m], (1 or N, J).
+        damping: fall of the force with the joint's velocity [N m s/rad or N s/m], likewise.
+        limit: largest force [N m or N], likewise.
+    """
+
+    force: Array
+    stiffness: Array
+    damping: Array
+    limit: Array
 
 
 class Drives(NamedTuple):
@@ -118,6 +142,8 @@ class Drives(NamedTuple):
         radius: of the rotor discs, zero where there is none [m], shape (n,).
         thrust: along the axes [N], shape (N, n).
         torque: reaction of the drive about the axes [N m], shape (N, n).
+        speed: of rotors, as the medium and the motor leave it [rad/s], shape (N, n); None for
+            drives that know their force alone.
     """
 
     position: Array
@@ -125,6 +151,7 @@ class Drives(NamedTuple):
     radius: Array
     thrust: Array
     torque: Array
+    speed: Array | None = None
 
 
 class Timing(NamedTuple):

@@ -38,6 +38,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "actuator": "seals.actuators",
         "sensor": "seals.sensors",
         "controller": "seals.controllers",
+        "guide": "seals.guides",
         "learner": "seals.learners",
         "task": "seals.tasks",
         "reader": "seals.readers",

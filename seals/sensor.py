@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from seals.arrays import Floats
+
+NO_CONTACT: Floats = np.zeros(6)
+NO_CONTACT.setflags(write=False)
+NOBODY: Mapping[str, Floats] = MappingProxyType({})
 
 
 class Felt(NamedTuple):
@@ -22,6 +28,10 @@ class Felt(NamedTuple):
         specific_force: mean acceleration of the link origin over the last step minus gravity, link
             axes [m/s^2], shape (3,).
         spin_rate: mean angular acceleration over the last step, link axes [rad/s^2], shape (3,).
+        contact: force and torque of all contacts of the link in the last step, about the link
+            origin, link axes [N, N m], shape (6,).
+        pressing: sum of the normal forces of those contacts [N]; zero means nothing touches.
+        others: origins of the scene's other bodies, world [m], by name.
     """
 
     time: float
@@ -32,6 +42,9 @@ class Felt(NamedTuple):
     spin: Floats
     specific_force: Floats
     spin_rate: Floats
+    contact: Floats = NO_CONTACT
+    pressing: float = 0.0
+    others: Mapping[str, Floats] = NOBODY
 
 
 @runtime_checkable

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.errors import ConfigError
 from seals.motion import Drives, Inputs
@@ -18,6 +18,9 @@ _SIGNS = {
     "thrust_coefficient": "positive",
     "torque_coefficient": "not negative",
     "time_constant": "not negative",
+    "spin_down": "not negative",
+    "friction_torque": "not negative",
+    "copper_loss": "not negative",
     "radius": "not negative",
     "max_speed": "positive",
 }
@@ -29,7 +32,9 @@ class Rotors(Effect):
 
     Equation:
         T = k_T w^2 along the axis; Q = -direction k_Q w^2 (1 + torque_change) about the axis. The
-        caller makes w from the command: delay, then w' = (command - w) / time_constant.
+        caller makes w from the command: delay, then w' = (command - w) / time_constant, with
+        spin_down in its place while w falls. Electrical power (Q + Q_0) w + c Q^2 with Q_0 the
+        friction torque and c the copper loss.
 
     Args:
         position: of the hubs in link axes [m], one row of three numbers a rotor.
@@ -38,6 +43,9 @@ class Rotors(Effect):
         thrust_coefficient: k_T [N/(rad/s)^2].
         torque_coefficient: k_Q [N m/(rad/s)^2].
         time_constant: of the speed [s].
+        spin_down: time constant while the speed falls [s]; empty for that of rising speed.
+        friction_torque: of bearings, iron and windage, Q_0 [N m].
+        copper_loss: c = R / K_t^2 of the motor with its controller [W/(N m)^2].
         radius: of the discs [m].
         max_speed: largest speed that may be commanded [rad/s].
         torque_change: relative change of all torque coefficients [1].
@@ -54,7 +62,8 @@ class Rotors(Effect):
         Hover and slow flight: advance ratios below about 0.1.
 
     Limitations:
-        No inflow, no flapping, no stall; add ``rotor_drag``, ``ground_effect`` or ``battery_sag``.
+        No inflow, no flapping, no stall; add ``rotor_drag``, ``ground_effect`` or ``battery``. The
+        map is that of one density: add ``rotor_medium`` for rotors that may get under water.
 
     References:
         Mahony, Kumar, Corke 2012, IEEE Robotics and Automation Magazine 19(3).
@@ -70,6 +79,9 @@ class Rotors(Effect):
     thrust_coefficient: list[float] = field(default_factory=lambda: [1e-5])
     torque_coefficient: list[float] = field(default_factory=lambda: [1.5e-7])
     time_constant: list[float] = field(default_factory=lambda: [0.04])
+    spin_down: list[float] = field(default_factory=list)
+    friction_torque: list[float] = field(default_factory=lambda: [0.0])
+    copper_loss: list[float] = field(default_factory=lambda: [0.0])
     radius: list[float] = field(default_factory=lambda: [0.12])
     max_speed: list[float] = field(default_factory=lambda: [1000.0])
     torque_change: float = param(
@@ -77,6 +89,8 @@ class Rotors(Effect):
     )
     first: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor thrust",)
+    voltage_power: ClassVar[float] = 1.0
+    """Power of the battery voltage to which the largest command is proportional."""
 
     def __post_init__(self) -> None:
         """Turn the lists into arrays, or refuse them."""
@@ -87,8 +101,10 @@ class Rotors(Effect):
             raise ConfigError(
                 f"rotors.direction={self.direction} is not allowed.\nAllowed: 1 or -1 each."
             )
+        given = {name: getattr(self, name) for name in _SIGNS}
+        given["spin_down"] = self.spin_down or self.time_constant
         self._lists = {
-            name: numbers(f"rotors.{name}", getattr(self, name), self.count, sign=sign)
+            name: numbers(f"rotors.{name}", given[name], self.count, sign=sign)
             for name, sign in _SIGNS.items()
         }
         check_first("rotors.first", self.first)
@@ -104,6 +120,11 @@ class Rotors(Effect):
         return self._lists["time_constant"]
 
     @property
+    def fall(self) -> Floats:
+        """Time constants while the speed falls [s], shape (n,)."""
+        return self._lists["spin_down"]
+
+    @property
     def limit(self) -> Floats:
         """Largest speeds [rad/s], shape (n,)."""
         return self._lists["max_speed"]
@@ -116,6 +137,8 @@ class Rotors(Effect):
             "radius": self._lists["radius"],
             "thrust_coefficient": self._lists["thrust_coefficient"][None],
             "reaction_coefficient": -(self._direction * self._lists["torque_coefficient"])[None],
+            "friction_torque": self._lists["friction_torque"][None],
+            "copper_loss": self._lists["copper_loss"][None],
             "before": np.zeros(self.first),
         }
 
@@ -131,4 +154,13 @@ class Rotors(Effect):
             radius=params["radius"],
             thrust=params["thrust_coefficient"] * square,
             torque=params["reaction_coefficient"] * (1.0 + params["torque_change"]) * square,
+            speed=speed,
         )
+
+    @staticmethod
+    def power(drives: Drives, params: Parameters) -> Array:
+        """Electrical power of the rotors as they really run [W]."""
+        xp = namespace(drives.torque)
+        torque, speed = xp.abs(drives.torque), xp.abs(drives.speed)
+        lost = params["friction_torque"] * speed + params["copper_loss"] * torque * torque
+        return torque * speed + lost

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Drives, Inputs
 from seals.plugins.actuators.layout import check_first, numbers, unit_axes, vectors
@@ -19,13 +19,14 @@ class Thrusters(Effect):
 
     Equation:
         T = f along the axis, no reaction torque. The caller makes f from the command: delay, then
-        f' = (command - f) / time_constant.
+        f' = (command - f) / time_constant. Electrical power c abs(f)^1.5.
 
     Args:
         position: of the thrusters in link axes [m], one row of three numbers a thruster.
         axis: of positive thrust [1], one row a thruster, or one for all; empty for link z.
         time_constant: of the force [s], one number a thruster, or one for all.
         max_force: largest force that may be commanded [N], likewise.
+        power_coefficient: c [W/N^1.5], likewise; 1 / (eta sqrt(2 rho A)) by momentum theory.
         first: column of the first of these thrusters among the drives of all actuators.
         links: the link that carries them, the root by default.
         correction: see `seals.effects.Effect`.
@@ -52,8 +53,11 @@ class Thrusters(Effect):
     axis: list[list[float]] = field(default_factory=list)
     time_constant: list[float] = field(default_factory=lambda: [0.1])
     max_force: list[float] = field(default_factory=lambda: [50.0])
+    power_coefficient: list[float] = field(default_factory=lambda: [0.7])
     first: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("thruster force",)
+    voltage_power: ClassVar[float] = 2.0
+    """Power of the battery voltage to which the largest command is proportional."""
 
     def __post_init__(self) -> None:
         """Turn the lists into arrays, or refuse them."""
@@ -63,6 +67,9 @@ class Thrusters(Effect):
             "thrusters.time_constant", self.time_constant, self.count, sign="not negative"
         )
         self._limit = numbers("thrusters.max_force", self.max_force, self.count, sign="positive")
+        self._cost = numbers(
+            "thrusters.power_coefficient", self.power_coefficient, self.count, sign="not negative"
+        )
         check_first("thrusters.first", self.first)
 
     @property
@@ -86,6 +93,7 @@ class Thrusters(Effect):
             "position": self._position,
             "axis": self._axis,
             "radius": np.zeros(self.count),
+            "power_coefficient": self._cost[None],
             "before": np.zeros(self.first),
         }
 
@@ -101,3 +109,9 @@ class Thrusters(Effect):
             thrust=force,
             torque=force * 0.0,
         )
+
+    @staticmethod
+    def power(drives: Drives, params: Parameters) -> Array:
+        """Electrical power of the thrusters [W]."""
+        force = namespace(drives.thrust).abs(drives.thrust)
+        return params["power_coefficient"] * force**1.5

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -62,6 +63,20 @@ class BatterySag(Effect):
         """Thrusts [N] and reaction torques [N m] at the voltage."""
         if inputs.voltage is None:
             return drives
-        missing = 1.0 - inputs.voltage / params["full_voltage"]
-        gain = 1.0 - params["sensitivity"] * missing
-        return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)
+        return sagged(drives, inputs.voltage / params["full_voltage"], params["sensitivity"])
+
+
+def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:
+    """Return drives at a share of the full voltage.
+
+    Args:
+        drives: at the full voltage.
+        share: terminal voltage by full voltage [1], shape (1 or N, 1).
+        sensitivity: loss of thrust for a loss of voltage [1], likewise.
+    """
+    gain = 1.0 - sensitivity * (1.0 - share)
+    speed = drives.speed
+    if speed is not None:
+        xp = namespace(gain)
+        speed = speed * xp.sqrt(xp.clip(gain, 0.0, None))
+    return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain, speed=speed)

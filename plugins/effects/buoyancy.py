@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
@@ -52,6 +52,10 @@ class Buoyancy(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
     twins: ClassVar[tuple[str, ...]] = ("payload",)
+
+    def ambient(self) -> Effect | None:
+        """Return the effect on every link of another body."""
+        return None if self.correction else replace(self, links=["*"], volume_change=0.0)
 
     @staticmethod
     def loads(

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.arrays import namespace
 from seals.effects.effect import Effect, Parameters
+from seals.medium.disc import wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
+
+HALF_WIDTH = 0.03
+"""Depth of a hub at which it is wholly wet [m]."""
 
 
 @dataclass(kw_only=True)
@@ -63,7 +66,5 @@ class ThrustInWater(Effect):
         """Thrusts [N] and reaction torques [N m] with wet hubs."""
         hub = motion.position[:, 2:3] + motion.up @ drives.position.T
         depth = params["water_level"] - hub
-        u = namespace(depth).clip((depth + 0.03) / 0.06, 0.0, 1.0)
-        wet = u * u * (3.0 - 2.0 * u)
-        gain = 1.0 + wet * (params["ratio"] + params["ratio_change"] - 1.0)
+        gain = 1.0 + wet_share(depth, HALF_WIDTH) * (params["ratio"] + params["ratio_change"] - 1.0)
         return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
@@ -56,6 +56,10 @@ class Wind(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)
     twins: ClassVar[tuple[str, ...]] = ("tether", "accelerometer_bias", "payload")
+
+    def ambient(self) -> Effect | None:
+        """Return the effect on every link of another body."""
+        return None if self.correction else replace(self, links=["*"])
 
     @staticmethod
     def flow(

@@ -10,6 +10,7 @@ from seals.errors import ConfigError
 
 if TYPE_CHECKING:
     from seals.config.robot import RobotSettings
+    from seals.config.run import RunSettings
     from seals.robot.check import RobotFinding
 
 _COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
@@ -31,17 +32,17 @@ def check(arguments: list[str]) -> int:
     with refusals(arguments):
         settings = cast("RobotSettings", OmegaConf.to_object(config.robot))
     check_tree(settings, where="robot")
-    _check_parts(config)
+    run = _check_parts(config)
 
     from seals.robot.check import check_robot
 
-    findings = check_robot(settings)
+    findings = check_robot(settings, run.actuators)
     show(str(config.robot.name), findings)
     return 1 if any(finding.verdict.value == "fail" for finding in findings) else 0
 
 
-def _check_parts(config: Any) -> None:
-    """Refuse effects and sensors of the robot that a run would refuse."""
+def _check_parts(config: Any) -> RunSettings:
+    """Refuse effects and sensors of the robot that a run would refuse; return the run."""
     from seals.config.run import build_run
     from seals.run.assembly import build_model
     from seals.world.actor import carrier_of
@@ -50,6 +51,7 @@ def _check_parts(config: Any) -> None:
     robot, _ = build_model(settings)
     for name, sensor in settings.sensors.items():
         carrier_of(name, sensor, robot)
+    return settings
 
 
 def show(robot: str, findings: list[RobotFinding]) -> None:

@@ -70,6 +70,11 @@ def plan(arguments: list[str]) -> int:
     return launch("plan", arguments, _plan_task)
 
 
+def teleop(arguments: list[str]) -> int:
+    """Fly by hand: compose, then hand over to ``seals.teleop.application``."""
+    return launch("teleop", arguments, _teleop_task)
+
+
 def launch(root: str, arguments: list[str], task: Task) -> int:
     """Run a task as a Hydra application.
 
@@ -222,6 +227,13 @@ def _plan_task(config: Any) -> int | None:
     from seals.plan.application import execute
 
     _place_logs(config)
+    result: int | None = execute(config)
+    return result
+
+
+def _teleop_task(config: Any) -> int | None:
+    from seals.teleop.application import execute
+
     result: int | None = execute(config)
     return result
 

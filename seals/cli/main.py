@@ -8,6 +8,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import seals
 from seals.errors import ConfigError, SealsError, suggestion
@@ -21,11 +22,13 @@ class Verb:
         target: ``module:function`` taking the arguments and returning the exit code.
         summary: one line for the help.
         usage: what follows the verb, and an example.
+        more: ``module:function`` that returns further lines of help.
     """
 
     target: str
     summary: str
     usage: str
+    more: str = ""
 
 
 VERBS = {
@@ -96,6 +99,31 @@ VERBS = {
         summary="say whether a robot folder makes sense",
         usage="robot=NAME or robot=FOLDER\n  seals check robot=path/to/folder",
     ),
+    "teleop": Verb(
+        target="seals.cli.hydra_app:teleop",
+        summary="fly a robot by keyboard, gamepad or a script of keys; record a demonstration",
+        usage="[device=keyboard|joystick] [script=FILE] [speed=1] [KEY=VALUE ...]\n"
+        "  seals teleop robot=aam                        a window opens; needs aam-seals[teleop]\n"
+        "  seals teleop robot=aam script=keys.yaml       no window, as fast as it can be\n"
+        "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
+        "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
+        "  speed     simulated seconds in one second of the clock\n"
+        "  export    tensordict: the demonstration for learning; needs aam-seals[learn]\n"
+        "  guide.speed, guide.climb, guide.turn, guide.joint_speed: what full stick means",
+        more="seals.teleop.keymap:table",
+    ),
+    "new": Verb(
+        target="seals.cli.new:new",
+        summary="start a robot of your own from a URDF, or a package for an effect or a sensor",
+        usage="robot NAME --urdf FILE [--package NAME=FOLDER], or effect NAME, or sensor NAME\n"
+        "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
+        "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
+        "  seals new effect whirl\n\n"
+        "  robot     makes the folder NAME with robot.yaml, the URDF and its meshes\n"
+        "  --package where the files of package://NAME/... lie, when not around the URDF\n"
+        "  effect    makes the package seals-NAME with a law, its test and its pyproject.toml\n"
+        "exit code: 0 made, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
+    ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="say whether this machine and the installed plug-ins are sound",
@@ -155,10 +183,17 @@ def _dispatch(words: list[str]) -> int:
         raise ConfigError(f"there is no verb '{name}'.\n{suggestion(name, VERBS, label='Verbs')}")
     if "--help" in rest or "-h" in rest:
         print(f"seals {name}: {VERBS[name].summary}\n\nusage: seals {name} {VERBS[name].usage}")
+        if VERBS[name].more:
+            print(f"\n{_named(VERBS[name].more)()}")
         return 0
-    module, _, function = VERBS[name].target.partition(":")
-    run: Callable[[list[str]], int] = getattr(importlib.import_module(module), function)
+    run: Callable[[list[str]], int] = _named(VERBS[name].target)
     return run(rest)
+
+
+def _named(target: str) -> Any:
+    """Return what ``module:function`` names."""
+    module, _, function = target.partition(":")
+    return getattr(importlib.import_module(module), function)
 
 
 def _overview() -> str:

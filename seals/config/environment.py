@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.config.fields import optional
+from seals.config.ground import ShoreSettings, check_obstacles, check_shore
 from seals.errors import ConfigError
 from seals.schema import param
 
@@ -30,6 +31,8 @@ class EnvironmentSettings:
         water_density: density that rules over the two profiles [kg/m^3].
         restitution: coefficient of restitution of ground and bottom [1].
         friction: Coulomb friction coefficient of ground and bottom [1].
+        shore: slope from the bottom through the waterline to the land.
+        obstacles: further solids that stand still, by name.
     """
 
     gravity: float = param(
@@ -52,6 +55,20 @@ class EnvironmentSettings:
         0.0, "1", bounds=(0.0, 1.0), tolerance=0.1, source=_CHOSEN, fit=False
     )
     friction: float = param(0.5, "1", bounds=(0.0, 10.0), tolerance=0.2, source=_CHOSEN, fit=False)
+    shore: ShoreSettings = field(default_factory=ShoreSettings)
+    # entries become ObstacleSettings when the run is built
+    obstacles: dict[str, Any] = field(default_factory=dict)
+
+
+def check_ground(environment: EnvironmentSettings) -> None:
+    """Refuse a shore or obstacles that cannot be built.
+
+    Raises:
+        ConfigError: a level is missing, or a size does not fit its type.
+    """
+    e = environment
+    check_shore(e.shore, bottom=e.tank_bottom, water=e.water_level, land=e.ground_level)
+    check_obstacles(e.obstacles)
 
 
 def check_profiles(environment: EnvironmentSettings) -> None:

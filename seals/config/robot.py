@@ -13,7 +13,18 @@ from typing import Any
 from seals.config.fields import optional, vector
 from seals.errors import RobotError, suggestion
 
-_KEYS = ("summary", "urdf", "fixed_base", "hulls", "effects", "sensors", "actuators", "controller")
+_KEYS = (
+    "summary",
+    "urdf",
+    "fixed_base",
+    "hulls",
+    "arms",
+    "grippers",
+    "effects",
+    "sensors",
+    "actuators",
+    "controller",
+)
 _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 
@@ -64,6 +75,38 @@ class HullSettings:
 
 
 @dataclass(kw_only=True)
+class ArmSettings:
+    """One arm, by the names of its parts in the URDF.
+
+    Args:
+        joints: from the base on.
+        tool: the link that the arm moves.
+        stowed: joint values at rest, one a joint; empty for zeros [rad or m].
+    """
+
+    joints: list[str] = field(default_factory=list)
+    tool: str = ""
+    stowed: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
+
+
+@dataclass(kw_only=True)
+class GripperSettings:
+    """One gripper, by the names of its parts in the URDF.
+
+    Args:
+        joints: of the fingers.
+        open: joint values when open, one a joint [rad or m].
+        closed: joint values when closed on nothing, one a joint [rad or m].
+        tips: links that touch, each with a contact force of its own.
+    """
+
+    joints: list[str] = field(default_factory=list)
+    open: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
+    closed: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
+    tips: list[str] = field(default_factory=list)
+
+
+@dataclass(kw_only=True)
 class RobotSettings:
     """A robot as the run sees it.
 
@@ -73,6 +116,8 @@ class RobotSettings:
         urdf: URDF file relative to the folder.
         fixed_base: whether the base link is bolted to the world.
         hulls: what displaces water, by link name.
+        arms: by name.
+        grippers: by name.
         summary: one line for lists and reports.
     """
 
@@ -81,6 +126,8 @@ class RobotSettings:
     urdf: str = ""
     fixed_base: bool = False
     hulls: dict[str, HullSettings] = field(default_factory=dict)
+    arms: dict[str, ArmSettings] = field(default_factory=dict)
+    grippers: dict[str, GripperSettings] = field(default_factory=dict)
     summary: str = ""
 
     @property
@@ -94,13 +141,15 @@ class RobotFile:
     """What one ``robot.yaml`` holds, checked for its keys but not yet for its values.
 
     Args:
-        settings: name, folder, URDF and summary; hulls are still in ``hulls``.
+        settings: name, folder, URDF and summary; the rest is still in ``hulls`` and ``limbs``.
         hulls: raw hull entries by link name.
+        limbs: raw entries of arms and grippers, by section and name.
         parts: per section (effects, sensors, actuators) the instance name, plug-in name and values.
     """
 
     settings: RobotSettings
     hulls: dict[str, Any]
+    limbs: dict[str, dict[str, Any]]
     parts: dict[str, dict[str, tuple[str, dict[str, Any]]]]
 
 
@@ -144,7 +193,8 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
             {"controller": raw["controller"]}, f"{path}: controller", "controller"
         )
     hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
-    return RobotFile(settings=settings, hulls=hulls, parts=parts)
+    limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers")}
+    return RobotFile(settings=settings, hulls=hulls, limbs=limbs, parts=parts)
 
 
 def _load(path: Path) -> Any:

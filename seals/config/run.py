@@ -6,14 +6,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.config.build import build
-from seals.config.environment import EnvironmentSettings, check_profiles
+from seals.config.entries import typed_entries
+from seals.config.environment import EnvironmentSettings, check_ground, check_profiles
 from seals.config.fields import check_tree, vector
+from seals.config.ground import ObstacleSettings
+from seals.config.objects import ObjectSettings, check_objects
 from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals
 from seals.config.robot import RobotSettings
 from seals.config.unknown import refuse_unknown
-from seals.errors import ConfigError
-from seals.registry import get
+from seals.errors import ConfigError, suggestion
+from seals.registry import get, names
 from seals.schema import param
 
 
@@ -76,7 +79,9 @@ class RunSettings:
         sensors: sensors by instance name.
         actuators: actuators by instance name.
         controller: what commands the actuators, or None.
+        guide: what tells the controller where to go, or None.
         initial: state at the start.
+        objects: further bodies in the scene, by name.
         time: time base.
         repeat: folder of an earlier run to take up again as it was, or None.
         model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
@@ -93,7 +98,9 @@ class RunSettings:
     sensors: dict[str, Any] = field(default_factory=dict)
     actuators: dict[str, Any] = field(default_factory=dict)
     controller: Any = None
+    guide: Any = None
     initial: InitialSettings = field(default_factory=InitialSettings)
+    objects: dict[str, Any] = field(default_factory=dict)
     time: TimeSettings = field(default_factory=TimeSettings)
     repeat: str | None = None
     model: Any = None
@@ -101,7 +108,7 @@ class RunSettings:
 
 
 PLAIN = ("environment", "initial", "time", "robot")
-SINGLE = ("backend", "wave", "controller")
+SINGLE = ("backend", "wave", "controller", "guide")
 SEVERAL = ("effects", "sensors", "actuators")
 
 
@@ -126,6 +133,11 @@ def build_run(config: Any) -> RunSettings:
     refuse_unknown(config, where="")
     with refusals(()):
         values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}
+        values["objects"] = typed_entries(ObjectSettings, config.get("objects"), where="objects")
+        obstacles = config.environment.obstacles
+        values["environment"].obstacles = typed_entries(
+            ObstacleSettings, obstacles, where="environment.obstacles"
+        )
         values |= {"name": str(config.name), "seed": int(config.seed)}
         for key in SINGLE:
             node = config.get(key)
@@ -163,7 +175,7 @@ def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
 
 def _check(settings: RunSettings) -> None:
     """Refuse values that the types let through."""
-    for key in PLAIN:
+    for key in (*PLAIN, "objects"):
         check_tree(getattr(settings, key), where=key)
     if settings.seed < 0:
         raise ConfigError(
@@ -172,7 +184,14 @@ def _check(settings: RunSettings) -> None:
     if not settings.robot.urdf:
         raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
     check_profiles(settings.environment)
+    check_ground(settings.environment)
+    check_objects(settings.objects)
     _check_name(settings.name)
+    if settings.guide is not None and settings.controller is None:
+        raise ConfigError(
+            "guide is given, and no controller that follows it.\n"
+            f"Choose one: controller=NAME.  {suggestion('', names('controller'), label='Installed')}"
+        )
 
 
 def _check_name(name: str) -> None:

@@ -112,6 +112,7 @@ def install() -> None:
     from seals.config.diagnose import DiagnoseSettings
     from seals.config.plan import PlanSettings
     from seals.config.run import RunSettings
+    from seals.config.teleop import TeleopSettings
     from seals.config.verify import VerifySettings
 
     hub = Plugins.instance()
@@ -124,6 +125,7 @@ def install() -> None:
     store.store("plan_schema", PlanSettings, provider="seals")
     store.store("add_schema", AddSettings, provider="seals")
     store.store("verify_schema", VerifySettings, provider="seals")
+    store.store("teleop_schema", TeleopSettings, provider="seals")
 
 
 def robot_names() -> list[str]:
@@ -176,6 +178,7 @@ def robot_option(name: str) -> Container:
         "urdf": settings.urdf,
         "fixed_base": settings.fixed_base,
         "hulls": found.hulls,
+        **found.limbs,
         "summary": settings.summary,
     }
     node: Container = OmegaConf.create({"defaults": [*defaults, "_self_"], **body})

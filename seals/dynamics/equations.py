@@ -8,6 +8,7 @@ from seals.arrays import Array, namespace
 from seals.dynamics.added import added_terms
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import by_batch
+from seals.dynamics.servo import on_joints
 from seals.dynamics.spatial import kirchhoff
 from seals.effects.evaluation import Evaluation, take_motion
 from seals.motion import Motion
@@ -48,16 +49,28 @@ class Assembly:
             found: outputs of the effects.
             joint_force: generalised force on the joints [N m or N], shape (B, J).
         """
+        matrix, right = self.equations(kinematics, moving, motion, found, joint_force)
+        return namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+
+    def equations(
+        self,
+        kinematics: Kinematics,
+        moving: Moving,
+        motion: Motion,
+        found: Evaluation,
+        joint_force: Array,
+    ) -> tuple[Array, Array]:
+        """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
         xp = namespace(moving.speed)
         force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
         total = self.total_inertia(found, moving.speed.shape[0])
         force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
-        return self.solve(kinematics, total, force, joint_force)
+        return self.system(kinematics, total, force, joint_force)
 
-    def solve(
+    def system(
         self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array
-    ) -> Array:
-        """Return the generalised acceleration under wrenches ``force`` (B, L, 6) on the links."""
+    ) -> tuple[Array, Array]:
+        """Return generalised inertia (B, n, n) and force (B, n) under wrenches on the links."""
         xp = namespace(force)
         jacobian = kinematics.jacobian
         batch, links, _, size = jacobian.shape
@@ -70,8 +83,8 @@ class Assembly:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         if self.armature is not None:
-            matrix = matrix + _armature(self.armature, size, matrix)
-        return xp.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+            matrix = matrix + on_joints(self.armature[None], size)
+        return matrix, right
 
     def total_inertia(self, found: Evaluation, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
@@ -119,14 +132,6 @@ class Assembly:
                 else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
             )
         return scatter(values, rows, count)
-
-
-def _armature(armature: Array, size: int, like: Array) -> Array:
-    """Inertia of the drives on the diagonal of the joints, shape (1, n, n)."""
-    xp = namespace(like)
-    lead = xp.zeros((size - armature.shape[0],), dtype=like.dtype)
-    diagonal = xp.concat((lead, armature))
-    return (xp.eye(size, dtype=like.dtype) * diagonal)[None]
 
 
 def scatter(values: Array, rows: Any, count: int) -> Array:

@@ -17,11 +17,13 @@ from seals.effects.effect import (
     Effect,
     FlowField,
     Inertia,
+    JointDriven,
     JointLoads,
     Loads,
     Measure,
     MediumKind,
     Nominal,
+    Supply,
     Timed,
 )
 from seals.errors import ConfigError, suggestion
@@ -62,9 +64,13 @@ class EffectSet:
         self.inertias = self._having(Inertia)
         self.loads = self._having(Loads)
         self.joint_loads = self._having(JointLoads)
+        self.joint_drives = self._having(JointDriven)
+        driven = {b.name for b in self.joint_drives}
+        self.joint_others = tuple(b for b in self.joint_loads if b.name not in driven)
         self.actuators = self._having(Actuated)
         self.actuations = self._having(Actuation)
         self.drive_loads = self._having(DriveLoads)
+        self.supplies = self._having(Supply)
         self.nominals = self._having(Nominal)
         self.measures = self._having(Measure)
         self.timings = self._having(Timed)

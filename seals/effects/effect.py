@@ -13,6 +13,7 @@ from seals.motion import (
     Body,
     Drives,
     Inputs,
+    JointDrive,
     Joints,
     Medium,
     Motion,
@@ -55,7 +56,11 @@ class Effect:
 
     - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
       on the joints.
+    - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
+      before its limit, with its slopes, so that steps can take it implicitly.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
+    - ``supply(power, inputs, memory, params) -> new memory`` of a battery under the power of all
+      drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
     - ``timing(params) -> Timing``: later commands, slower actuators, late sensors.
     - ``measure(reading, params) -> Reading``: what the inertial sensors really report.
     - ``nominal(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about its
@@ -81,6 +86,10 @@ class Effect:
 
     stiff: ClassVar[bool] = False
     """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
+
+    def ambient(self) -> Effect | None:
+        """Return the effect as it acts on the scene's other bodies; None for one of this robot."""
+        return None
 
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
@@ -136,6 +145,16 @@ class JointLoads(Protocol):
 
 
 @runtime_checkable
+class JointDriven(Protocol):
+    """An effect with the hook ``joint_drive``."""
+
+    @staticmethod
+    def joint_drive(joints: Joints, inputs: Inputs, params: Parameters) -> JointDrive:
+        """Generalised force on every joint before its limit, and its slopes."""
+        ...
+
+
+@runtime_checkable
 class Actuation(Protocol):
     """An effect with the hook ``actuation``."""
 
@@ -144,6 +163,21 @@ class Actuation(Protocol):
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
         """Thrusts and reaction torques as they really are."""
+        ...
+
+
+@runtime_checkable
+class Supply(Protocol):
+    """An effect with the hooks ``supply`` and ``state``: a battery."""
+
+    @staticmethod
+    def supply(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
+        """New memory under the power of all drives [W], shape (N, 1)."""
+        ...
+
+    @staticmethod
+    def state(memory: Array, params: Parameters) -> tuple[Array, Array, Array]:
+        """Terminal voltage [V], current [A] and state of charge [1], shape (N, 1) each."""
         ...
 
 

@@ -22,6 +22,7 @@ from seals.motion import (
     Body,
     Drives,
     Inputs,
+    JointDrive,
     Joints,
     Medium,
     Motion,
@@ -40,7 +41,10 @@ class Evaluation(NamedTuple):
         loads: (effect, rows, wrench about the link origin, link axes); those of actuators are
             among them.
         inertias: (effect, rows, added inertia, medium of the effect).
-        joint_loads: (effect, generalised force (batch, J)).
+        joint_loads: (effect, generalised force (batch, J)); those of joint drives are among them
+            unless they are taken implicitly.
+        joint_drives: (effect, joint drive before its limit).
+        drives: (actuator, thrusts and torques as they really are); empty while they stand still.
         memory: new memory by effect name.
     """
 
@@ -49,6 +53,8 @@ class Evaluation(NamedTuple):
     inertias: list[tuple[BoundEffect, Any, AddedInertia, Medium]]
     joint_loads: list[tuple[BoundEffect, Array]]
     memory: dict[str, Array]
+    joint_drives: list[tuple[BoundEffect, JointDrive]]
+    drives: list[tuple[BoundEffect, Drives]]
 
 
 class Evaluator:
@@ -59,6 +65,7 @@ class Evaluator:
         surroundings: of all rows.
         links: number of links.
         batch: rows per link.
+        implicit: whether joint drives are taken implicitly, by their slopes.
         folded: whether changes of the rigid inertia are part of the bodies already; otherwise they
             are evaluated as added inertia with a weight.
     """
@@ -71,8 +78,10 @@ class Evaluator:
         links: int,
         batch: int,
         folded: bool = False,
+        implicit: bool = False,
     ) -> None:
         """Find the rows of each effect once."""
+        self.implicit = implicit
         self.effects, self.surroundings = effects, surroundings
         self.nominals = () if folded else effects.nominals
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
@@ -80,15 +89,26 @@ class Evaluator:
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
 
     def evaluate(
-        self, motion: Motion, joints: Joints, inputs: Inputs, memory: Memory
+        self,
+        motion: Motion,
+        joints: Joints,
+        inputs: Inputs,
+        memory: Memory,
+        sample: Sample | None = None,
     ) -> Evaluation:
-        """Evaluate flows, then inertias and loads in the resulting medium."""
+        """Evaluate flows, then inertias and loads in the resulting medium.
+
+        The surroundings are sampled unless ``sample`` holds them already.
+        """
         new: dict[str, Array] = dict(memory)
-        sample = self.surroundings.sample(motion)
+        if self.effects.supplies:
+            inputs = inputs._replace(voltage=self.supplied(memory))
+        sample = self.surroundings.sample(motion) if sample is None else sample
         if self.effects.flows:
             sample = self._with_flows(sample, motion, inputs, memory, new)
         seen: dict[Any, tuple[Motion, Medium]] = {}
         loads, inertias, joint_loads = [], [], []
+        running: list[tuple[BoundEffect, Drives]] = []
         for b in self.effects.inertias:
             rows, part, medium = self._seen(b, motion, sample, seen)
             added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
@@ -106,12 +126,26 @@ class Evaluator:
             _keep(new, b, kept)
         if self.effects.actuators and inputs.drive is not None:
             for b in self.effects.actuators:
-                loads += self._driven(b, motion, sample, inputs, memory, new, seen)
-        for b in self.effects.joint_loads:
+                loads += self._driven(b, motion, sample, inputs, memory, new, seen, running)
+        for b in self.effects.supplies:
+            new[b.name] = b.hooks.supply(
+                power_of(running, memory[b.name]), inputs, memory[b.name], b.params
+            )
+        joint_drives = [
+            (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
+        ]
+        for b in self.effects.joint_others if self.implicit else self.effects.joint_loads:
             force, kept = b.hooks.joint_loads(joints, inputs, memory.get(b.name), b.params)
             joint_loads.append((b, force))
             _keep(new, b, kept)
-        return Evaluation(sample, loads, inertias, joint_loads, new)
+        return Evaluation(sample, loads, inertias, joint_loads, new, joint_drives, running)
+
+    def supplied(self, memory: Memory) -> Array | None:
+        """Return the voltage of the battery [V], shape (batch, 1); None without one."""
+        for b in self.effects.supplies:
+            voltage: Array = b.hooks.state(memory[b.name], b.params)[0]
+            return voltage
+        return None
 
     def _driven(  # noqa: PLR0917  one instant of the scene
         self,
@@ -122,6 +156,7 @@ class Evaluator:
         memory: Memory,
         new: dict[str, Array],
         seen: dict[Any, tuple[Motion, Medium]],
+        running: list[tuple[BoundEffect, Drives]],
     ) -> list[tuple[BoundEffect, Any, Wrench]]:
         """Wrenches of one actuator and of the effects that go with its thrust."""
         drives = actuator.hooks.drives(inputs, actuator.params)
@@ -129,6 +164,7 @@ class Evaluator:
             if b.links == actuator.links:
                 _, part, medium = self._seen(b, motion, sample, seen)
                 drives = b.hooks.actuation(drives, part, medium, inputs, b.params)
+        running.append((actuator, drives))
         out = [(actuator, self.rows[actuator.name], thrust_wrench(drives))]
         for b in self.effects.drive_loads:
             if b.links == actuator.links:
@@ -171,6 +207,21 @@ class Evaluator:
         if pair is None:
             pair = seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
         return rows, *pair
+
+
+def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
+    """Electrical power of all drives [W], shape (batch, 1).
+
+    Args:
+        running: actuators and their drives as they really are.
+        like: memory of the battery, shape (batch, k).
+    """
+    total = like[:, 0:1] * 0.0
+    for b, drives in running:
+        if hasattr(b.effect, "power"):
+            power = b.hooks.power(drives, b.params)
+            total = total + namespace(power).sum(power, axis=1, keepdims=True)
+    return total
 
 
 def thrust_wrench(drives: Drives) -> Wrench:
@@ -220,7 +271,7 @@ def take_motion(motion: Motion, rows: Any) -> Motion:
 
 
 def _pick(x: Array, rows: Any) -> Array:
-    if x.shape[0] == 1:
+    if x is None or x.shape[0] == 1:
         return x
     if isinstance(rows, slice) or type(x) is np.ndarray:
         return x[rows]

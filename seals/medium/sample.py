@@ -26,6 +26,7 @@ class Sample(NamedTuple):
     air_density: Array
     air_viscosity: Array
     one: Array
+    depth: Array | None = None
 
     def view(self, kind: MediumKind | None) -> Medium:
         """Return the surroundings as seen by an effect of the medium ``kind``.
@@ -69,4 +70,7 @@ class Sample(NamedTuple):
             normal=self.normal,
             sinking_speed=self.sinking_speed,
             gravity=self.gravity,
+            depth=self.depth,
+            water_density=self.water_density,
+            air_density=self.air_density,
         )

@@ -129,6 +129,7 @@ class Surroundings:
             air_density=self._constants["air_density"],
             air_viscosity=self._constants["air_viscosity"],
             one=self._constants["one"],
+            depth=height,
         )
 
     def _dry(self, motion: Motion) -> Sample:

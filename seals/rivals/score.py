@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.rivals.candidates import Candidate
 from seals.rivals.fit import Lockstep, Task, Tell
+from seals.rivals.innovations import gain, innovations, memory
 from seals.rivals.problem import Experiment
 
 PRICE = 0.03
@@ -18,6 +19,8 @@ _SIZES = (1.0, 0.1, 10.0)
 """Sizes from which a fit may set out, in those that are plausible."""
 _PRIOR_RUNS = 2.0
 """Weight of the expected scatter of a run's error beside the scatter that was seen, in runs."""
+_FEWEST_RUNS = 3
+"""Runs below which the news in their errors settle no contest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,14 +226,31 @@ class Judge:
     def margin(self, better: Hypothesis, worse: Hypothesis) -> Margin:
         """How much better one hypothesis is on held-out runs."""
         gains = worse.losses - better.losses
-        runs = len(gains)
-        seen = float(np.sum((gains - gains.mean()) ** 2))
-        expected = self._expected(better)
-        variance = (seen + _PRIOR_RUNS * expected) / (runs - 1 + _PRIOR_RUNS)
-        return Margin(
-            mean=float(gains.mean()) + worse.price - better.price,
-            error=float(np.sqrt(variance / runs)),
+        return _margin(gains, worse.price - better.price, self._expected(better))
+
+    def contest(self, better: Hypothesis, worse: Hypothesis) -> Margin:
+        """The margin of two rivals; where it is not sure, that of what is new in their errors.
+
+        Slow faults of the runs weigh on both alike and hide which of them follows fast changes.
+        A systematic fault has no news in it: there the margin stands.
+        """
+        margin = self.margin(better, worse)
+        train = self.experiment.train
+        if margin.sure or any(self.experiment.systematic(c) for c in train):
+            return margin
+        one, two = (
+            [self.experiment.white(c, h.held[c], judged=True) for c in train]
+            for h in (better, worse)
         )
+        rho = memory([*one, *two])
+        gains = np.array([gain(a, b, rho) for a, b in zip(one, two, strict=True)])
+        gains = gains[np.isfinite(gains)]
+        if len(gains) < _FEWEST_RUNS:
+            return margin
+        counts = [_samples(innovations(a, rho)) for a in one]
+        expected = float(np.mean([0.5 / max(n, 1.0) for n in counts]))
+        news = _margin(gains, worse.price - better.price, expected)
+        return news if news.sure else margin
 
     def _expected(self, hypothesis: Hypothesis) -> float:
         """Scatter of the log error that the few independent samples of a run alone would give."""
@@ -245,14 +265,23 @@ class Judge:
         if self.experiment.systematic(case):
             return 1.0
         parts = self.experiment.white(case, hypothesis.fit.predicted[case], judged=False)
-        best = max((part for part in parts.values()), key=lambda p: np.isfinite(p).sum())
-        total = 0.0
-        for column in best.T:
-            x = column[np.isfinite(column)]
-            if x.size >= 2:
-                total += x.size / _length(x)
         free = len(self.experiment.cases[case].start.free)
-        return max(total - free, 1.0)
+        return max(_samples(parts) - free, 1.0)
+
+
+def _margin(gains: Floats, price: float, expected: float) -> Margin:
+    """Mean over runs, and its error from the scatter that was seen and the one expected."""
+    runs = len(gains)
+    seen = float(np.sum((gains - gains.mean()) ** 2))
+    variance = (seen + _PRIOR_RUNS * expected) / (runs - 1 + _PRIOR_RUNS)
+    return Margin(mean=float(gains.mean()) + price, error=float(np.sqrt(variance / runs)))
+
+
+def _samples(parts: Mapping[str, Floats]) -> float:
+    """Independent samples in the best measured channel of a residual."""
+    best = max(parts.values(), key=lambda p: np.isfinite(p).sum())
+    columns = (column[np.isfinite(column)] for column in best.T)
+    return float(sum(x.size / _length(x) for x in columns if x.size >= 2))
 
 
 def _length(x: Floats) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from seals.rivals.fit import Tell
 from seals.rivals.problem import Experiment
-from seals.rivals.score import Hypothesis, Judge, Margin, ordered
+from seals.rivals.score import Hypothesis, Judge, ordered
 
 PAIRED = 5
 """Effects of the first round that are tried two by two."""
@@ -117,23 +117,3 @@ def _dropped(judge: Judge, best: Hypothesis) -> list[Hypothesis]:
             values[judge.index[key]] = judge.experiment.key(judge.index[key]).off
         sets.append((rest, values))
     return judge.fitted(sets)
-
-
-def rivals_of(found: Search) -> list[tuple[Hypothesis, Margin]]:
-    """Other models of the same number of effects that are not surely worse than the best.
-
-    Each must itself win at least half of what the best one wins.
-    """
-    best, judge = found.best, found.judge
-    half = 0.5 * judge.margin(best, found.nominal).mean
-    out = []
-    seen = {frozenset(best.candidates)}
-    for other in found.tried:
-        same = len(other.candidates) == len(best.candidates)
-        if not same or frozenset(other.candidates) in seen:
-            continue
-        seen.add(frozenset(other.candidates))
-        margin = judge.margin(best, other)
-        if not margin.sure and judge.margin(other, found.nominal).mean > half:
-            out.append((other, margin))
-    return out

@@ -29,12 +29,14 @@ class Claim:
         model: in which it was fitted.
         confidence: that it is this one and not one of its rivals.
         rivals: labels of those that could stand in its place.
+        settled: labels of those that only the news in their errors rule out.
     """
 
     candidate: Candidate
     model: Hypothesis
     confidence: float
     rivals: tuple[str, ...] = ()
+    settled: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +77,7 @@ def judged(found: Search) -> Answer:
         verdict=Verdict.named if sure else Verdict.ambiguous,
         claims=tuple(claims),
         gain=gain,
-        reasons=tuple(_words(found, c) for c in claims if c.rivals),
+        reasons=tuple(words for c in claims for words in _words(found, c)),
         others=tuple(others),
     )
 
@@ -86,21 +88,32 @@ def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
     own = best.candidates[index]
     rest = best.candidates[:index] + best.candidates[index + 1 :]
     pool = [c for c in judge.experiment.library.candidates if c not in best.candidates]
-    odds, close = 0.0, []
+    odds, close, settled = 0.0, [], []
     half = 0.5 * judge.margin(best, found.nominal).mean
     for other in judge.fitted([((*rest, c), _without(found, own)) for c in pool]):
-        margin = judge.margin(best, other)
+        margin = judge.contest(best, other)
         weight = _chance(margin)
         odds += weight / max(1.0 - weight, 1e-9)
-        if not margin.sure and judge.margin(other, found.nominal).mean > half:
+        if judge.margin(other, found.nominal).mean <= half:
+            continue
+        if not margin.sure:
             close.append((margin.mean, other))
+        elif not judge.margin(best, other).sure:
+            settled.append(other.candidates[-1].label)
     close.sort(key=lambda pair: pair[0])
     confidence = 1.0 / (1.0 + odds)
     rivals = [
         Claim(candidate=h.candidates[-1], model=h, confidence=1.0 - confidence) for _, h in close
     ]
     labels = tuple(r.candidate.label for r in rivals)
-    return Claim(candidate=own, model=best, confidence=confidence, rivals=labels), rivals
+    claim = Claim(
+        candidate=own,
+        model=best,
+        confidence=confidence,
+        rivals=labels,
+        settled=tuple(settled),
+    )
+    return claim, rivals
 
 
 def _without(found: Search, own: Candidate) -> Floats:
@@ -116,7 +129,14 @@ def _chance(margin: Margin) -> float:
     return 0.5 * math.erfc(margin.mean / max(margin.error, 1e-9) / math.sqrt(2.0))
 
 
-def _words(found: Search, claim: Claim) -> str:
+def _words(found: Search, claim: Claim) -> list[str]:
+    """What stands beside a claim, and what is ruled out by fast changes only."""
+    own = claim.candidate.label
+    out = [f"{s} follows slow changes as well, fast ones speak for {own}" for s in claim.settled]
+    return [_alike(found, claim), *out] if claim.rivals else out
+
+
+def _alike(found: Search, claim: Claim) -> str:
     names = [claim.candidate.label, *claim.rivals]
     words = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
     speeds = [found.judge.experiment.cases[c].speed for c in found.judge.experiment.train]

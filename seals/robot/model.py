@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +13,24 @@ from seals.dynamics.spatial import rigid_inertia
 from seals.dynamics.tree import Tree
 from seals.hulls import Hull
 from seals.motion import Body
+from seals.robot.limbs import Arm, Gripper
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface:
+    """Contact coefficients of all links in place of those in the URDF; None leaves one as it is.
+
+    Args:
+        friction: lateral friction coefficient [1].
+        rolling: lever arm that resists rolling [m].
+        spinning: lever arm that resists spinning about the contact normal [m].
+        restitution: coefficient of restitution [1].
+    """
+
+    friction: float | None = None
+    rolling: float | None = None
+    spinning: float | None = None
+    restitution: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +52,9 @@ class RobotModel:
         upper: joint limits [rad or m], shape (J,).
         hulls: one per link, None for a link that displaces no water.
         has_collision: whether a link has collision geometry, shape (L,).
+        arms: by name.
+        grippers: by name.
+        surface: contact coefficients in place of those in the URDF, or None.
     """
 
     name: str
@@ -47,6 +69,9 @@ class RobotModel:
     upper: Floats
     hulls: tuple[Hull | None, ...]
     has_collision: tuple[bool, ...]
+    arms: Mapping[str, Arm] = field(default_factory=dict)
+    grippers: Mapping[str, Gripper] = field(default_factory=dict)
+    surface: Surface | None = None
 
     @cached_property
     def spatial_inertia(self) -> Floats:

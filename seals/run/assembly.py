@@ -10,31 +10,56 @@ import numpy as np
 from seals.arrays import Array
 from seals.backend import Configuration
 from seals.config.run import RunSettings
+from seals.control.estimate import check_sense
+from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
 from seals.errors import ConfigError
 from seals.frames import quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.objects import add_objects, object_configuration
 from seals.twin import Twin, TwinState
 from seals.world import Actor, World
+from seals.world.pilot import Pilot
+from seals.world.servos import check_gains
 
 ROBOT = "robot"
 """Name of the robot among the actors of a run."""
 
 
 def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
-    """Build the robot and bind its effects."""
+    """Build the robot and bind its effects and actuators.
+
+    Raises:
+        SealsError: one of them cannot be used, or an effect and an actuator share a name.
+    """
     robot = build_robot(settings.robot)
-    return robot, bind_effects(settings.effects, robot.links)
+    return robot, bind_effects(acting(settings), robot.links)
+
+
+def acting(settings: RunSettings) -> dict[str, Any]:
+    """Return effects and actuators of a run by name: an actuator is an effect like any other.
+
+    Raises:
+        ConfigError: an effect and an actuator share a name.
+    """
+    effects, actuators = settings.effects, settings.actuators
+    both = [name for name in actuators if effects.get(name, actuators[name]) is not actuators[name]]
+    if both:
+        raise ConfigError(
+            f"'{both[0]}' is the name of an effect and of an actuator.\nGive one another name."
+        )
+    return {**effects, **actuators}
 
 
 def build_world(settings: RunSettings) -> World:
-    """Build a world with the robot of a run in its initial configuration.
+    """Build a world with the robot and the objects of a run in their initial configurations.
 
     Raises:
         SealsError: the robot, an effect or the initial state cannot be used.
     """
     robot, effects = build_model(settings)
+    check_gains(robot, effects, settings.time.step)
     steps = step_count(settings)
     settings.backend.open(settings.environment, settings.time.step)
     actor = Actor(
@@ -46,15 +71,39 @@ def build_world(settings: RunSettings) -> World:
         waves=settings.wave,
         steps=steps,
     )
+    actor.pilot = build_pilot(settings, actor)
+    objects = add_objects(settings, steps=steps)
     world = World(
         settings.backend,
-        {ROBOT: actor},
+        {ROBOT: actor, **objects},
         settings.environment,
         step=settings.time.step,
         seed=settings.seed,
     )
-    world.reset({ROBOT: initial_configuration(settings, robot)})
+    places = {
+        name: object_configuration(name, settings.objects[name], thing.robot)
+        for name, thing in objects.items()
+    }
+    world.reset({ROBOT: initial_configuration(settings, robot), **places})
     return world
+
+
+def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
+    """Build guide and controller of a run; None without a guide.
+
+    Raises:
+        SealsError: guide or controller cannot work with this robot, or its sensor is missing.
+    """
+    if settings.guide is None:
+        return None
+    check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
+    return Pilot(
+        build_plant(actor.robot, actor.effects, settings.environment),
+        settings.controller,
+        settings.guide,
+        volume=actor.evaluator.surroundings.volume,
+        step=settings.time.step,
+    )
 
 
 def build_twin(

@@ -31,7 +31,11 @@ def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
             os.replace(beside / name, folder / name)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
-    write_table(folder / "ledger.parquet", record.ledger.columns())
+    columns = record.ledger.columns()
+    for name, ledger in record.objects.items():
+        more = {f"{name}/{column}": values for column, values in ledger.columns().items()}
+        columns |= {key: values for key, values in more.items() if key != f"{name}/t"}
+    write_table(folder / "ledger.parquet", columns)
 
 
 def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list[str]) -> None:

@@ -12,7 +12,7 @@ from seals.errors import ConfigError, RobotError
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
 
-_SINGLE = ("backend", "wave", "controller")
+_SINGLE = ("backend", "wave", "controller", "guide")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 

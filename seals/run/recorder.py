@@ -12,6 +12,8 @@ from seals.frames import matrix_of, unrotate
 from seals.world.actor import Actor
 
 AXES = ("x", "y", "z")
+BATTERY = ("battery_voltage", "battery_current", "battery_charge")
+"""Channels of a battery [V, A, 1]."""
 
 
 class Recorder:
@@ -41,6 +43,7 @@ class Recorder:
             for channel, width in plugin.channels().items()
         }
         self._names = _names_of(actor)
+        self._battery = np.zeros((steps + 1 if actor.battery else 0, len(BATTERY)))
 
     def take(self, time: float) -> None:
         """Record the present state and the readings that were due at ``time`` [s]."""
@@ -48,6 +51,8 @@ class Recorder:
         self._time[row] = time
         # one flat write: position, quaternion, velocity, spin, joints, rates
         self._state[row] = np.concatenate(self.actor.body.read())
+        if self.actor.battery:
+            self._battery[row] = self.actor.supply()
         for sensor, reading in self.actor.readings.items():
             if reading is not None:
                 for channel, values in reading.items():
@@ -71,6 +76,8 @@ class Recorder:
             "angular_velocity": unrotate(turn, s[:, 10:13]),
             "specific_force": self._specific_force(turn),
         }
+        if self.actor.battery:
+            out |= {name: self._battery[: self.rows, [k]] for k, name in enumerate(BATTERY)}
         if self.water_level is not None:
             out["depth"] = self.water_level - s[:, 2:3]
         joints = (s.shape[1] - 13) // 2

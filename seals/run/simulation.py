@@ -6,10 +6,10 @@ import enum
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,13 @@ from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.robot.model import RobotModel
+from seals.run.aims import Aims
 from seals.run.assembly import ROBOT, build_world, step_count
+from seals.run.company import Company, describe_objects
 from seals.run.description import describe_run
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
+from seals.run.stages import Stages
 from seals.world import Ledger, World
 
 MOST_STEPS = 20_000_000
@@ -44,6 +47,8 @@ class Record:
         log: in the native format.
         ledger: wrench of every effect at every step.
         robot: as simulated.
+        objects: ledgers of the objects by name.
+        stages: of the guide, and how it ended.
         ending: how it ended.
         error: what stopped it, None when it is done.
         steps: steps that were completed.
@@ -53,6 +58,8 @@ class Record:
     log: Log
     ledger: Ledger
     robot: RobotModel
+    objects: Mapping[str, Ledger]
+    stages: Stages
     ending: Ending
     error: BaseException | None
     steps: int
@@ -67,7 +74,7 @@ class Record:
 def simulate(
     settings: RunSettings, *, label: str = "simulating", started: Callable[[], None] | None = None
 ) -> Record:
-    """Simulate a run from start to end.
+    """Simulate a run from start to end, or until its guide is done or gives up.
 
     An interruption, or an error while stepping, ends the run early; the record holds it and all
     rows up to it.
@@ -85,15 +92,29 @@ def simulate(
     with _stoppable():
         world = build_world(settings)
         try:
-            if started is not None:
-                started()
-            return _stepped(settings, world, steps, label)
+            return _stepped(settings, world, steps, label, started)
         finally:
             world.close()
 
 
-def _stepped(settings: RunSettings, world: World, steps: int, label: str) -> Record:
-    """Take all steps, or as many as go."""
+class _Books(NamedTuple):
+    """What is written down of a run."""
+
+    recorder: Recorder
+    company: Company
+    stages: Stages
+    aims: Aims
+
+    def take(self, time: float) -> bool:
+        """Record the present; return whether the run is over."""
+        self.recorder.take(time)
+        self.aims.take(self.recorder.rows - 1)
+        self.company.take()
+        return self.stages.over(time)
+
+
+def _books(settings: RunSettings, world: World, steps: int) -> _Books:
+    """Open the books with the row of the start."""
     actor = world.actors[ROBOT]
     recorder = Recorder(
         actor,
@@ -101,29 +122,40 @@ def _stepped(settings: RunSettings, world: World, steps: int, label: str) -> Rec
         gravity=settings.environment.gravity,
         water_level=settings.environment.water_level,
     )
-    recorder.take(world.time)
-    ending = Ending.done
-    error: BaseException | None = None
+    things = {name: other for name, other in world.actors.items() if name != ROBOT}
+    books = _Books(
+        recorder, Company(things, steps=steps), Stages(actor.pilot), Aims(actor.pilot, steps=steps)
+    )
+    books.take(world.time)
+    return books
+
+
+def _stepped(
+    settings: RunSettings,
+    world: World,
+    steps: int,
+    label: str,
+    started: Callable[[], None] | None,
+) -> Record:
+    """Take all steps, or as many as go."""
+    actor, books = world.actors[ROBOT], _books(settings, world, steps)
+    recorder, company, stages, _ = books
+    if started is not None:
+        started()
     start = time.perf_counter()
-    try:
-        with progress(label, steps) as tell:
-            for done in range(1, steps + 1):
-                world.step()
-                recorder.take(world.time)
-                tell(done)
-    except KeyboardInterrupt as stop:
-        ending, error = Ending.interrupted, stop
-        actor.ledger.rewind(recorder.rows - 1)
-    except (
-        Exception
-    ) as fault:  # whatever it is, the rows before it are worth keeping; it is raised later
-        ending, error = Ending.failed, fault
+    ending, error = _until_over(world, steps, label, books)
     seconds = time.perf_counter() - start
-    log = _log(settings, actor.robot, recorder)
+    if ending is Ending.interrupted:
+        for ledger in (actor.ledger, *company.ledgers.values()):
+            ledger.rewind(recorder.rows - 1)
+    log = _log(settings, actor.robot, books)
+    log.meta.update(stages.described())
     return Record(
         log=log,
         ledger=actor.ledger,
         robot=actor.robot,
+        objects=company.ledgers,
+        stages=stages,
         ending=ending,
         error=error,
         steps=recorder.rows - 1,
@@ -131,16 +163,40 @@ def _stepped(settings: RunSettings, world: World, steps: int, label: str) -> Rec
     )
 
 
-def _log(settings: RunSettings, robot: RobotModel, recorder: Recorder) -> Log:
+def _until_over(
+    world: World, steps: int, label: str, books: _Books
+) -> tuple[Ending, BaseException | None]:
+    """Step until the end, an interruption or an error."""
+    try:
+        with progress(label, steps) as tell:
+            for done in range(1, steps + 1):
+                world.step()
+                over = books.take(world.time)
+                tell(done)
+                if over:
+                    break
+    except KeyboardInterrupt as stop:
+        return Ending.interrupted, stop
+    except (
+        Exception
+    ) as fault:  # whatever it is, the rows before it are worth keeping; it is raised later
+        return Ending.failed, fault
+    return Ending.done, None
+
+
+def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
+    recorder, company = books.recorder, books.company
     first: dict[str, Floats] = {
         name: values[0] for name, values in recorder.truth.items() if np.all(np.isfinite(values[0]))
     }
     wanted = ("position", "orientation", "velocity", "angular_velocity", "joint_position")
     initial = {name: first[name] for name in wanted if name in first}
     meta: dict[str, Any] = describe_run(settings, robot, recorder.sources(), initial)
-    return Log(
-        name=settings.name, columns=recorder.columns(), meta=meta, source="simulated by SEALS"
-    )
+    if company.actors:
+        meta["objects"] = describe_objects(settings, company.actors)
+    columns = recorder.columns() | company.columns(recorder.rows)
+    columns |= books.aims.columns(recorder.rows)
+    return Log(name=settings.name, columns=columns, meta=meta, source="simulated by SEALS")
 
 
 def _refuse_endless(settings: RunSettings, steps: int) -> None:

@@ -57,7 +57,7 @@ def first_touch(record: Record, settings: RunSettings) -> float | None:
     wet = [
         name
         for name in ledger.effects
-        if getattr(getattr(settings.effects[name], "medium", None), "value", "") == "water"
+        if getattr(getattr(settings.effects.get(name), "medium", None), "value", "") == "water"
     ]
     acting = np.zeros(ledger.rows, dtype=bool)
     for name in wet:

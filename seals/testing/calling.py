@@ -64,7 +64,7 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
     if isinstance(output, Drives):
         count = output.thrust.shape[-1]
         per_row: tuple[tuple[int, ...], ...] = ((1, count), (rows, count))
-        return [((count, 3),), ((count, 3),), ((count,),), per_row, per_row]
+        return [((count, 3),), ((count, 3),), ((count,),), per_row, per_row, per_row]
     parts = tuple(output) if isinstance(output, tuple) else (output,)
     arrays = [x for x in parts if not isinstance(x, int | float)]
     widths = WIDTHS.get(hook)

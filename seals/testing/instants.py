@@ -73,6 +73,7 @@ def _random_drives(rng: np.random.Generator, rows: int) -> Drives:
         radius=rng.uniform(0.05, 0.2, DRIVES),
         thrust=rng.uniform(1.0, 4.0, (rows, DRIVES)),
         torque=0.02 * rng.standard_normal((rows, DRIVES)),
+        speed=rng.uniform(200.0, 600.0, (rows, DRIVES)),
     )
 
 
@@ -92,6 +93,9 @@ def _random_medium(rng: np.random.Generator, rows: int, rotation: Floats) -> Med
         normal=rotation[:rows, 2, :],
         sinking_speed=normal((rows, 1)),
         gravity=np.array([[9.81]]),
+        depth=0.1 * normal((rows, 1)),
+        water_density=rng.uniform(900.0, 1100.0, (rows, 1)),
+        air_density=np.array([[1.2]]),
     )
 
 
@@ -130,7 +134,8 @@ def _mapped(bundle: Any, change: Any, *, rowwise: bool = False) -> Any:
     if bundle is None or isinstance(bundle, int | float):
         return bundle
     if rowwise and isinstance(bundle, Drives):
-        return bundle._replace(thrust=change(bundle.thrust), torque=change(bundle.torque))
+        given = {"thrust": bundle.thrust, "torque": bundle.torque, "speed": bundle.speed}
+        return bundle._replace(**{k: None if x is None else change(x) for k, x in given.items()})
     if isinstance(bundle, tuple):
         parts = tuple(_mapped(part, change, rowwise=rowwise) for part in bundle)
         return type(bundle)(*parts) if hasattr(bundle, "_fields") else parts

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, as_like, namespace
 from seals.config.environment import EnvironmentSettings
+from seals.dynamics.gears import fastest_drive
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator, take
 from seals.effects.rigid import changed
@@ -16,15 +17,22 @@ from seals.medium.build import build_surroundings, tables_of
 from seals.motion import Body, Inputs
 from seals.robot.model import RobotModel
 from seals.twin.rigid import RigidBody
-from seals.twin.state import Rates, TwinState, advance, runge_kutta
+from seals.twin.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.twin.tree import TreeBody
 from seals.waves import Waves
+
+STEEPEST = 1.2
+"""Largest product of step and fastest rate of a joint drive that explicit steps take well [1].
+
+They are stable up to 2.8; accuracy ends before.
+"""
 
 
 class Twin:
     """A batch of robots under the same effects as the simulator.
 
-    Integrated by the classic Runge-Kutta method of fourth order.
+    Integrated by the classic Runge-Kutta method of fourth order; where joint drives are too steep
+    for it, by a Rosenbrock method of second order that is stable at any gain.
 
     Args:
         robot: the robot.
@@ -77,6 +85,7 @@ class Twin:
         )
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
+        self._rate = fastest_drive(self.effects, robot)
 
     def zero_memory(self) -> dict[str, Array]:
         """Return the memory of all effects at reset."""
@@ -132,6 +141,8 @@ class Twin:
         Returns:
             The state at ``time + step`` and the rates at ``time``.
         """
+        if self._stiff(step):
+            return self._implicit(state, time, step, inputs)
         k1, memory = self.body.rates(state, time, inputs[0], self.memory)
         middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step
@@ -140,6 +151,22 @@ class Twin:
         k4, _ = self.body.rates(advance(state, k3, step).normal(), time + step, end, self.memory)
         self.memory = memory
         return runge_kutta(state, (k1, k2, k3, k4), step), k1
+
+    def _stiff(self, step: Any) -> bool:
+        """Whether the joint drives are too steep for explicit steps of this length [s]."""
+        return self._rate > 0.0 and float(np.max(step)) * self._rate > STEEPEST
+
+    def _implicit(
+        self, state: TwinState, time: Any, step: Any, inputs: tuple[Inputs, Inputs, Inputs]
+    ) -> tuple[TwinState, Rates]:
+        """Advance by one step that takes the joint drives implicitly, of second order."""
+        body: Any = self.body
+        ahead, end = GAMMA * step, inputs[2]._replace(step=0.0)
+        k1, memory = body.stage(state, time, inputs[0], self.memory, ahead=ahead)
+        moved = advance(state, k1, step).normal()
+        k2, _ = body.stage(moved, time + step, end, self.memory, ahead=ahead, before=k1)
+        self.memory = memory
+        return rosenbrock(state, (k1, k2), step), k1
 
 
 def nominal_change(effects: EffectSet, bodies: Body, rows: Mapping[str, Any]) -> Array | None:

@@ -93,6 +93,22 @@ def advance(state: TwinState, rates: Rates, step: Any) -> TwinState:
     return TwinState(*(x + step * dx for x, dx in zip(state, rates[:6], strict=True)))
 
 
+GAMMA = 1.0 - 0.5**0.5
+"""Implicit share of a stage of `rosenbrock` that damps the stiffest motion at once."""
+
+
+def rosenbrock(state: TwinState, k: tuple[Rates, Rates], step: Any) -> TwinState:
+    """Return the combination of the second-order Rosenbrock method with two stages.
+
+    Equation:
+        (1 - g h A) k1 = F(y), (1 - g h A) k2 = F(y + h k1) - 2 k1, y + h (3 k1 + k2) / 2; of second
+        order with any A (Verwer, Spee, Blom, Hundsdorfer 1999, SIAM J. Sci. Comput. 20).
+    """
+    half = 0.5 * step
+    parts = zip(state, *(r[:6] for r in k), strict=True)
+    return TwinState(*(x + half * (3.0 * a + b) for x, a, b in parts)).normal()
+
+
 def runge_kutta(state: TwinState, k: tuple[Rates, Rates, Rates, Rates], step: Any) -> TwinState:
     """Return the classic fourth-order combination, with the quaternion scaled to unit length."""
     sixth = step / 6.0

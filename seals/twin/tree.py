@@ -10,10 +10,12 @@ import numpy as np
 from seals.arrays import Array, as_like, column_of, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.equations import Assembly
+from seals.dynamics.gears import armature_of
 from seals.dynamics.kinematics import Kinematics
 from seals.dynamics.rows import by_batch, link_motion
+from seals.dynamics.servo import driven, summed
 from seals.dynamics.tree import forward
-from seals.effects.evaluation import Evaluator
+from seals.effects.evaluation import Evaluation, Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
 from seals.robot.model import RobotModel
@@ -46,14 +48,65 @@ class TreeBody:
         inertia = as_like(robot.spatial_inertia, bodies.mass)[None]
         if change is not None:
             inertia = inertia + by_batch(change, len(robot.links))
-        drives = robot.tree.drive_inertia
-        armature = as_like(np.asarray(drives), bodies.mass) if drives else None
+        drives: Any = robot.tree.drive_inertia or armature_of(evaluator.effects, robot)
+        armature = None if drives is None else as_like(np.asarray(drives), bodies.mass)
         self._assembly = Assembly(inertia, armature)
 
     def rates(
         self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
     ) -> tuple[Rates, dict[str, Array]]:
         """Return the time derivative of the state and the new memory."""
+        base, found, (matrix, right) = self._system(state, time, inputs, memory, explicit=True)
+        change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        return self._state_rates(state, base, change), found.memory
+
+    def stage(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        ahead: Any,
+        before: Rates | None = None,
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return a stage of `seals.twin.state.rosenbrock`, implicit in the joint drives.
+
+        Equation:
+            (1 - ahead A) k = F - 2 before, with A the slopes of the drives in joint position and
+            rate: q' part k = F + ahead k', and the rest as in `seals.dynamics.servo.driven`.
+
+        Args:
+            state: at which F is taken.
+            time: [s].
+            inputs: from outside the physics.
+            memory: of the effects.
+            ahead: gamma h [s], a number or an array (B, 1).
+            before: first stage, None for none.
+        """
+        base, found, (matrix, right) = self._system(state, time, inputs, memory, explicit=False)
+        drive = summed([d for _, d in found.joint_drives])
+        gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.rates * 0.0
+        rate = state.rates if before is None else state.rates - 2.0 * before.joints
+        force = drive.force - ahead * drive.stiffness * rate
+        if before is not None:
+            force = force + 2.0 * gain * before.rates
+        change, _ = driven(matrix, right, drive._replace(force=force), gain)
+        k = self._state_rates(state, base, change)
+        if before is not None:
+            k = Rates(*(a - 2.0 * b for a, b in zip(k, before, strict=True)))
+        return k._replace(joints=k.joints + ahead * k.rates), found.memory
+
+    def _system(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        explicit: bool,
+    ) -> tuple[Array, Evaluation, tuple[Array, Array]]:
+        """Base rotation, effects, and the equations of motion, with joint drives if explicit."""
         xp = namespace(state.position)
         base = matrix_of(state.quaternion)
         kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
@@ -66,10 +119,12 @@ class TreeBody:
         joints = Joints(state.joints, state.rates)
         found = self.evaluator.evaluate(motion, joints, inputs, memory)
         joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
-        for _, more in found.joint_loads:
-            joint_force = joint_force + more
-        change = self._assembly.accelerations(kinematics, moving, motion, found, joint_force)
-        return self._state_rates(state, base, change), found.memory
+        drives = {b.name for b, _ in found.joint_drives}
+        for b, more in found.joint_loads:
+            if explicit or b.name not in drives:
+                joint_force = joint_force + more
+        equations = self._assembly.equations(kinematics, moving, motion, found, joint_force)
+        return base, found, equations
 
     def _state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
         """Turn generalised accelerations (world) into the derivative of the state (base axes)."""

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.backend import Backend, Configuration, Dynamics
 from seals.config.environment import EnvironmentSettings
+from seals.control import Order
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import link_motion
 from seals.effects.binding import EffectSet
@@ -18,11 +19,13 @@ from seals.errors import ConfigError, suggestion
 from seals.medium.build import build_surroundings, exact_of
 from seals.motion import Inputs, Joints
 from seals.robot.model import RobotModel
-from seals.sensor import Felt, Sensor
+from seals.sensor import NOBODY, Felt, Sensor
 from seals.waves import Waves
 from seals.world.drivetrain import Drivetrain
 from seals.world.ledger import Ledger
+from seals.world.pilot import Pilot, Seen
 from seals.world.readings import Past, ReadingChain
+from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
@@ -49,7 +52,9 @@ class Actor:
             the caller sets ``drive`` itself.
         drive: states of all drives, in the unit of the command, shape (1, n); None for none.
         voltage: of the battery [V], shape (1, 1); None when not known.
+        others: origins of the scene's other bodies by name, world [m]; the world sets it.
         readings: last reading of every sensor, by sensor and channel.
+        pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
     def __init__(
@@ -66,11 +71,19 @@ class Actor:
         """Add the robot to the scene."""
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity = environment.gravity
+        self.others: Mapping[str, Floats] = NOBODY
         self.body = backend.add(robot)
         surroundings = build_surroundings(
             robot, environment, waves, exact_of(robot, environment), like=np.zeros(1)
         )
-        self.evaluator = Evaluator(effects, surroundings, links=len(robot.links), batch=1)
+        self.servos = Servoing(effects, robot, implicit=getattr(self.body, "implicit", False))
+        self.evaluator = Evaluator(
+            effects,
+            surroundings,
+            links=len(robot.links),
+            batch=1,
+            implicit=self.servos.implicit,
+        )
         self._bodies = robot.bodies(np.zeros(1))
         names = effects.wrenching
         self.ledger = Ledger(names, robot.links, steps=steps)
@@ -81,6 +94,8 @@ class Actor:
         self.drive: Floats | None = None
         self.voltage: Floats | None = None
         self.drivetrain = Drivetrain(effects, robot.tree.joints)
+        self.battery: Any = effects.supplies[0].effect if effects.supplies else None
+        self.pilot: Pilot | None = None
         self._chain = ReadingChain(effects)
         self._past: dict[str, Past] = {}
         self.readings: dict[str, dict[str, Floats] | None] = {}
@@ -101,6 +116,8 @@ class Actor:
         self.joint_torque = np.zeros_like(self.joint_torque)
         self.joint_command = self.command = self.drive = self.voltage = None
         self.drivetrain.reset()
+        if self.pilot is not None:
+            self.pilot.reset()
         self._past = {}
         self.ledger.rewind(0)
         self._sense_memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
@@ -117,25 +134,58 @@ class Actor:
         if self.robot.tree.joints:
             lead = 0 if self.robot.tree.fixed_base else 6
             joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
-        inputs = self._inputs(time, step)
-        found = self.evaluator.evaluate(motion, joints, inputs, self.memory)
+        sample = self.evaluator.surroundings.sample(motion)
+        if self.pilot is not None:
+            seen = Seen(time, kinematics, moving, motion, joints, sample, self._contacts())
+            self._obey(self.pilot.command(seen))
+        inputs = self._inputs(time, step, joints)
+        found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
         row = self.ledger.open_row(time)
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
-        joint_force = inputs.joint_torque
-        for _, more in found.joint_loads:
-            joint_force = joint_force + more
+        pushed = self.servos.push(found, inputs)
         total = row.sum(axis=0)[None]
-        self.body.apply(Dynamics(kinematics, moving, motion, found, total, joint_force), step)
+        self.body.apply(Dynamics(kinematics, moving, motion, found, total, *pushed), step)
         self.memory = found.memory
         self._before, self._now = moving, None
 
-    def _inputs(self, time: float, step: float) -> Inputs:
+    def _obey(self, order: Order) -> None:
+        """Hand an order to the drives and servos the robot has."""
+        if order.drive.size:
+            self.command = order.drive[None]
+        if order.joints.size:
+            self.joint_command = order.joints[None]
+
+    def _contacts(self) -> dict[str, float]:
+        """Normal force of the last step on every gripper's tips [N]."""
+        tips = [tip for gripper in self.robot.grippers.values() for tip in gripper.tips]
+        if not tips:
+            return {}
+        normals = self.body.contact_normals()
+        return {self.robot.links[k]: float(normals[k]) for k in tips}
+
+    def supply(self) -> tuple[float, float, float]:
+        """Return voltage [V], current [A] and state of charge [1] of the battery.
+
+        Raises:
+            ConfigError: the robot has none.
+        """
+        for b in self.effects.supplies:
+            voltage, current, charge = b.hooks.state(self.memory[b.name], b.params)
+            return float(voltage[0, 0]), float(current[0, 0]), float(charge[0, 0])
+        raise ConfigError(
+            f"robot '{self.robot.name}' has no battery.\nAdd one: +effect@effects.battery=battery"
+        )
+
+    def _inputs(self, time: float, step: float, joints: Joints) -> Inputs:
         """What the commands have become by now."""
-        train = self.drivetrain
-        self.drive = train.drive(time, self.command, self.drive)
+        train, share = self.drivetrain, 1.0
+        if self.battery is not None:
+            self.voltage = self.evaluator.supplied(self.memory)
+            share = float(self.voltage[0, 0]) / self.battery.full_voltage
+        self.drive = train.drive(time, self.command, self.drive, share)
         torque = train.torque(time, self.joint_torque)
-        position = train.position(time, self.joint_command)
+        position = train.position(time, self.joint_command, joints.position, step)
         return Inputs(step, torque, self.drive, self.voltage, position)
 
     def _look(self) -> tuple[Kinematics, Moving]:
@@ -151,10 +201,13 @@ class Actor:
         if not self.sensors:
             return
         kinematics, moving = self._look()
+        wrenches, normals = self.body.contact_wrenches(), self.body.contact_normals()
         for name, sensor in self.sensors.items():
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
-            felt = self._felt(time, step, kinematics, moving, k)
+            felt = self._felt(time, step, kinematics, moving, k)._replace(
+                contact=wrenches[k], pressing=float(normals[k]), others=self.others
+            )
             reading, self._sense_memory[name] = sensor.sense(
                 felt, self._sense_memory[name], rng, due=due
             )
@@ -165,6 +218,8 @@ class Actor:
             self.readings[name] = reading
             if due:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
+        if self.pilot is not None:
+            self.pilot.hear(time, self.readings)
 
     def _felt(
         self, time: float, step: float, kinematics: Kinematics, moving: Moving, link: int
@@ -183,7 +238,9 @@ class Actor:
         sensing = (self._sense_memory, self._next, self.readings, self._past)
         commands = [_copy(getattr(self, name)) for name in _COMMANDS]
         memory = (self.memory, *(dict(part) for part in sensing))
-        return memory, commands, self.drivetrain.snapshot(), self.ledger.rows, self._before
+        pilot = None if self.pilot is None else self.pilot.snapshot()
+        train = (self.drivetrain.snapshot(), pilot)
+        return memory, commands, train, self.ledger.rows, self._before
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot back; the ledger forgets later rows."""
@@ -192,7 +249,9 @@ class Actor:
         self._sense_memory, self._next, self.readings, self._past = (dict(x) for x in sensing)
         for name, value in zip(_COMMANDS, commands, strict=True):
             setattr(self, name, _copy(value))
-        self.drivetrain.restore(train)
+        self.drivetrain.restore(train[0])
+        if self.pilot is not None:
+            self.pilot.restore(train[1])
         self._now = None
         self.ledger.rewind(rows)
 

@@ -69,19 +69,24 @@ class Response(NamedTuple):
         lag: time constants, changes by effects included, zero for at once [s], shape (n,).
         limit: largest commands, rad/s or N, shape (n,).
         delay: between command and drive [s].
+        fall: time constants while a drive slows down [s], shape (n,).
+        power: power of the battery's voltage to which the limits are proportional [1], shape (n,).
     """
 
     lag: Floats
     limit: Floats
     delay: float
+    fall: Floats
+    power: Floats
 
 
 class Drivetrain:
-    """Delay of all commands, and lag of the drives.
+    """Delay of all commands, lag of the drives, and the profile of the servos.
 
     A drive follows its command u by x' = (u(t - d) - x) / tau, solved exactly for commands that are
-    held between changes, wherever in a step they arrive. Until the first command arrives a drive
-    keeps its state.
+    held between changes, wherever in a step they arrive; tau is another one while the drive slows
+    down. Until the first command arrives a drive keeps its state. The place that a servo holds
+    moves to its command with the servo's largest speed, and starts where the joint is.
 
     Args:
         effects: of the robot; its actuators give ``first``, ``count``, ``lag`` and ``limit``, its
@@ -92,6 +97,8 @@ class Drivetrain:
     def __init__(self, effects: EffectSet, joints: int) -> None:
         """Find lags, limits and the delay."""
         self.response = response_of(effects)
+        self._two = bool(np.any(self.response.fall != self.response.lag))
+        self._speeds = speeds_of(effects, joints)
         self._joints = joints
         self.reset()
 
@@ -102,14 +109,19 @@ class Drivetrain:
         self._torques = Delayed(delay, np.zeros((1, self._joints)))
         self._positions = Delayed(delay, None)
         self._time: float | None = None
+        self._held: Floats | None = None
+        self._share = 1.0
 
-    def drive(self, time: float, command: Floats | None, drive: Floats | None) -> Floats | None:
+    def drive(
+        self, time: float, command: Floats | None, drive: Floats | None, share: float = 1.0
+    ) -> Floats | None:
         """Return the states of all drives at ``time``, shape (1, n).
 
         Args:
             time: [s]; later than that of the last call.
             command: held from now on, in the unit of the drives, shape (1, n); None for no new one.
             drive: states at the last call; None for standstill.
+            share: voltage of the battery by its full voltage, which limits the drives [1].
 
         Raises:
             ConfigError: the command does not have one number a drive.
@@ -117,6 +129,7 @@ class Drivetrain:
         if command is not None:
             limit = self.response.limit
             self._commands.give(time, np.clip(self._checked(command), -limit, limit))
+        self._share = share
         at = time if self._time is None else self._time
         held, self._time = self._commands.now, time
         for instant, following in self._commands.arrivals(time):
@@ -129,10 +142,25 @@ class Drivetrain:
         self._torques.give(time, torque)
         return self._torques.take(time)  # type: ignore[return-value]
 
-    def position(self, time: float, command: Floats | None) -> Floats | None:
-        """Return the joint positions commanded to the servos at ``time``, shape (1, J) or None."""
+    def position(
+        self, time: float, command: Floats | None, joints: Floats, step: float
+    ) -> Floats | None:
+        """Return the joint positions that the servos hold at ``time``, shape (1, J) or None.
+
+        Args:
+            time: [s].
+            command: joint positions asked from now on, shape (1, J); None for none.
+            joints: positions of the joints [rad or m], shape (1, J).
+            step: since the last call [s].
+        """
         self._positions.give(time, command)
-        return self._positions.take(time)
+        wanted = self._positions.take(time)
+        if self._speeds is None or wanted is None:
+            return wanted
+        held = joints if self._held is None else self._held
+        most = self._speeds * step
+        self._held = held + np.clip(wanted - held, -most, most)
+        return self._held
 
     def _follow(self, drive: Floats | None, held: Floats | None, span: float) -> Floats | None:
         """States after ``span`` [s] under one held command."""
@@ -140,6 +168,11 @@ class Drivetrain:
             return drive
         lag = self.response.lag
         state = np.zeros_like(held) if drive is None else drive
+        if self._share < 1.0:
+            limit = self.response.limit * max(self._share, 0.0) ** self.response.power
+            held = np.clip(held, -limit, limit)
+        if self._two:
+            lag = np.where(np.abs(held) < np.abs(state), self.response.fall, lag)
         # a lag of zero keeps nothing, even over no time
         decay = -max(span, 0.0) / np.where(lag > 0.0, lag, 1.0)
         return held + (state - held) * np.where(lag > 0.0, np.exp(decay), 0.0)
@@ -156,11 +189,11 @@ class Drivetrain:
     def snapshot(self) -> Any:
         """Return all commands on the way."""
         lines = (self._commands, self._torques, self._positions)
-        return self._time, tuple(line.snapshot() for line in lines)
+        return (self._time, self._held), tuple(line.snapshot() for line in lines)
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot back."""
-        self._time, lines = kept
+        (self._time, self._held), lines = kept
         for line, part in zip((self._commands, self._torques, self._positions), lines, strict=True):
             line.restore(part)
 
@@ -170,12 +203,24 @@ def response_of(effects: EffectSet) -> Response:
     actuators: list[Any] = [b.effect for b in effects.actuators]
     count = max((a.first + a.count for a in actuators), default=0)
     lag, limit = np.zeros(count), np.full(count, np.inf)
+    fall, power = np.zeros(count), np.ones(count)
     change = timing_of(effects)
     for a in actuators:
         columns = slice(a.first, a.first + a.count)
         lag[columns] = np.maximum(a.lag + change.lag, 0.0)
+        fall[columns] = np.maximum(getattr(a, "fall", a.lag) + change.lag, 0.0)
         limit[columns] = a.limit
-    return Response(lag, limit, max(float(change.command_delay), 0.0))
+        power[columns] = getattr(a, "voltage_power", 1.0)
+    return Response(lag, limit, max(float(change.command_delay), 0.0), fall, power)
+
+
+def speeds_of(effects: EffectSet, joints: int) -> Floats | None:
+    """Return the largest speeds of the servos' commands, shape (1, J); None without limits."""
+    limits = [b.hooks.speeds(joints) for b in effects.joint_drives if hasattr(b.effect, "speeds")]
+    if not joints or not limits or np.all(np.array(limits) >= np.finfo(float).max):
+        return None
+    found: Floats = np.min(limits, axis=0)[None]
+    return found
 
 
 def timing_of(effects: EffectSet) -> Timing:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.backend import Backend, Configuration
 from seals.config.environment import EnvironmentSettings
 from seals.errors import PhysicsError
@@ -21,6 +22,27 @@ class Snapshot(NamedTuple):
     random: Mapping[str, Any]
     scene: Any
     actors: tuple[Any, ...]
+
+
+class Others(Mapping[str, Floats]):
+    """Origins of bodies in the world [m], read when asked for.
+
+    Args:
+        actors: by name.
+    """
+
+    def __init__(self, actors: Mapping[str, Actor]) -> None:
+        """Keep the actors."""
+        self._actors = actors
+
+    def __getitem__(self, name: str) -> Floats:
+        return self._actors[name].body.read().position
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._actors)
+
+    def __len__(self) -> int:
+        return len(self._actors)
 
 
 class World:
@@ -55,6 +77,8 @@ class World:
         self.step_size, self.seed = step, seed
         self.time, self._count = 0.0, 0
         self.rng = np.random.default_rng(seed)
+        for name, actor in self.actors.items():
+            actor.others = Others({n: a for n, a in self.actors.items() if n != name})
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
         """Place all robots, set time to zero and reseed the random state.

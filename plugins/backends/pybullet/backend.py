@@ -11,6 +11,7 @@ from typing import Any
 from seals.backend import RigidBody
 from seals.config.environment import EnvironmentSettings
 from seals.errors import MissingExtra, PhysicsError
+from seals.ground import Solid, solids_of
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.robot.model import RobotModel
 
@@ -76,23 +77,7 @@ class BackendPybullet:
         # weight
         p.setGravity(0.0, 0.0, 0.0, physicsClientId=self._client)
         self.step = step
-        levels = {environment.ground_level, environment.tank_bottom}
-        for level in (level for level in levels if level is not None):
-            self._ground.append(self._plane(level, environment))
-
-    def _plane(self, level: float, environment: EnvironmentSettings) -> int:
-        """Horizontal ground."""
-        p, client = self._engine, self._client
-        shape = p.createCollisionShape(p.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client)
-        plane = p.createMultiBody(0.0, shape, basePosition=[0, 0, level], physicsClientId=client)
-        p.changeDynamics(
-            plane,
-            -1,
-            lateralFriction=environment.friction,
-            restitution=environment.restitution,
-            physicsClientId=client,
-        )
-        return int(plane)
+        self._ground = [_put(p, self._client, solid) for solid in solids_of(environment)]
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene."""
@@ -138,6 +123,34 @@ class _State:
 def _forget(engine: Any, client: int, number: int) -> None:
     if engine.isConnected(physicsClientId=client):
         engine.removeState(number, physicsClientId=client)
+
+
+def _put(p: Any, client: int, solid: Solid) -> int:
+    """Add a solid that stands still."""
+    if solid.kind == "plane":
+        shape = {"shapeType": p.GEOM_PLANE, "planeNormal": [0, 0, 1]}
+    elif solid.kind == "box":
+        shape = {"shapeType": p.GEOM_BOX, "halfExtents": [0.5 * edge for edge in solid.size]}
+    elif solid.kind == "sphere":
+        shape = {"shapeType": p.GEOM_SPHERE, "radius": solid.size[0]}
+    else:
+        radius, length = solid.size
+        shape = {"shapeType": p.GEOM_CYLINDER, "radius": radius, "height": length}
+    body = p.createMultiBody(
+        0.0,
+        p.createCollisionShape(**shape, physicsClientId=client),
+        basePosition=solid.position.tolist(),
+        baseOrientation=solid.quaternion.tolist(),
+        physicsClientId=client,
+    )
+    p.changeDynamics(
+        body,
+        -1,
+        lateralFriction=solid.friction,
+        restitution=solid.restitution,
+        physicsClientId=client,
+    )
+    return int(body)
 
 
 def _engine() -> Any:

@@ -9,9 +9,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration, Dynamics, LinkPoses
 from seals.errors import PhysicsError
-from seals.frames import conjugate, matrix_of, multiply
+from seals.frames import conjugate, cross, matrix_of, multiply
 from seals.plugins.backends.pybullet.inertia import InertiaSplit
 from seals.plugins.backends.pybullet.loading import load_robot
+from seals.plugins.backends.pybullet.servo import Felt, JointServo, taken
 from seals.robot.model import RobotModel
 
 FASTEST = 99.0
@@ -33,7 +34,7 @@ class _Step(NamedTuple):
 
 
 class PybulletBody:
-    """A robot in the scene.
+    """A robot in the scene; it takes joint drives implicitly.
 
     Args:
         engine: the pybullet module.
@@ -41,6 +42,8 @@ class PybulletBody:
         robot: what to load.
         second_order: whether to move the pose with the velocity at the middle of a step.
     """
+
+    implicit = True
 
     def __init__(self, engine: Any, client: int, robot: RobotModel, *, second_order: bool) -> None:
         """Load the robot."""
@@ -52,10 +55,13 @@ class PybulletBody:
         self._order = loaded.order
         self._com, self._com_turn = loaded.base_centre, loaded.base_turn
         self._split = InertiaSplit(engine, client, robot, loaded)
+        self._servo = JointServo(engine, client, robot, loaded)
+        self._given = np.zeros(robot.tree.joints)
         self._base = 0 if robot.tree.fixed_base else 6
         self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
         self._touching = False
         self._contact = np.zeros((len(robot.links), 6))
+        self._pressing = np.zeros(len(robot.links))
         still = np.zeros(robot.degrees)
         self._step = _Step(still, None, np.zeros(robot.tree.joints))
         self._turned = bool(np.any(self._com_turn[0, :3]))
@@ -74,7 +80,9 @@ class PybulletBody:
         self._set_velocity(native, c.joints)
         self._step = _Step(native, None, np.asarray(c.joints, dtype=float))
         self._contact = np.zeros_like(self._contact)
+        self._pressing = np.zeros_like(self._pressing)
         self._touching = False
+        self._servo.felt = None
 
     def read(self) -> Configuration:
         """Return where the robot is and how it moves."""
@@ -123,17 +131,18 @@ class PybulletBody:
 
     def snapshot(self) -> Any:
         """Return what the engine does not keep."""
-        return self._step, self._contact.copy(), self._touching, self._split.snapshot()
+        touch = self._touching, self._contact.copy(), self._pressing.copy()
+        return self._step, touch, self._split.snapshot(), self._servo.felt
 
     def restore(self, kept: Any) -> None:
         """Put back what the engine does not keep."""
-        self._step, contact, self._touching, inertia = kept
-        self._contact = contact.copy()
+        self._step, (self._touching, contact, pressing), inertia, self._servo.felt = kept
+        self._contact, self._pressing = contact.copy(), pressing.copy()
         self._split.restore(inertia)
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step."""
-        wrench = self._split.wrenches(dynamics, self._contact if self._touching else None)
+        wrench, joint_force = self._effort(dynamics, step)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
         # rows force and torque of every link, turned into the world at once
         both = np.matmul(wrench.reshape(-1, 2, 3), rotations.transpose(0, 2, 1)).tolist()
@@ -150,9 +159,25 @@ class PybulletBody:
                 self.body,
                 self._joints,
                 p.TORQUE_CONTROL,
-                forces=dynamics.joint_force[0][self._order].tolist(),
+                forces=joint_force[self._order].tolist(),
                 physicsClientId=client,
             )
+
+    def _effort(self, dynamics: Dynamics, step: float) -> tuple[Floats, Floats]:
+        """Wrenches on the links and forces on the joints that the engine's step needs."""
+        last = self._step
+        smooth = None if last.middle is None else 2.0 * (last.now - last.middle)[self._base :] / step
+        acting = taken(dynamics, step, smooth)
+        if dynamics.found.inertias:
+            contact = self._contact if self._touching else None
+            wrench, joint_force = self._split.act(dynamics, contact, acting)
+        else:
+            wrench, joint_force = dynamics.wrench[0], dynamics.joint_force[0]
+            if acting is not None:
+                found = self._servo.forces(dynamics, acting, last.joints)
+                joint_force = self._split.joint_forces(dynamics, acting) if found is None else found
+        self._given = joint_force
+        return wrench, joint_force
 
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time and move the pose as the middle velocity does.
@@ -165,10 +190,12 @@ class PybulletBody:
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= FASTEST**2:
             self._refuse_speed(float(np.abs(raw).max()))
+        if self._joints:
+            self._servo.felt = Felt((raw - self._step.now)[self._base :] / step, self._given)
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
         self._touching = len(points) > 0
         if self._touching:
-            self._contact = self._sum_contacts(points)
+            self._contact, self._pressing = self._sum_contacts(points)
         if not self._second_order or self._touching or self._at_stop(joints):
             self._step = _Step(raw, None, joints)
             return
@@ -262,21 +289,25 @@ class PybulletBody:
         """
         return self._contact if self._touching else np.zeros_like(self._contact)
 
-    def _sum_contacts(self, points: Any) -> Floats:
-        """Sum normal and friction forces per link."""
+    def contact_normals(self) -> Floats:
+        """Return the sum of the normal forces on every link in the last step [N], shape (L,)."""
+        return self._pressing if self._touching else np.zeros_like(self._pressing)
+
+    def _sum_contacts(self, points: Any) -> tuple[Floats, Floats]:
+        """Sum normal and friction forces per link, and the normal forces alone."""
         poses = self.poses()
-        out = np.zeros_like(self._contact)
-        for point in points:
-            force = (
-                point[9] * np.array(point[7])
-                + point[10] * np.array(point[11])
-                + point[12] * np.array(point[13])
-            )
-            k = self._index.index(point[3])
-            turn = poses.rotations[0, k].T
-            out[k, :3] += turn @ force
-            out[k, 3:] += turn @ np.cross(np.array(point[5]) - poses.origins[0, k], force)
-        return out
+        out, pressing = np.zeros_like(self._contact), np.zeros_like(self._pressing)
+        # positions, normal, its force, and two directions of friction with theirs
+        table = np.array([(*q[5], *q[7], q[9], *q[11], q[10], *q[13], q[12]) for q in points])
+        force = sum(table[:, [c + 3]] * table[:, c : c + 3] for c in (3, 7, 11))
+        links = [self._index.index(q[3]) for q in points]
+        torque = cross(table[:, :3] - poses.origins[0, links], force)
+        for row, k in enumerate(links):
+            turn = poses.rotations[0, k]
+            out[k, :3] += force[row] @ turn
+            out[k, 3:] += torque[row] @ turn
+            pressing[k] += table[row, 6]
+        return out, pressing
 
 
 def _turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:

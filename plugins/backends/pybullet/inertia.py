@@ -15,8 +15,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly
+from seals.dynamics.servo import driven, on_joints
 from seals.dynamics.spatial import kirchhoff, rigid_inertia
 from seals.plugins.backends.pybullet.loading import Loaded
+from seals.plugins.backends.pybullet.servo import Taken
 from seals.robot.model import RobotModel
 
 REFRESH = 0.02
@@ -51,19 +53,20 @@ class InertiaSplit:
         for link in np.flatnonzero((kept != self._iso).any(axis=1)):
             self._set(int(link), *kept[link])
 
-    def wrenches(self, dynamics: Dynamics, contact: Floats | None) -> Floats:
-        """Wrenches to apply so that the engine's step follows the full equations.
+    def act(
+        self, dynamics: Dynamics, contact: Floats | None, acting: Taken | None
+    ) -> tuple[Floats, Floats]:
+        """Return what to apply so that the engine's step follows the full equations.
 
         Args:
             dynamics: of the robot at the current time.
             contact: contact wrenches of the last step, None without contact, shape (L, 6).
+            acting: drives of the joints, None without.
 
         Returns:
-            Wrenches about the link origins, link axes [N, N m], shape (L, 6).
+            Wrenches about the link origins, link axes [N, N m], shape (L, 6), and forces on the
+            joints [N m or N], shape (J,).
         """
-        if not dynamics.found.inertias:
-            given: Floats = dynamics.wrench[0]
-            return given
         self._update(dynamics)
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
@@ -71,12 +74,22 @@ class InertiaSplit:
         terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
         load = dynamics.wrench - terms - _times(total, bias)
         seen = load if contact is None else load + contact[None]
-        acceleration = self._assembly.solve(kinematics, total, seen, dynamics.joint_force)
+        parts = self._assembly.system(kinematics, total, seen, dynamics.joint_force)
+        acceleration, joint_force = _accelerations(*parts, dynamics.joint_force, acting)
         change = kinematics.twists(acceleration)
         engine = self._engine_inertia[None]
         own = load - _times(total - engine, change) + _times(engine, bias)
-        out: Floats = (own + self._gyroscopic(moving.twists))[0]
-        return out
+        return (own + self._gyroscopic(moving.twists))[0], joint_force[0]
+
+    def joint_forces(self, dynamics: Dynamics, acting: Taken) -> Floats:
+        """Return the joint forces of a first step, before which nothing is known, shape (J,)."""
+        d = dynamics
+        total, bias = self._assembly.inertia, d.kinematics.bias(d.moving)
+        terms = self._assembly.velocity_terms(d.motion, d.found)
+        load = d.wrench - terms - _times(total, bias)
+        parts = self._assembly.system(d.kinematics, total, load, d.joint_force)
+        found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
+        return found
 
     def _gyroscopic(self, twists: Floats) -> Floats:
         """Velocity terms of the engine's inertia at the given twists (1, L, 6)."""
@@ -91,6 +104,8 @@ class InertiaSplit:
         for b, rows, added, _ in dynamics.found.inertias:
             picked = slice(None) if rows is None else rows
             wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
+        if self._robot.tree.fixed_base:
+            wanted[0] = 0.0  # the engine would let a base loose that is given a mass
         far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
         for link in np.flatnonzero(far.any(axis=1)):
             self._set(int(link), *wanted[link])
@@ -125,6 +140,18 @@ class InertiaSplit:
         self._engine_inertia[link] = rigid_inertia(
             float(robot.mass[link] + mass), robot.centre[link], inertia
         )
+
+
+def _accelerations(
+    matrix: Floats, right: Floats, joint_force: Floats, acting: Taken | None
+) -> tuple[Floats, Floats]:
+    """Generalised acceleration (1, n) and forces on the joints (1, J)."""
+    if acting is None:
+        return np.linalg.solve(matrix, right[:, :, None])[:, :, 0], joint_force
+    heavier = matrix + on_joints(acting.armature[None], matrix.shape[1])
+    change, pull = driven(heavier, right, acting.drive, acting.gain)
+    turned = acting.armature * change[:, -len(acting.armature) :]
+    return change, joint_force + pull - turned
 
 
 def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:

@@ -69,6 +69,8 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
     index = [names[link] for link in robot.links]
     numbers = sorted((joint_names[j], k) for k, j in enumerate(robot.joints))
     _strip(p, client, body, index, [n for n, _ in numbers])
+    _weigh(p, client, body, index, robot)
+    _surface(p, client, body, index, robot)
     for k, link in enumerate(index):
         # the engine gives a link without <inertial> a mass of one kilogram
         if robot.mass[k] == 0.0 and not (link == -1 and robot.tree.fixed_base):
@@ -86,6 +88,34 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         moments=np.array([i[2] for i in info]),
         principal=np.array([i[4] for i in info]),
     )
+
+
+def _weigh(p: Any, client: int, body: int, index: list[int], robot: RobotModel) -> None:
+    """Give links the masses of the model where these are not the URDF's, inertia in proportion."""
+    for k, link in enumerate(index):
+        info = p.getDynamicsInfo(body, link, physicsClientId=client)
+        mass, there = float(robot.mass[k]), float(info[0])
+        if mass > 0.0 and there > 0.0 and abs(mass - there) > 1e-9 * there:
+            moments = [float(m) * mass / there for m in info[2]]
+            p.changeDynamics(
+                body, link, mass=mass, localInertiaDiagonal=moments, physicsClientId=client
+            )
+
+
+def _surface(p: Any, client: int, body: int, index: list[int], robot: RobotModel) -> None:
+    """Set the contact coefficients that the model states in place of the URDF's."""
+    s = robot.surface
+    if s is None:
+        return
+    stated = {
+        "lateralFriction": s.friction,
+        "rollingFriction": s.rolling,
+        "spinningFriction": s.spinning,
+        "restitution": s.restitution,
+    }
+    given = {key: value for key, value in stated.items() if value is not None}
+    for link in index:
+        p.changeDynamics(body, link, **given, physicsClientId=client)
 
 
 def _strip(p: Any, client: int, body: int, index: list[int], joints: list[int]) -> None:

@@ -1,0 +1,200 @@
+"""What the experiments with an object to fetch have in common: one run, its judge, its pictures."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.config.run import RunSettings, build_run
+from seals.experiments.frames import View, draw_frames, stage_times, write_sheet
+from seals.experiments.trials import Outcome, read_rows, run_trials, summary
+from seals.logs import Log
+from seals.report.figures import Chart, Mark, Series, lines
+from seals.report.pictures import write_picture
+from seals.run.application import run_into
+from seals.run.simulation import Ending, Record, simulate
+from seals.world.ledger import Ledger
+
+Judge = Callable[[Record], Outcome]
+Vary = Callable[[int], list[str]]
+
+
+def command_line(
+    name: str, vary: Vary, judge: Judge, arguments: Sequence[str] | None = None
+) -> int:
+    """Run one experiment: one run with pictures, or many seeds with a table.
+
+    Args:
+        name: of the experiment.
+        vary: overrides of a seed.
+        judge: says how a run ended.
+        arguments: of the command line.
+
+    Returns:
+        An exit code: 0 when a single run, or nine in ten of the seeds, succeeded.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m seals.experiments.{name}")
+    parser.add_argument("--seeds", type=int, default=0, help="run so many seeds; 0: one run")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    given = parser.parse_args(arguments)
+    stamp = datetime.datetime.now().astimezone()
+    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
+
+    def words(seed: int) -> list[str]:
+        return [f"experiment={name}", f"seed={seed}", *vary(seed), *given.overrides]
+
+    if given.seeds == 0:
+        return _single(out, words(given.first), judge)
+    table, seeds = out / "trials.csv", range(given.first, given.first + given.seeds)
+    rows = run_trials(table, seeds, words, lambda w: judge(simulate(build_run(compose(w)))))
+    good = sum(1 for row in rows if row["success"] == "1")
+    print(f"{name}: {summary(rows)}; {table}")
+    return 0 if good >= 0.9 * len(rows) else 1
+
+
+def _single(out: Path, words: list[str], judge: Judge) -> int:
+    """Run once with all pictures in the run's folder."""
+    settings = build_run(compose(words))
+    record = run_into(out, settings, overrides=words)
+    outcome = judge(record)
+    draw(out, record, settings)
+    write_table(out / "table.md", record, outcome)
+    word = "done" if outcome.success else f"failed: {outcome.reason}"
+    print(f"{settings.name}: {word} after {outcome.seconds:.1f} s; {out / 'stages.png'}")
+    return 0 if outcome.success else 1
+
+
+def outcome_of(record: Record, *, thing: str, missed: Callable[[Log], str]) -> Outcome:
+    """Return how a run ended.
+
+    Args:
+        record: of the run.
+        thing: name of the object.
+        missed: says what is wrong with the end of the log, empty when nothing is.
+    """
+    log, end = record.log, float(record.log.time[-1])
+    stages = [name for _, name in record.stages.starts]
+    last = stages[-1] if stages else "start"
+    tries = (
+        1
+        + sum(1 for before, now in zip(stages, stages[1:], strict=False) if now == "above")
+        - (1 if "above" in stages else 0)
+    )
+    reason = ""
+    if record.ending is not Ending.done:
+        reason = f"{record.ending.value} in {last}: {record.error}".replace("\n", " ")
+    elif record.stages.outcome is not True:
+        reason = f"{'given up' if record.stages.outcome is False else 'out of time'} in {last}"
+    else:
+        reason = missed(log)
+    measures = {
+        "object_height_m": float(object_place(log, thing)[-1, 2]),
+        "largest_lean_deg": float(np.degrees(np.arccos(np.clip(upright(log), -1, 1)).max())),
+    }
+    return Outcome(
+        success=not reason, reason=reason, tries=max(tries, 1), seconds=end, measures=measures
+    )
+
+
+def object_place(log: Log, thing: str) -> Floats:
+    """Return where an object was, world [m], shape (rows, 3)."""
+    return np.stack([log.columns[f"object_{thing}_position_{a}"] for a in "xyz"], axis=1)
+
+
+def upright(log: Log) -> Floats:
+    """Return the cosine of the lean of the body, shape (rows,)."""
+    x, y = log.columns["orientation_x"], log.columns["orientation_y"]
+    found: Floats = 1.0 - 2.0 * (x * x + y * y)
+    return found
+
+
+def draw(folder: Path, record: Record, settings: RunSettings) -> None:
+    """Write figure, ledger plot and a sheet of pictures into the folder of a run."""
+    log, thing = record.log, next(iter(settings.objects))
+    marks = tuple(Mark(at=time, label=name) for time, name in record.stages.starts)
+    write_picture(
+        folder / "figure.png", [heights(log, settings, thing, marks), *forces(log, marks)]
+    )
+    write_picture(
+        folder / "ledger.png",
+        [
+            vertical(record.ledger, 0, f"robot {settings.robot.name}, body"),
+            vertical(record.objects[thing], 0, f"object {thing}"),
+        ],
+    )
+    times = stage_times(log)
+    pictures = draw_frames(log, settings, list(times.values()), View())
+    write_sheet(folder / "stages.png", dict(zip(times, pictures, strict=True)))
+
+
+def heights(log: Log, settings: RunSettings, thing: str, marks: tuple[Mark, ...]) -> Chart:
+    """Return the heights of robot and object over time."""
+    e = settings.environment
+    levels = {"water": e.water_level, "bottom": e.tank_bottom, "land": e.ground_level}
+    at = tuple(Mark(at=z, label=word, level=True) for word, z in levels.items() if z is not None)
+    curves = {"robot": log.columns["position_z"], thing: object_place(log, thing)[:, 2]}
+    return lines("Heights", "height [m]", log.time, curves, marks=(*marks, *at))
+
+
+def forces(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
+    """Return the forces that the pads read."""
+    pads = sorted(name for name in log.columns if name.endswith("_pressing"))
+    if not pads:
+        return []
+    curves = []
+    for name in pads:
+        there = np.isfinite(log.columns[name])
+        label = name.removesuffix("_pressing")
+        curves.append(Series(name=label, x=log.time[there], y=log.columns[name][there]))
+    return [
+        Chart(
+            title="Force on the finger-tips, as read",
+            y_label="force [N]",
+            series=tuple(curves),
+            marks=marks,
+        )
+    ]
+
+
+def vertical(ledger: Ledger, link: int, title: str) -> Chart:
+    """Return the forces along body z of one link by effect, from the ledger."""
+    table = ledger.wrenches[:, :, link, 2]
+    acting = [k for k in range(len(ledger.effects)) if np.any(table[:, k] != 0.0)]
+    series = tuple(Series(name=ledger.effects[k], x=ledger.time, y=table[:, k]) for k in acting)
+    return Chart(title=f"Forces along z: {title}", y_label="force [N]", series=series, stacked=True)
+
+
+def write_table(path: Path, record: Record, outcome: Outcome) -> None:
+    """Write the stages and the outcome as a table in Markdown."""
+    starts = [*record.stages.starts, (float(record.log.time[-1]), "")]
+    rows = [
+        f"| {name} | {time:.2f} | {after - time:.2f} |"
+        for (time, name), (after, _) in zip(starts, starts[1:], strict=False)
+    ]
+    word = "done" if outcome.success else f"failed: {outcome.reason}"
+    more = [f"| {key} | {value:.4g} | |" for key, value in (outcome.measures or {}).items()]
+    text = [
+        "| stage | start [s] | time [s] |",
+        "|---|---|---|",
+        *rows,
+        *more,
+        f"| outcome | {word} | |",
+    ]
+    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def table_of(path: Path) -> str:
+    """Return the table of trials as text in Markdown."""
+    rows = read_rows(path)
+    names = ["seed", "success", "reason", "tries", "seconds", "object_height_m"]
+    lines_ = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
+    lines_ += ["| " + " | ".join(row.get(name, "") for name in names) + " |" for row in rows]
+    return "\n".join([*lines_, "", summary(rows)])

@@ -1,0 +1,1 @@
+"""A hexacopter as others describe theirs: what `seals new robot` starts from."""

@@ -1,0 +1,128 @@
+"""Joint drives as the engine's step can follow them: implicitly, with the robot's own inertia.
+
+The engine knows a joint drive as a torque that it holds over a step. A servo on a light link is
+stiffer than that: its torque must be the one that belongs to the motion of the step itself. The
+motion is predicted with the inertia that the joints feel (the base free) and with every other
+force, contacts and stops included, as it was in the last step.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Dynamics
+from seals.dynamics.servo import driven
+from seals.motion import JointDrive
+from seals.plugins.backends.pybullet.loading import Loaded
+from seals.robot.model import RobotModel
+
+
+class Taken(NamedTuple):
+    """A joint drive as it acts over a step whose acceleration is a: force - gain a.
+
+    Args:
+        drive: force with the motion that is known already, and limit.
+        gain: [kg m^2 or kg], shape (1, J).
+        armature: inertia of the drives [kg m^2 or kg], shape (J,).
+    """
+
+    drive: JointDrive
+    gain: Floats
+    armature: Floats
+
+
+class Felt(NamedTuple):
+    """What the joints did in the last step.
+
+    Args:
+        change: their acceleration [rad/s^2 or m/s^2], shape (J,).
+        given: force handed to the engine [N m or N], shape (J,).
+    """
+
+    change: Floats
+    given: Floats
+
+
+def taken(dynamics: Dynamics, step: float, last: Floats | None) -> Taken | None:
+    """Return the joint drive of a step; None where there is none.
+
+    Equation:
+        Between contacts positions and velocities at the middle of the steps alternate (leapfrog):
+        force - kp h^2 a / 2 - kd h (a - a_last), of second order and stable at any gain. After a
+        start or a contact: the force at the end of the step, force - kp (h v + h^2 a) - kd h a.
+
+    Args:
+        dynamics: of the robot at the current time.
+        step: h [s].
+        last: acceleration of the joints in the last step while nothing touched, shape (J,); None
+            after a start or a contact.
+    """
+    drive = dynamics.joint_drive
+    if drive is None:
+        return None
+    none = np.zeros(drive.force.shape[1])
+    armature = none if dynamics.armature is None else dynamics.armature
+    if last is None:
+        rates = dynamics.moving.speed[:, -len(none) :]
+        force = drive.force - drive.stiffness * step * rates
+        gain = step * drive.damping + step * step * drive.stiffness
+    else:
+        force = drive.force + drive.damping * step * last
+        gain = step * drive.damping + 0.5 * step * step * drive.stiffness
+    return Taken(drive._replace(force=force), gain + none, armature)
+
+
+class JointServo:
+    """Turns joint drives into torques that the engine holds over a step.
+
+    Args:
+        engine: the pybullet module.
+        client: physics client.
+        robot: the robot.
+        loaded: the robot in the engine.
+    """
+
+    def __init__(self, engine: Any, client: int, robot: RobotModel, loaded: Loaded) -> None:
+        """Keep the order of the joints."""
+        self._p, self._client, self._body = engine, client, loaded.body
+        self._order = loaded.order
+        self._back = np.argsort(loaded.order)
+        self._lead = 0 if robot.tree.fixed_base else 6
+        self.felt: Felt | None = None
+
+    def inertia(self, joints: Floats) -> Floats:
+        """Return the inertia that the joints feel, the base free, shape (J, J).
+
+        Args:
+            joints: positions [rad or m], shape (J,).
+        """
+        table = self._p.calculateMassMatrix(
+            self._body, joints[self._order].tolist(), physicsClientId=self._client
+        )
+        whole, lead = np.array(table), self._lead
+        found: Floats = whole[lead:, lead:]
+        if lead:
+            across = whole[:lead, lead:]
+            found = found - across.T @ np.linalg.solve(whole[:lead, :lead], across)
+        return found[self._back[:, None], self._back]
+
+    def forces(self, dynamics: Dynamics, acting: Taken, joints: Floats) -> Floats | None:
+        """Return the forces to hand to the engine, shape (J,); None when the last step is unknown.
+
+        Args:
+            dynamics: of the robot at the current time.
+            acting: the drives.
+            joints: positions [rad or m], shape (J,).
+        """
+        if self.felt is None:
+            return None
+        inertia = self.inertia(joints)
+        others = inertia @ self.felt.change - self.felt.given
+        matrix = inertia + np.diag(acting.armature)
+        right = others[None] + dynamics.joint_force
+        change, pull = driven(matrix[None], right, acting.drive, acting.gain)
+        given: Floats = (dynamics.joint_force + pull - acting.armature * change)[0]
+        return given

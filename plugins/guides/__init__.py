@@ -1,0 +1,1 @@
+"""Guides: what a robot shall do, from moment to moment."""

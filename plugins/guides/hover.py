@@ -1,0 +1,164 @@
+"""Hover at a place while the arms move."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.fields import vector
+from seals.control import Aim, Plant, Situation
+from seals.control.tracking import Place, pursued
+from seals.errors import ConfigError
+from seals.robot.limbs import Arm
+from seals.robot.model import RobotModel
+from seals.schema import param
+
+WAVES = 4
+"""Sines in a random motion of one joint."""
+
+
+class ArmMotion(enum.Enum):
+    """What the arms do: rest, swing through their whole range, or wander smoothly at random."""
+
+    stowed = "stowed"
+    sweep = "sweep"
+    random = "random"
+
+
+class Memory(NamedTuple):
+    """Start of the hover: time [s], place [m] and heading [rad]."""
+
+    time: float
+    place: Floats
+    yaw: float
+
+
+@dataclass(kw_only=True)
+class Hover:
+    """Hovers where it starts, or at a given place, while the arms rest, swing or wander.
+
+    Args:
+        rate: calls a second [Hz].
+        position: place to hold, world [m]; empty for that of the start.
+        yaw: heading [rad]; empty for that of the start, one number otherwise.
+        arm: what the arms do.
+        frequency: of the swing [Hz]; a random motion holds frequencies up to it.
+        share: of the range of each joint that is used [1].
+        delay: rest before the arms move [s].
+        seed: of the random motion.
+        position_gain: of the position's error [1/s].
+        speed: largest speed back to the place [m/s].
+
+    Example:
+        >>> Hover(arm=ArmMotion.sweep).frequency
+        0.5
+    """
+
+    rate: float = param(
+        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+    position: list[float] = vector((), "m", bounds=(-1e5, 1e5), source="chosen: the start")
+    yaw: list[float] = vector((), "rad", bounds=(-6.3, 6.3), source="chosen: the start")
+    arm: ArmMotion = ArmMotion.stowed
+    frequency: float = param(
+        0.5, "Hz", bounds=(0.01, 10.0), tolerance=0.0, source="task 1 of the paper", fit=False
+    )
+    share: float = param(
+        1.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen: the whole range", fit=False
+    )
+    delay: float = param(
+        3.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: rotors spin up", fit=False
+    )
+    seed: int = 1
+    position_gain: float = param(
+        1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    )
+    speed: float = param(1.0, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+
+    def __post_init__(self) -> None:
+        """Refuse lists of wrong length."""
+        if len(self.position) not in (0, 3) or len(self.yaw) not in (0, 1):
+            raise ConfigError(
+                f"hover.position={self.position}, hover.yaw={self.yaw}: wrong numbers of values.\n"
+                "Allowed: three and one, or none for where it starts."
+            )
+
+    def bind(self, plant: Plant) -> None:
+        """Lay out the motion of every arm."""
+        rng = np.random.default_rng(self.seed)
+        self._swings = {
+            name: Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
+        }
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep where it starts."""
+        place = np.array(self.position or situation.position, dtype=float)
+        yaw = self.yaw[0] if self.yaw else situation.yaw
+        return Memory(situation.time, place, yaw)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the way back to the place, and the arms' next angles."""
+        time = situation.time - memory.time - self.delay
+        joints = {}
+        if self.arm is not ArmMotion.stowed and time > 0.0:
+            joints = {name: swing.at(time) for name, swing in self._swings.items()}
+        place = Place(memory.place, yaw=memory.yaw)
+        aim = pursued(situation, place, gain=self.position_gain, speed=self.speed, joints=joints)
+        return aim, memory
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Never: a hover goes on."""
+        return None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what the arms do."""
+        return f"hover, arm {self.arm.value}"
+
+
+class Swing(NamedTuple):
+    """Angles of one arm as sums of sines about the middle of the range.
+
+    Args:
+        rest: angles before [rad], shape (k,).
+        middle: of the range [rad], shape (k,).
+        size: of the sines [rad], shape (k, m).
+        frequency: [Hz], shape (k, m).
+        phase: [rad], shape (k, m).
+        ramp: time of the way from rest into the motion [s].
+    """
+
+    rest: Floats
+    middle: Floats
+    size: Floats
+    frequency: Floats
+    phase: Floats
+    ramp: float
+
+    @staticmethod
+    def of(arm: Arm, robot: RobotModel, guide: Hover, rng: np.random.Generator) -> Swing:
+        """Lay out the motion of one arm within its joints' limits; endless joints turn by pi."""
+        index = list(arm.joints)
+        low = np.where(np.isfinite(robot.lower[index]), robot.lower[index], -math.pi)
+        high = np.where(np.isfinite(robot.upper[index]), robot.upper[index], math.pi)
+        half = 0.5 * guide.share * (high - low)[:, None]
+        waves = 1 if guide.arm is ArmMotion.sweep else WAVES
+        shape = (len(index), waves)
+        phase, frequency = np.zeros(shape), np.full(shape, guide.frequency)
+        if waves > 1:
+            phase = rng.uniform(0.0, 2.0 * math.pi, shape)
+            frequency = guide.frequency * rng.uniform(0.2, 1.0, shape)
+        size = half * np.ones(shape) / waves
+        return Swing(arm.stowed, 0.5 * (low + high), size, frequency, phase, 1.0 / guide.frequency)
+
+    def at(self, time: float) -> Floats:
+        """Return the angles ``time`` [s] after the start, shape (k,)."""
+        wave = np.sin(2.0 * math.pi * self.frequency * time + self.phase)
+        angles: Floats = self.middle + (self.size * wave).sum(axis=1)
+        u = min(time / self.ramp, 1.0)
+        blend = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        return self.rest + blend * (angles - self.rest)

@@ -1,0 +1,6 @@
+"""Missions: stages in order, such as rise, reach, close, carry and land."""
+
+from seals.plugins.guides.mission.grasp import Grasp
+from seals.plugins.guides.mission.guide import Mission
+
+__all__ = ["Grasp", "Mission"]

@@ -1,0 +1,81 @@
+"""Contact sensor of a link, such as the pad of a finger-tip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.schema import param
+from seals.sensor import Felt
+
+
+@dataclass(kw_only=True)
+class SensorContact:
+    """Contact sensor of a link: the normal force, and whether it exceeds a threshold.
+
+    Equation:
+        pressing = N (1 + gain_error) + noise while N >= threshold, and 0 below it; contact is 1
+        from the threshold on. N is the mean, over the time since the last reading, of the sum of
+        the normal forces of all contacts of the link.
+
+    Args:
+        link: link that feels.
+        rate: readings a second [Hz].
+        threshold: least normal force that counts as contact [N].
+        noise: standard deviation of the force while there is contact [N].
+        gain_error: error of the scale [1].
+        largest: force at which the reading saturates [N].
+
+    Assumptions:
+        The whole link is the pad: what touches elsewhere on it is felt, too.
+
+    Valid range:
+        Rates up to that of the simulation.
+
+    Limitations:
+        No spatial resolution, no hysteresis, no drift; shear is not read.
+
+    References:
+        Dahiya et al. 2010, IEEE Trans. Robotics 26(1), Tactile Sensing: thresholds of fingertip
+        sensors are some 0.01 to 0.1 N.
+
+    Example:
+        >>> SensorContact(threshold=0.1).channels()
+        {'contact': 1, 'pressing': 1}
+    """
+
+    link: str = "root"
+    rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    threshold: float = param(
+        0.05, "N", bounds=(1e-9, 1e4), tolerance=0.01, source="Dahiya et al. 2010", fit=False
+    )
+    noise: float = param(0.02, "N", bounds=(0.0, 1e3), tolerance=0.01, source="chosen")
+    gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.05, source="chosen")
+    largest: float = param(50.0, "N", bounds=(1e-6, 1e6), tolerance=0.0, source="chosen", fit=False)
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"contact": 1, "pressing": 1}
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return impulse and time since the last reading, both zero."""
+        return 0.0, 0.0
+
+    def sense(
+        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+    ) -> tuple[dict[str, Floats] | None, Any]:
+        """Return a reading when due; one draw of noise, contact or not."""
+        impulse, span = memory[0] + felt.pressing * felt.step, memory[1] + felt.step
+        if not due:
+            return None, (impulse, span)
+        force = impulse / span if span > 0.0 else felt.pressing
+        noise = self.noise * float(rng.standard_normal())
+        touches = force >= self.threshold
+        read = min(max(force * (1.0 + self.gain_error) + noise, 0.0), self.largest)
+        pressing = read if touches and math.isfinite(read) else 0.0
+        reading = {"contact": np.array([float(touches)]), "pressing": np.array([pressing])}
+        return reading, (0.0, 0.0)

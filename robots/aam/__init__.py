@@ -1,0 +1,1 @@
+"""An aerial-aquatic manipulator: quadrotor, arm of three joints, three-finger gripper."""

@@ -1,0 +1,1 @@
+"""Meshes of the aerial-aquatic manipulator, written by make_meshes.py."""

@@ -1,0 +1,1 @@
+"""An aerial-aquatic manipulator with two arms, one in front and one behind."""

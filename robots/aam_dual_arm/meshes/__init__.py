@@ -1,0 +1,1 @@
+"""Meshes of the two-armed manipulator, written by make_meshes.py."""

@@ -1,0 +1,1 @@
+"""An underwater vehicle with six thrusters that push and turn it in every direction."""

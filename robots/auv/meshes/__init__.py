@@ -1,0 +1,1 @@
+"""Meshes of the underwater vehicle, written by make_meshes.py."""

@@ -1,0 +1,1 @@
+"""A cube of 5 cm and 0.1 kg that sinks."""

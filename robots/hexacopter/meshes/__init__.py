@@ -1,0 +1,1 @@
+"""Meshes of the hexacopter, written by make_meshes.py."""

@@ -1,0 +1,110 @@
+"""``seals new``: a robot folder from a URDF, or a package for an effect or a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seals.errors import ConfigError, suggestion
+
+if TYPE_CHECKING:
+    from seals.scaffold.robot import NewRobot
+
+KINDS = ("robot", "effect", "sensor")
+OPTIONS = {"robot": ("urdf", "package"), "effect": (), "sensor": ()}
+"""Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
+
+
+def new(arguments: list[str]) -> int:
+    """Make what is asked for in the working directory, and say what comes next."""
+    words, options = _sorted(arguments)
+    kind = words[0] if words else ""
+    if kind not in KINDS:
+        hint = suggestion(kind, KINDS, label="Kinds")
+        raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
+    if len(words) != 2:
+        urdf = " --urdf FILE" if kind == "robot" else ""
+        what = (
+            "has no name" if len(words) < 2 else f"has more than one name: {', '.join(words[1:])}"
+        )
+        raise ConfigError(f"the new {kind} {what}.\nWrite: seals new {kind} NAME{urdf}")
+    for key, _ in options:
+        if key not in OPTIONS[kind]:
+            hint = suggestion(key, OPTIONS[kind], label=f"Options of new {kind}")
+            raise ConfigError(f"there is no option '{key}'.\n{hint}")
+    if kind == "robot":
+        return _robot(words[1], options)
+    from seals.scaffold.plugin import scaffold_plugin
+
+    print("\n".join(scaffold_plugin(kind, words[1], parent=Path())))
+    return 0
+
+
+def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
+    """Words, and options with their values, in the order in which they were given."""
+    words: list[str] = []
+    options: list[tuple[str, str]] = []
+    rest = iter(arguments)
+    for word in rest:
+        key, equals, value = word.lstrip("-").partition("=")
+        if word.startswith("-"):
+            options.append((key, value if equals else _value(word, rest)))
+        elif equals and key in ("urdf", "package"):
+            options.append((key, value))
+        else:
+            words.append(word)
+    return words, options
+
+
+def _value(flag: str, rest: Iterator[str]) -> str:
+    value = next(rest, "")
+    if not value or value.startswith("--"):
+        raise ConfigError(f"{flag} has no value.\nWrite: {flag} VALUE")
+    return value
+
+
+def _robot(name: str, options: list[tuple[str, str]]) -> int:
+    urdfs = [value for key, value in options if key == "urdf"]
+    if len(urdfs) != 1:
+        from seals.scaffold.takeover import urdfs_near
+
+        hint = suggestion("", urdfs_near(Path()), label="URDF files near")
+        raise ConfigError(f"give one URDF: --urdf FILE (given: {len(urdfs)}).\n{hint}")
+    packages = {}
+    for text in (value for key, value in options if key == "package"):
+        package, equals, folder = text.partition("=")
+        if not equals or not Path(folder).is_dir():
+            raise ConfigError(
+                f"--package {text} is no name and folder.\n"
+                "Write: --package NAME=FOLDER, with a folder that exists"
+            )
+        packages[package] = Path(folder).resolve()
+    from seals.scaffold.robot import scaffold_robot
+
+    made = scaffold_robot(name, Path(urdfs[0]), parent=Path(), packages=packages)
+    print("\n".join(_told(name, made)))
+    return 0
+
+
+def _told(name: str, made: NewRobot) -> Iterator[str]:
+    """Yield what was made, what to look at, and what comes next."""
+    robot, drives = made.robot, made.drives
+    parts = [
+        f"{robot.mass.sum():.4g} kg",
+        f"{len(robot.links)} links",
+        f"{len(robot.joints)} joints",
+    ]
+    if drives is not None:
+        parts.append(f"{len(drives.links)} {drives.kind}s")
+    parts += [f"{len(made.limbs.arms)} arm(s)"] if made.limbs.arms else []
+    parts += [f"{len(made.limbs.grippers)} gripper(s)"] if made.limbs.grippers else []
+    yield f"{name}/robot.yaml: {', '.join(parts)}"
+    for change in made.changes:
+        yield f"  {change}"
+    if made.remarks:
+        yield "Look at:"
+        yield from (f"  {remark}" for remark in made.remarks)
+    yield "Next:"
+    yield f"  seals check robot={name}"
+    yield f"  seals run robot={name} water=fossen"

@@ -1,0 +1,41 @@
+"""Added mass of a whole robot under water, as a controller reckons with it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.limbs import stowed
+from seals.control.plant import Plant
+from seals.dynamics.tree import forward
+
+
+def added_inertia(plant: Plant) -> Floats:
+    """Return the 6x6 inertia of the water a submerged robot carries with it.
+
+    About the body origin in body axes, order [linear, angular], arms stowed. It sums what the
+    effects of the model account for as added mass.
+    """
+    robot = plant.robot
+    pose = stowed(robot)[None]
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], pose)
+    total = np.zeros((6, 6))
+    for bound in plant.effects.inertias:
+        if "added mass" not in bound.effect.accounts_for:
+            continue
+        p = bound.params
+        diagonal = np.concatenate((p["mass"][0], p["inertia"][0]))
+        matrix = np.diag(diagonal) + p["coupling"][0]
+        for link in bound.links:
+            x = _motion_of(origins[0, link], turns[0, link])
+            total += x.T @ matrix @ x
+    return total
+
+
+def _motion_of(origin: Floats, turn: Floats) -> Floats:
+    """Return the map from the twist of the body to that of a link fixed to it, link axes."""
+    x, y, z = origin
+    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    out = np.zeros((6, 6))
+    out[:3, :3], out[:3, 3:], out[3:, 3:] = turn.T, -turn.T @ arm, turn.T
+    return out

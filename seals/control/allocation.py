@@ -1,0 +1,231 @@
+"""From a wanted force and torque to the commands of the drives."""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.plant import ROTOR, Layout
+
+LIFT_ROWS = (2, 3, 4, 5)
+"""Rows of lift, roll, pitch and yaw among force and torque."""
+ROUNDS = 24
+"""Most changes of the active set, a drive; four or five in all are usual."""
+RANK = 1e-6
+"""Share of the largest singular value below which a direction is out of reach."""
+
+
+class Saturation(enum.Enum):
+    """What gives way when the drives cannot do all that is wanted.
+
+    ``paper``: the pseudo-inverse; squared speeds below zero become zero, then all shrink alike
+    until the largest is allowed. ``priority``: the best within all limits, roll and pitch before
+    thrust, thrust before yaw.
+    """
+
+    paper = "paper"
+    priority = "priority"
+
+
+class Allocation:
+    """Commands of the drives for a wrench about a centre that moves.
+
+    Args:
+        layout: of the drives.
+        rows: components [force x, y, z, torque x, y, z] that are wanted, numbers 0 to 5.
+        saturation: what gives way.
+        weights: of the rows where not all can be had, shape (rows,); larger is more important.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        *,
+        rows: tuple[int, ...] = LIFT_ROWS,
+        saturation: Saturation = Saturation.paper,
+        weights: Floats | None = None,
+    ) -> None:
+        """Find what does not change with the centre."""
+        self._layout, self._rows, self.saturation = layout, list(rows), saturation
+        self._squared = np.array([kind == ROTOR for kind in layout.kind])
+        self._all_rotors = bool(self._squared.all())
+        self._force = np.ascontiguousarray((layout.axis * layout.thrust_coefficient[:, None]).T)
+        self._arm = np.cross(layout.position, layout.axis) * layout.thrust_coefficient[:, None]
+        self._arm = np.ascontiguousarray(self._arm.T)
+        self._reaction = (layout.axis * layout.reaction_coefficient[:, None]).T
+        # moving the centre adds rows to rows, it does not change their rank
+        self._full = has_rank(self.matrix(layout.position.mean(axis=0)))
+        self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
+
+    def matrix(self, centre: Floats, gain: Floats | None = None) -> Floats:
+        """Return A: columns of force and torque for a unit of squared speed or of thruster force.
+
+        Equation:
+            For rotors along z the rows are those of the paper: k_T; (y - y_c) k_T;
+            -(x - x_c) k_T; k_R d.
+
+        Args:
+            centre: of gravity, body axes [m], shape (3,).
+            gain: of every drive, see `seals.control.Situation`; None for one.
+        """
+        f, (x, y, z) = self._force, centre.tolist()
+        whole = np.empty((6, f.shape[1]))
+        whole[:3] = f
+        whole[3:] = self._arm + self._reaction
+        whole[3] -= y * f[2] - z * f[1]
+        whole[4] -= z * f[0] - x * f[2]
+        whole[5] -= x * f[1] - y * f[0]
+        a = whole[self._rows]
+        return a if gain is None else a * gain
+
+    def commands(
+        self,
+        wrench: Floats,
+        centre: Floats,
+        *,
+        gain: Floats | None = None,
+        limit: Floats | None = None,
+        low: Floats | None = None,
+    ) -> Floats:
+        """Return the commands of all drives [rad/s or N], shape (n,).
+
+        Args:
+            wrench: wanted, the chosen rows, torque about the centre [N, N m].
+            centre: of gravity, body axes [m], shape (3,).
+            gain: of every drive, shape (n,); None for one.
+            limit: largest commands, shape (n,); None for those of the layout.
+            low: lowest commands, shape (n,); None for those of the layout.
+        """
+        limit = self._layout.limit if limit is None else limit
+        low = self._layout.low if low is None else low
+        a = self.matrix(centre, gain)
+        high, least = self._squares(limit), self._squares(low)
+        u = least_norm(a, wrench, full=self._full)
+        if self.saturation is Saturation.paper:
+            u = shrunk(u, least, high)
+        elif np.any(u > high) or np.any(u < least):
+            u = best_within(a, wrench, least, high, self._weights)
+        if self._all_rotors:
+            return np.sign(u) * np.sqrt(np.abs(u))
+        return np.where(self._squared, np.sign(u) * np.sqrt(np.abs(u)), u)
+
+    def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
+        """Return the chosen rows of force and torque that commands make [N, N m]."""
+        made: Floats = self.matrix(centre, gain) @ self._squares(command)
+        return made
+
+    def _squares(self, command: Floats) -> Floats:
+        if self._all_rotors:
+            return command * np.abs(command)
+        return np.where(self._squared, command * np.abs(command), command)
+
+
+def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
+    """Return the smallest solution of A u = w, or the nearest one where A lacks rank.
+
+    Args:
+        a: shape (rows, n).
+        wrench: shape (rows,).
+        full: whether the rows of A are known to be independent, which is faster.
+
+    Example:
+        >>> least_norm(np.array([[1.0, 1.0]]), np.array([3.0]))
+        array([1.5, 1.5])
+    """
+    # rows of force and of yaw differ by orders of magnitude: level them
+    size = np.sqrt((a * a).sum(axis=1))
+    if not full:
+        level = 1.0 / np.where(size > 0.0, size, 1.0)
+        nearest: Floats = np.linalg.pinv(a * level[:, None], rcond=RANK) @ (wrench * level)
+        return nearest
+    b = a / size[:, None]
+    if b.shape[0] == b.shape[1]:
+        exact: Floats = np.linalg.solve(b, wrench / size)
+        return exact
+    smallest: Floats = b.T @ np.linalg.solve(b @ b.T, wrench / size)
+    return smallest
+
+
+def has_rank(a: Floats) -> bool:
+    """Return whether the rows of A are independent.
+
+    Example:
+        >>> has_rank(np.array([[1.0, 1.0], [2.0, 2.0]]))
+        False
+    """
+    size = np.sqrt((a * a).sum(axis=1))
+    if not a.size or float(size.min()) == 0.0 or a.shape[0] > a.shape[1]:
+        return False
+    values = np.linalg.svd(a / size[:, None], compute_uv=False)
+    return bool(values[-1] > RANK * values[0])
+
+
+def shrunk(u: Floats, low: Floats, high: Floats) -> Floats:
+    """Return what may be commanded: below ``low`` clipped, then all shrunk to fit under ``high``.
+
+    Example:
+        >>> shrunk(np.array([-1.0, 2.0, 4.0]), np.zeros(3), np.full(3, 2.0))
+        array([0., 1., 2.])
+    """
+    u = np.maximum(u, low)
+    excess = float(np.max(u / high, initial=0.0))
+    return u / excess if excess > 1.0 else u
+
+
+def best_within(a: Floats, wrench: Floats, low: Floats, high: Floats, weights: Floats) -> Floats:
+    """Return the solution of weighted least squares A u = w with low <= u <= high.
+
+    The active set changes by blocks of all drives that break a limit or pull off one; when that
+    does not settle, one drive at a time, which always does (Judice and Pires 1992).
+
+    Args:
+        a: shape (rows, n).
+        wrench: wanted, shape (rows,).
+        low: shape (n,).
+        high: above low, shape (n,).
+        weights: of the rows, shape (rows,); each row counts against the most that it can do.
+    """
+    # in shares of each drive's range and of each row's reach: numbers near one
+    span = high - low
+    scaled = a * span
+    reach = np.abs(scaled).sum(axis=1)
+    weight = weights / np.where(reach > 0.0, reach, 1.0)
+    b = scaled * weight[:, None]
+    target = (wrench - a @ low) * weight
+    h = b.T @ b
+    h[np.diag_indices(len(h))] += 1e-9 * float(np.trace(h))
+    g = b.T @ target
+    share = _box(h, g)
+    return low + share * span
+
+
+def _box(h: Floats, g: Floats) -> Floats:
+    """Return the minimum of x H x / 2 - g x over 0 <= x <= 1, H positive definite."""
+    count = len(g)
+    eye = np.eye(count)
+    x = np.linalg.solve(h, g)
+    bound = np.clip(x, 0.0, 1.0)
+    free = (bound == x).astype(float)
+    fewest, patience = count + 1, 3
+    for _ in range(ROUNDS * count):
+        held = bound * (1.0 - free)
+        # the rows and columns of held drives become those of the identity
+        system = h * (free[:, None] * free) + eye * (1.0 - free)
+        x = np.linalg.solve(system, free * (g - h @ held) + held)
+        slope = h @ x - g
+        off = np.where(bound > 0.5, slope, -slope)
+        beyond = np.abs(x - 0.5) - 0.5
+        wrong = np.where(free > 0.0, beyond, off) > 1e-12
+        bad = int(np.count_nonzero(wrong))
+        if bad == 0:
+            break
+        patience = 3 if bad < fewest else patience - 1
+        fewest = min(fewest, bad)
+        if patience <= 0:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        bound = np.where(wrong, (x > 0.5).astype(float), bound)
+        free = np.where(wrong, 1.0 - free, free)
+    clipped: Floats = np.clip(x, 0.0, 1.0)
+    return clipped

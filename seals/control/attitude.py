@@ -1,0 +1,76 @@
+"""Attitude control on the rotation group, and the attitude that a wanted force asks for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from seals.arrays import Floats
+
+
+def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
+    """Return the attitude whose z axis pushes along a wanted force, as far as it may lean.
+
+    Args:
+        force: wanted, world axes [N], shape (3,).
+        yaw: heading of body x [rad].
+        tilt: largest lean [rad].
+        least: smallest upward part that counts for the lean [N]: below it the direction of a force
+            near zero would turn the robot about.
+
+    Returns:
+        R_WD of the wanted attitude, shape (3, 3).
+
+    Example:
+        >>> bool(np.allclose(lean_for(np.array([0, 0, 5.0]), 0.0, tilt=0.5, least=1.0), np.eye(3)))
+        True
+    """
+    x, y, z = force.tolist()
+    up = max(z, least)
+    aside = math.hypot(x, y)
+    share = min(1.0, up * math.tan(tilt) / aside) if aside > 0.0 else 0.0
+    a = np.array([x * share, y * share, up])
+    a /= math.sqrt(a @ a)
+    heading = (math.cos(yaw), math.sin(yaw))
+    # body y = z x heading, then body x = y x z
+    b = np.array([-a[2] * heading[1], a[2] * heading[0], a[0] * heading[1] - a[1] * heading[0]])
+    b /= math.sqrt(b @ b)
+    out = np.empty((3, 3))
+    out[:, 1], out[:, 2] = b, a
+    out[:, 0] = cross3(b, a)
+    return out
+
+
+def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
+    """Return the rotation vector from the wanted attitude to the present one, body axes [rad].
+
+    Equation:
+        e = vee(R_d^T R - R^T R_d) / 2, lengthened from the sine of the angle to the angle, so that
+        an upside-down robot still turns back.
+
+    References:
+        Lee, Leok, McClamroch 2010, Geometric tracking control of a quadrotor UAV on SE(3), CDC.
+    """
+    m = wanted.T @ rotation
+    e = 0.5 * np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    sine = math.sqrt(e @ e)
+    cosine = 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
+    if sine < 1e-9:
+        # half a turn has no direction of its own: any axis will do
+        return e if cosine > 0.0 else np.array([math.pi, 0.0, 0.0])
+    longer: Floats = e * (math.atan2(sine, cosine) / sine)
+    return longer
+
+
+def spin_of(now: Floats, before: Floats, step: float) -> Floats:
+    """Return the angular velocity between two attitudes, axes of the second [rad/s]."""
+    found: Floats = attitude_error(now, before) / step
+    return found
+
+
+def cross3(a: Floats, b: Floats) -> Floats:
+    """Return the product of two vectors, faster than `numpy.cross`."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -1,0 +1,106 @@
+"""Targets of the joints from what a guide wants of arms and grippers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.plant import Plant
+from seals.control.protocols import Aim
+from seals.errors import ConfigError, suggestion
+from seals.robot.model import RobotModel
+
+
+def stowed(robot: RobotModel) -> Floats:
+    """Return the joint values of rest: arms stowed, grippers open, others zero, shape (J,)."""
+    out = np.zeros(robot.tree.joints)
+    for arm in robot.arms.values():
+        out[list(arm.joints)] = arm.stowed
+    for gripper in robot.grippers.values():
+        out[list(gripper.joints)] = gripper.open
+    return _within(out, robot)
+
+
+def joint_targets(aim: Aim, last: Floats, robot: RobotModel) -> Floats:
+    """Return the joint values wanted now, within the joint limits, shape (J,).
+
+    Args:
+        aim: of the guide.
+        last: targets so far; parts that the aim does not name keep theirs.
+        robot: the robot.
+
+    Raises:
+        ConfigError: the aim names an arm or gripper that the robot does not have, or gives another
+            number of values.
+    """
+    if not aim.joints and not aim.grip:
+        return last
+    out = last.copy()
+    for name, values in aim.joints.items():
+        arm = _part("arm", name, robot.arms)
+        if len(values) != len(arm.joints):
+            raise ConfigError(
+                f"aim.joints.{name} has {len(values)} values.\n"
+                f"Allowed: {len(arm.joints)}, one a joint of the arm."
+            )
+        out[list(arm.joints)] = values
+    for name, grip in aim.grip.items():
+        gripper = _part("gripper", name, robot.grippers)
+        out[list(gripper.joints)] = gripper.at(grip)
+    return _within(out, robot)
+
+
+def _within(values: Floats, robot: RobotModel) -> Floats:
+    inside: Floats = np.minimum(np.maximum(values, robot.lower), robot.upper)
+    return inside
+
+
+def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
+    if name not in parts:
+        raise ConfigError(f"the robot has no {kind} '{name}'.\n{suggestion(name, parts)}")
+    return parts[name]
+
+
+class Reckoned(NamedTuple):
+    """Motion of the joints as their servos will make it, without noise and before it happens.
+
+    Args:
+        position: [rad or m], shape (J,).
+        rate: [rad/s or m/s], shape (J,).
+    """
+
+    position: Floats
+    rate: Floats
+
+    def next(self, targets: Floats, lag: Floats, fastest: float, step: float) -> Reckoned:
+        """Return the motion one period later: a first-order lag at no more than a speed.
+
+        Args:
+            targets: of the servos [rad or m], shape (J,).
+            lag: time constants [s], shape (J,).
+            fastest: largest rate [rad/s or m/s].
+            step: of the period [s].
+        """
+        rate = (targets - self.position) * (-np.expm1(-step / lag) / step)
+        rate = np.minimum(np.maximum(rate, -fastest), fastest)
+        return Reckoned(self.position + step * rate, rate)
+
+
+def servo_lag(plant: Plant, default: float) -> Floats:
+    """Return how far the joints stay behind their targets [s], shape (J,): damping by stiffness.
+
+    Args:
+        plant: the robot.
+        default: for joints without a servo [s].
+    """
+    joints = plant.robot.tree.joints
+    for bound in plant.effects.joint_drives:
+        servo = bound.hooks
+        if hasattr(servo, "of_joints"):
+            stiff = np.maximum(servo.of_joints("kp", joints), 1e-9)
+            lag: Floats = np.clip(servo.of_joints("kd", joints) / stiff, 1e-3, 1.0)
+            return lag
+    return np.full(joints, default)

@@ -1,0 +1,142 @@
+"""What a guide or a controller knows of its robot before the start: parts, drives, surroundings."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.environment import EnvironmentSettings
+from seals.dynamics.tree import forward
+from seals.effects.binding import EffectSet
+from seals.errors import ConfigError
+from seals.robot.model import RobotModel
+
+ROTOR, THRUSTER = "rotor", "thruster"
+
+
+class Layout(NamedTuple):
+    """All drives of a robot in the order of their commands; body axes about the body origin.
+
+    Args:
+        position: of the drives [m], shape (n, 3).
+        axis: direction of positive thrust [1], shape (n, 3).
+        thrust_coefficient: thrust for the square of a rotor's speed [N/(rad/s)^2], or for a
+            thruster's command, which is 1; shape (n,).
+        reaction_coefficient: torque about the axis, likewise [N m/(rad/s)^2], shape (n,).
+        limit: largest command [rad/s or N], shape (n,).
+        low: lowest command, zero for rotors that turn one way only [rad/s or N], shape (n,).
+        lag: time constant [s], shape (n,).
+        kind: ``rotor`` (thrust by the square of the command) or ``thruster``, n of them.
+        link: index of the link that carries each, n of them.
+    """
+
+    position: Floats
+    axis: Floats
+    thrust_coefficient: Floats
+    reaction_coefficient: Floats
+    limit: Floats
+    low: Floats
+    lag: Floats
+    kind: tuple[str, ...]
+    link: tuple[int, ...]
+
+    @property
+    def drives(self) -> int:
+        """Number of drives."""
+        return len(self.kind)
+
+
+class Plant(NamedTuple):
+    """A robot in its surroundings, as its model says; hidden effects are not in it.
+
+    Args:
+        robot: links, joints, arms and grippers.
+        layout: of all drives.
+        environment: gravity, densities, water level.
+        effects: the effects of the robot, for controllers that use the model of one.
+    """
+
+    robot: RobotModel
+    layout: Layout
+    environment: EnvironmentSettings
+    effects: EffectSet
+
+    @property
+    def gravity(self) -> float:
+        """Gravity [m/s^2]."""
+        return self.environment.gravity
+
+
+def build_plant(robot: RobotModel, effects: EffectSet, environment: EnvironmentSettings) -> Plant:
+    """Return what guides and controllers may know of a robot.
+
+    Raises:
+        ConfigError: a drive sits on a link that moves against the base.
+    """
+    return Plant(robot, layout_of(robot, effects), environment, effects)
+
+
+def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
+    """Return all drives of a robot in body axes.
+
+    Raises:
+        ConfigError: a drive sits on a link that moves against the base, or a column has no drive.
+    """
+    bound = effects.actuators
+    count = max((b.hooks.first + b.hooks.count for b in bound), default=0)
+    table = {key: np.zeros((count, 3)) for key in ("position", "axis")}
+    table |= {key: np.zeros(count) for key in ("thrust", "reaction", "limit", "low", "lag")}
+    kind, link = [""] * count, [0] * count
+    origins, turns = _rest(robot)
+    for b in bound:
+        carrier = b.links[0]
+        if robot.tree.joints and np.any(robot.tree.moves[carrier]):
+            raise ConfigError(
+                f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves against the base.\n"
+                "Drives must sit on the base or on links fixed to it."
+            )
+        columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
+        constants = b.effect.constants()
+        table["position"][columns] = constants["position"] @ turns[carrier].T + origins[carrier]
+        table["axis"][columns] = constants["axis"] @ turns[carrier].T
+        table["thrust"][columns] = _row(constants, "thrust_coefficient", 1.0)
+        table["reaction"][columns] = _row(constants, "reaction_coefficient", 0.0)
+        table["limit"][columns], table["lag"][columns] = b.hooks.limit, b.hooks.lag
+        word = ROTOR if "reaction_coefficient" in constants else THRUSTER
+        lowest = -b.hooks.limit if word == THRUSTER else np.zeros(b.hooks.count)
+        table["low"][columns] = getattr(b.effect, "low", lowest)
+        for k in range(count)[columns]:
+            kind[k], link[k] = word, carrier
+    _refuse_gaps(kind)
+    return Layout(
+        position=table["position"],
+        axis=table["axis"],
+        thrust_coefficient=table["thrust"],
+        reaction_coefficient=table["reaction"],
+        limit=table["limit"],
+        low=table["low"],
+        lag=table["lag"],
+        kind=tuple(kind),
+        link=tuple(link),
+    )
+
+
+def _rest(robot: RobotModel) -> tuple[Floats, Floats]:
+    """Origins and rotations of all links in body axes, joints at zero."""
+    zero = np.zeros((1, robot.tree.joints))
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    return origins[0], turns[0]
+
+
+def _row(constants: dict[str, Any], name: str, default: float) -> Floats | float:
+    return np.asarray(constants[name], dtype=float)[0] if name in constants else default
+
+
+def _refuse_gaps(kind: list[str]) -> None:
+    if "" in kind:
+        raise ConfigError(
+            f"drive {kind.index('')} belongs to no actuator.\n"
+            "Set 'first' of the actuators so that their columns follow each other from 0 on."
+        )

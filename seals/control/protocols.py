@@ -1,0 +1,193 @@
+"""The protocols of guides and controllers, and what passes between them.
+
+guide --Aim--> controller --Order--> drives and servos, once for every period of the controller.
+Guides and controllers keep nothing to themselves: their memory is handed in and handed back, so
+that a snapshot of the world holds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.plant import Plant
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+STILL = np.zeros(3)
+STILL.setflags(write=False)
+
+
+class Buoyancy(NamedTuple):
+    """Buoyancy of the wet part of all hulls.
+
+    Args:
+        force: against gravity [N].
+        centre: where it acts, body axes about the body origin [m], shape (3,).
+    """
+
+    force: float
+    centre: Floats
+
+
+class Situation(NamedTuple):
+    """What a guide or a controller may know at one instant.
+
+    Body axes are those of the base link, vectors in them are about its origin.
+
+    Args:
+        time: [s].
+        step: time until the next call [s].
+        position: body origin, world [m], shape (3,).
+        rotation: R_WB, shape (3, 3).
+        velocity: of the body origin, world axes [m/s], shape (3,).
+        spin: angular velocity, body axes [rad/s], shape (3,).
+        joints: [rad or m], shape (J,).
+        rates: [rad/s or m/s], shape (J,).
+        mass: of the whole robot [kg].
+        centre: live centre of gravity of the whole robot, body axes [m], shape (3,).
+        inertia: about the centre of gravity, body axes [kg m^2], shape (3, 3).
+        centre_map: rate of ``centre`` for a unit rate of every joint, body axes [m], shape (3, J).
+        momentum_map: angular momentum about the centre of gravity for a unit rate of every joint,
+            body axes [kg m^2], shape (3, J).
+        submersion: submerged share of all hulls' volume [1].
+        buoyancy: of the wet part of all hulls.
+        depth: of the body origin below the water surface, negative in air [m]; minus infinity
+            without water.
+        gain: thrust of every drive against that of its own map at the same command, by the
+            robot's model: larger under water than in air [1], shape (n,).
+        limit: largest command of every drive at its present place [rad/s or N], shape (n,).
+        readings: last reading of every sensor, by sensor and channel.
+        contacts: normal force on every gripper's tip, by link name [N].
+    """
+
+    time: float
+    step: float
+    position: Floats
+    rotation: Floats
+    velocity: Floats
+    spin: Floats
+    joints: Floats
+    rates: Floats
+    mass: float
+    centre: Floats
+    inertia: Floats
+    centre_map: Floats
+    momentum_map: Floats
+    submersion: float
+    buoyancy: Buoyancy
+    depth: float
+    gain: Floats
+    limit: Floats
+    readings: Mapping[str, Mapping[str, Floats]] = NOTHING
+    contacts: Mapping[str, float] = NOTHING
+
+    @property
+    def yaw(self) -> float:
+        """Heading of the body x axis, anticlockwise from world x [rad]."""
+        return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+
+
+class Aim(NamedTuple):
+    """What a guide wants: velocity of the robot, angles of the arms, action of the grippers.
+
+    Args:
+        velocity: of the body origin, world axes [m/s], shape (3,).
+        acceleration: fed forward, world axes [m/s^2], shape (3,).
+        yaw: heading [rad].
+        yaw_rate: fed forward [rad/s].
+        joints: joint values by arm [rad or m]; arms left out keep their last ones, stowed at first.
+        grip: by gripper, 0 for open and 1 for closed [1]; those left out keep theirs, open first.
+        position: held against drift, world [m], shape (3,); None for velocity alone.
+
+    Example:
+        >>> Aim(velocity=np.array([1.0, 0.0, 0.0])).yaw
+        0.0
+    """
+
+    velocity: Floats = STILL
+    acceleration: Floats = STILL
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    joints: Mapping[str, Floats] = NOTHING
+    grip: Mapping[str, float] = NOTHING
+    position: Floats | None = None
+
+
+class Order(NamedTuple):
+    """What a controller commands.
+
+    Args:
+        drive: of all drives, rotor speed [rad/s] or thruster force [N], shape (n,).
+        joints: values for the servos [rad or m], shape (J,).
+    """
+
+    drive: Floats
+    joints: Floats
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Turns what a guide wants into commands: a keyword-only dataclass with explicit memory.
+
+    Attributes:
+        rate: calls a second [Hz].
+        sense: sensor whose estimate of pose and velocity is used, or ``truth``.
+    """
+
+    rate: float
+    sense: str
+
+    def bind(self, plant: Plant) -> None:
+        """Get to know the robot; called once, before `start`.
+
+        Raises:
+            SealsError: this controller cannot command that robot.
+        """
+        ...
+
+    def start(self) -> Any:
+        """Return the memory at the start of a run."""
+        ...
+
+    def command(self, situation: Situation, aim: Aim, memory: Any) -> tuple[Order, Any]:
+        """Return the order for the coming period and the new memory; ``memory`` stays as it is."""
+        ...
+
+
+@runtime_checkable
+class Guide(Protocol):
+    """Says what the robot shall do: a keyword-only dataclass with explicit memory.
+
+    Attributes:
+        rate: calls a second [Hz].
+    """
+
+    rate: float
+
+    def bind(self, plant: Plant) -> None:
+        """Get to know the robot; called once, before `start`.
+
+        Raises:
+            SealsError: this guide cannot lead that robot.
+        """
+        ...
+
+    def start(self, situation: Situation) -> Any:
+        """Return the memory at the start of a run."""
+        ...
+
+    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
+        """Return what is wanted now and the new memory; ``memory`` stays as it is."""
+        ...
+
+    def finished(self, memory: Any) -> bool | None:
+        """Return whether the task is done (True), given up (False) or goes on (None)."""
+        ...
+
+    def stage(self, memory: Any) -> str:
+        """Return the name of the present stage, for the log and the screen."""
+        ...

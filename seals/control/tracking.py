@@ -1,0 +1,87 @@
+"""From a place on a course to the velocity that leads there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from seals.arrays import Floats
+from seals.control.protocols import NOTHING, STILL, Aim, Situation
+
+
+class Place(NamedTuple):
+    """A point of a course.
+
+    Args:
+        position: world [m], shape (3,).
+        velocity: world axes [m/s], shape (3,).
+        acceleration: world axes [m/s^2], shape (3,).
+        yaw: heading [rad].
+        yaw_rate: [rad/s].
+    """
+
+    position: Floats
+    velocity: Floats = STILL
+    acceleration: Floats = STILL
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+
+
+def pursued(
+    situation: Situation,
+    place: Place,
+    *,
+    gain: float,
+    speed: float,
+    joints: Mapping[str, Floats] = NOTHING,
+    grip: Mapping[str, float] = NOTHING,
+) -> Aim:
+    """Return the aim that leads to a place and along with it: the position loop of the guides.
+
+    Args:
+        situation: now.
+        place: on the course, now.
+        gain: of the position's error [1/s].
+        speed: largest speed towards the place [m/s].
+        joints: of the arms, see `Aim`.
+        grip: of the grippers, see `Aim`.
+    """
+    back = gain * (place.position - situation.position)
+    length = math.sqrt(back @ back)
+    if length > speed:
+        back = back * (speed / length)
+    return Aim(
+        velocity=place.velocity + back,
+        acceleration=place.acceleration,
+        yaw=place.yaw,
+        yaw_rate=place.yaw_rate,
+        joints=joints,
+        grip=grip,
+    )
+
+
+def minimum_jerk(start: Floats, end: Floats, duration: float, time: float) -> Place:
+    """Return the place on a straight way between two rests, with the least jerk.
+
+    Args:
+        start: [m], shape (3,).
+        end: [m], shape (3,).
+        duration: [s].
+        time: since the start [s]; before and after it rests at the ends.
+
+    References:
+        Flash and Hogan 1985, Journal of Neuroscience 5(7).
+
+    Example:
+        >>> minimum_jerk(np.zeros(3), np.ones(3), 2.0, 1.0).position
+        array([0.5, 0.5, 0.5])
+    """
+    way = end - start
+    if duration <= 0.0 or time >= duration:
+        return Place(end)
+    u = max(time, 0.0) / duration
+    s = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    v = 30.0 * u**2 * (1.0 - u) ** 2 / duration
+    a = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / duration**2
+    return Place(start + s * way, v * way, a * way)

@@ -1,0 +1,36 @@
+"""How much of a drive's disc is under water."""
+
+from __future__ import annotations
+
+from seals.arrays import Array, namespace
+from seals.motion import Drives, Medium, Motion
+
+
+def wet_share(depth: Array, half_width: Array | float) -> Array:
+    """Return the share of a disc under water [1], smooth from 0 to 1.
+
+    Equation:
+        u^2 (3 - 2 u) with u = (depth + half_width) / (2 half_width), held between 0 and 1.
+
+    Args:
+        depth: of the hub below the surface [m].
+        half_width: depth at which the disc is wholly wet [m].
+
+    Example:
+        >>> import numpy as np
+        >>> wet_share(np.array([-0.2, 0.0, 0.2]), 0.1)
+        array([0. , 0.5, 1. ])
+    """
+    u = namespace(depth).clip((depth + half_width) / (2.0 * half_width), 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def hub_depth(drives: Drives, motion: Motion, medium: Medium) -> Array | None:
+    """Return the depth of every hub below the water surface [m], shape (N, n); None without water.
+
+    Under waves the surface is taken as plane around the link.
+    """
+    if medium.depth is None:
+        return None
+    normal = motion.up if medium.normal is None else medium.normal
+    return medium.depth - normal @ drives.position.T

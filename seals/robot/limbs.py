@@ -1,0 +1,134 @@
+"""Arms and grippers of a robot: which joints, which tool, which finger-tips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.robot import ArmSettings, GripperSettings
+from seals.errors import RobotError, suggestion
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arm:
+    """One arm.
+
+    Args:
+        name: of the arm.
+        joints: indices among the robot's joints, from the base on, k of them.
+        tool: index of the link that the arm moves, for instance the palm.
+        stowed: joint values at rest [rad or m], shape (k,).
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    tool: int
+    stowed: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gripper:
+    """One gripper.
+
+    Args:
+        name: of the gripper.
+        joints: indices among the robot's joints, k of them.
+        open: joint values when open [rad or m], shape (k,).
+        closed: joint values when closed on nothing [rad or m], shape (k,).
+        tips: indices of the links that touch.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    open: Floats
+    closed: Floats
+    tips: tuple[int, ...]
+
+    def at(self, grip: float) -> Floats:
+        """Return the joint values of a grip, 0 for open and 1 for closed, shape (k,).
+
+        Example:
+            >>> import numpy as np
+            >>> g = Gripper(name="hand", joints=(0,), open=np.zeros(1), closed=np.ones(1), tips=())
+            >>> g.at(0.25)
+            array([0.25])
+        """
+        share = min(max(grip, 0.0), 1.0)
+        values: Floats = self.open + share * (self.closed - self.open)
+        return values
+
+
+def build_arms(
+    settings: Mapping[str, ArmSettings], links: Sequence[str], joints: Sequence[str]
+) -> dict[str, Arm]:
+    """Return the arms of a robot by name.
+
+    Raises:
+        RobotError: a joint or link does not exist, or the numbers of values and joints differ.
+    """
+    out = {}
+    for name, arm in settings.items():
+        where = f"robot.arms.{name}"
+        found = _joints(where, arm.joints, joints)
+        tool = _link(f"{where}.tool", arm.tool, links)
+        stowed = _values(f"{where}.stowed", arm.stowed or [0.0] * len(found), found)
+        out[name] = Arm(name=name, joints=found, tool=tool, stowed=stowed)
+    return out
+
+
+def build_grippers(
+    settings: Mapping[str, GripperSettings], links: Sequence[str], joints: Sequence[str]
+) -> dict[str, Gripper]:
+    """Return the grippers of a robot by name.
+
+    Raises:
+        RobotError: a joint or link does not exist, or the numbers of values and joints differ.
+    """
+    out = {}
+    for name, hand in settings.items():
+        where = f"robot.grippers.{name}"
+        found = _joints(where, hand.joints, joints)
+        out[name] = Gripper(
+            name=name,
+            joints=found,
+            open=_values(f"{where}.open", hand.open, found),
+            closed=_values(f"{where}.closed", hand.closed, found),
+            tips=tuple(_link(f"{where}.tips", tip, links) for tip in hand.tips),
+        )
+    return out
+
+
+def _joints(where: str, wanted: Sequence[str], joints: Sequence[str]) -> tuple[int, ...]:
+    if not wanted:
+        raise RobotError(
+            f"{where}.joints is empty.\n{suggestion('', joints, label='Movable joints')}"
+        )
+    for name in wanted:
+        if name not in joints:
+            raise RobotError(
+                f"{where}.joints: there is no movable joint '{name}'.\n"
+                f"{suggestion(name, joints, label='Movable joints')}"
+            )
+    if len(set(wanted)) < len(wanted):
+        raise RobotError(f"{where}.joints={list(wanted)} names a joint twice.\nName each once.")
+    return tuple(list(joints).index(name) for name in wanted)
+
+
+def _link(where: str, wanted: str, links: Sequence[str]) -> int:
+    if wanted not in links:
+        raise RobotError(
+            f"{where}: there is no link '{wanted}'.\n{suggestion(wanted, links, label='Links')}"
+        )
+    return list(links).index(wanted)
+
+
+def _values(where: str, values: Sequence[float], joints: tuple[int, ...]) -> Floats:
+    if len(values) != len(joints):
+        raise RobotError(
+            f"{where}={list(values)} has {len(values)} values.\n"
+            f"Allowed: {len(joints)}, one a joint, in the order of 'joints'."
+        )
+    return np.asarray(values, dtype=float)

@@ -1,0 +1,159 @@
+"""Builds the objects of a run: robot folders as further actors of the world."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals import registry
+from seals.backend import Configuration
+from seals.config.objects import ObjectSettings
+from seals.config.robot import RobotFile, RobotSettings
+from seals.config.run import RunSettings
+from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.effect import Effect
+from seals.errors import ConfigError, suggestion
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel, Surface
+from seals.world import Actor
+
+DRIVEN = ("sensors", "actuators", "controller")
+"""Sections of a robot folder that an object leaves out: nobody commands or reads it."""
+
+
+def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
+    """Add the objects of a run to its open scene, in the order of the configuration.
+
+    Raises:
+        SealsError: an object's robot, values or effects cannot be used.
+    """
+    return {
+        name: Actor(
+            *build_object(name, thing, settings.effects),
+            {},
+            settings.backend,
+            settings.environment,
+            waves=settings.wave,
+            steps=steps,
+        )
+        for name, thing in settings.objects.items()
+    }
+
+
+def build_object(
+    name: str, settings: ObjectSettings, around: Mapping[str, Effect]
+) -> tuple[RobotModel, EffectSet]:
+    """Build one object and bind its effects.
+
+    Args:
+        name: of the object.
+        settings: of the object.
+        around: effects of the run; those of the surroundings act on the object, too.
+
+    Raises:
+        SealsError: the robot, a value or an effect cannot be used.
+    """
+    from seals.config.source import find_robot
+
+    found = find_robot(settings.robot)
+    robot = build_robot(object_robot(found))
+    ambient = {key: effect.ambient() for key, effect in around.items()}
+    effects = {key: effect for key, effect in ambient.items() if effect is not None}
+    effects |= _own_effects(name, found, settings)
+    surface = Surface(
+        friction=settings.friction,
+        rolling=settings.rolling_friction,
+        spinning=settings.spinning_friction,
+        restitution=settings.restitution,
+    )
+    return _weighed(robot, settings.mass, surface), bind_effects(effects, robot.links)
+
+
+def object_robot(found: RobotFile) -> RobotSettings:
+    """Return the settings of a robot folder as it stands, typed and checked."""
+    from omegaconf import OmegaConf
+
+    from seals.config.fields import check_tree
+    from seals.config.refusal import refusals
+
+    s = found.settings
+    values = {
+        "name": s.name,
+        "folder": s.folder,
+        "urdf": s.urdf,
+        "fixed_base": s.fixed_base,
+        "hulls": found.hulls,
+        "summary": s.summary,
+    }
+    with refusals(()):
+        node = OmegaConf.merge(OmegaConf.structured(RobotSettings), OmegaConf.create(values))
+        typed: Any = OmegaConf.to_object(node)
+    check_tree(typed, where=f"robot '{s.name}'")
+    settings: RobotSettings = typed
+    return settings
+
+
+def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel) -> Configuration:
+    """Return where an object is at the start.
+
+    Raises:
+        ConfigError: the numbers of joint values and of joints differ.
+    """
+    joints = robot.tree.joints
+    if settings.joint_position and len(settings.joint_position) != joints:
+        raise ConfigError(
+            f"objects.{name}.joint_position has {len(settings.joint_position)} values, "
+            f"'{robot.name}' has {joints} joints.\n"
+            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
+        )
+    quaternion = quaternion_of_rpy(np.asarray([settings.rpy], dtype=float))
+    turn = matrix_of(quaternion)[0]
+    return Configuration(
+        position=np.asarray(settings.position, dtype=float),
+        quaternion=quaternion[0],
+        velocity=np.asarray(settings.velocity, dtype=float),
+        spin=turn @ np.asarray(settings.angular_velocity, dtype=float),
+        joints=np.asarray(settings.joint_position or np.zeros(joints), dtype=float),
+        rates=np.zeros(joints),
+    )
+
+
+def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[str, Effect]:
+    """Effects of the object's folder, with the values of the run over those of the folder."""
+    from omegaconf import OmegaConf
+
+    from seals.config.build import build
+    from seals.config.derive import schema_of
+    from seals.config.refusal import refusals
+
+    parts = found.parts.get("effects", {})
+    for key in settings.effects:
+        if key not in parts:
+            raise ConfigError(
+                f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'.\n"
+                f"{suggestion(str(key), list(parts))}"
+            )
+    out: dict[str, Effect] = {}
+    for key, (plugin, values) in parts.items():
+        where = f"objects.{name}.effects.{key}"
+        more = settings.effects.get(key) or {}
+        with refusals(()):
+            schema = OmegaConf.structured(schema_of(registry.get("effect", plugin)))
+            node = OmegaConf.merge(schema, OmegaConf.create(values), OmegaConf.create(more))
+        out[key] = build(node, where=where)
+    return out
+
+
+def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:
+    """The robot with another total mass, its distribution as it was, and another surface."""
+    stated = None if surface == Surface() else surface
+    if mass is None:
+        return dataclasses.replace(robot, surface=stated)
+    ratio = mass / float(robot.mass.sum())
+    return dataclasses.replace(
+        robot, mass=ratio * robot.mass, inertia=ratio * robot.inertia, surface=stated
+    )

@@ -1,0 +1,44 @@
+"""Notes which stages a guide went through, and how it ended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from seals.world.pilot import Pilot
+
+
+class Stages:
+    """Stages of a run by their start.
+
+    Args:
+        pilot: guide and controller of the robot, or None.
+
+    Attributes:
+        starts: time [s] and name of every stage, in order.
+    """
+
+    def __init__(self, pilot: Pilot | None) -> None:
+        """Start with no stage."""
+        self._pilot = pilot
+        self.starts: list[tuple[float, str]] = []
+
+    def over(self, time: float) -> bool:
+        """Note the stage at ``time`` [s]; return whether the guide is done or has given up."""
+        if self._pilot is None:
+            return False
+        stage = self._pilot.stage
+        if stage and (not self.starts or self.starts[-1][1] != stage):
+            self.starts.append((time, stage))
+        return self._pilot.finished is not None
+
+    @property
+    def outcome(self) -> bool | None:
+        """Whether the guide is done (True), gave up (False), or was cut off or absent (None)."""
+        return None if self._pilot is None else self._pilot.finished
+
+    def described(self) -> dict[str, Any]:
+        """Return what ``meta.yaml`` says of them; nothing without a guide."""
+        if not self.starts:
+            return {}
+        rows = [{"time": time, "name": name} for time, name in self.starts]
+        return {"guide": {"stages": rows, "outcome": self.outcome}}

@@ -1,0 +1,132 @@
+"""Arms and grippers of a new robot, from the chains of its movable joints."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.tree import forward
+from seals.robot.model import RobotModel
+
+_TOOL = r"tool|tcp|palm|hand|grip|flange|(^|_)ee($|_)|end_?eff"
+
+
+class Limbs(NamedTuple):
+    """Entries of ``arms:`` and ``grippers:``, and joints that belong to neither."""
+
+    arms: dict[str, dict[str, Any]]
+    grippers: dict[str, dict[str, Any]]
+    others: list[str]
+
+
+def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
+    """Return arms and grippers of a robot.
+
+    A chain of joints is an arm; where it branches into fingers, these are its gripper.
+
+    Args:
+        robot: as read from the URDF.
+        passed_over: joints that belong to rotors.
+    """
+    below = _below(robot, passed_over)
+    arms: dict[str, dict[str, Any]] = {}
+    grippers: dict[str, dict[str, Any]] = {}
+    others: list[str] = []
+    chains = [_chain(first, below) for first in below[-1]]
+    lone = [c for c, ends in chains if len(c) == 1 and not ends]
+    long = [(c, ends) for c, ends in chains if len(c) > 1 or ends]
+    fingers = [c[0] for c in lone if np.isfinite(robot.upper[c[0]])]
+    if 2 <= len(fingers) == len(lone) and not long:
+        # single joints side by side on the base itself are fingers, not arms
+        return Limbs({}, {"gripper": _gripper(robot, fingers, below)}, [])
+    long += [(c, []) for c in lone if np.isfinite(robot.upper[c[0]])]
+    others = [robot.joints[c[0]] for c in lone if not np.isfinite(robot.upper[c[0]])]
+    for number, (chain, ends) in enumerate(long, start=1):
+        mark = f"_{number}" if len(long) > 1 else ""
+        arms[f"arm{mark}"] = _arm(robot, chain, ends)
+        if ends:
+            grippers[f"gripper{mark}"] = _gripper(robot, ends, below)
+    return Limbs(arms, grippers, others)
+
+
+def _below(robot: RobotModel, passed_over: set[str]) -> dict[int, list[int]]:
+    """Movable joints directly below each movable joint; -1 stands for the base."""
+    tree = robot.tree
+    below: dict[int, list[int]] = {-1: [], **{j: [] for j in range(tree.joints)}}
+    for j, link in enumerate(tree.child):
+        if robot.joints[j] in passed_over:
+            continue
+        above = tree.parent[link]
+        while above > 0 and tree.joint[above] < 0:
+            above = tree.parent[above]
+        below[tree.joint[above] if above > 0 else -1].append(j)
+    return below
+
+
+def _chain(first: int, below: dict[int, list[int]]) -> tuple[list[int], list[int]]:
+    """Joints from the first one to the end or to a fork, and the joints behind the fork."""
+    chain = [first]
+    while len(below[chain[-1]]) == 1:
+        chain.append(below[chain[-1]][0])
+    return chain, below[chain[-1]]
+
+
+def _arm(robot: RobotModel, chain: list[int], ends: list[int]) -> dict[str, Any]:
+    """One entry of ``arms:``; the tool is what carries the fingers, or is named like a tool."""
+    tree = robot.tree
+    last = tree.child[chain[-1]]
+    fixed = [k for k in range(tree.links) if _hangs(robot, k, last)]
+    tools = [k for k in fixed if re.search(_TOOL, robot.links[k], re.IGNORECASE)]
+    tool = tree.parent[tree.child[ends[0]]] if ends else (tools[-1] if tools else last)
+    stowed = np.clip(0.0, robot.lower[chain], robot.upper[chain])
+    return {
+        "joints": [robot.joints[j] for j in chain],
+        "tool": robot.links[tool],
+        "stowed": [round(float(x), 4) + 0.0 for x in stowed],
+    }
+
+
+def _gripper(robot: RobotModel, ends: list[int], below: dict[int, list[int]]) -> dict[str, Any]:
+    """One entry of ``grippers:``; open is the end of travel at which the tips lie farther apart."""
+    fingers = [_all_below(first, below) for first in ends]
+    joints = [j for finger in fingers for j in finger]
+    tips = [_tip(robot, finger[-1]) for finger in fingers]
+    low = np.where(np.isfinite(robot.lower[joints]), robot.lower[joints], 0.0)
+    high = np.where(np.isfinite(robot.upper[joints]), robot.upper[joints], 0.5)
+    wide = [_spread(robot, joints, values, tips) for values in (low, high)]
+    opened, closed = (low, high) if wide[0] >= wide[1] else (high, low)
+    return {
+        "joints": [robot.joints[j] for j in joints],
+        "open": [round(float(x), 4) + 0.0 for x in opened],
+        "closed": [round(float(x), 4) + 0.0 for x in closed],
+        "tips": [robot.links[k] for k in tips],
+    }
+
+
+def _all_below(joint: int, below: dict[int, list[int]]) -> list[int]:
+    return [joint, *(j for child in below[joint] for j in _all_below(child, below))]
+
+
+def _tip(robot: RobotModel, joint: int) -> int:
+    """The last link that is fixed to the child of a joint."""
+    start = robot.tree.child[joint]
+    return max(k for k in range(robot.tree.links) if _hangs(robot, k, start))
+
+
+def _hangs(robot: RobotModel, link: int, top: int) -> bool:
+    """Whether a link is ``top`` or fixed to it, joint by joint."""
+    while link != top and link > 0 and robot.tree.joint[link] < 0:
+        link = robot.tree.parent[link]
+    return link == top
+
+
+def _spread(robot: RobotModel, joints: list[int], values: Floats, tips: list[int]) -> float:
+    """Mean distance of the tips' centres of mass from their middle [m]."""
+    q = np.zeros((1, robot.tree.joints))
+    q[0, joints] = values
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], q)
+    places = origins[0, tips] + np.einsum("lij,lj->li", turns[0, tips], robot.centre[tips])
+    return float(np.linalg.norm(places - places.mean(axis=0), axis=1).mean())

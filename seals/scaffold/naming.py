@@ -1,0 +1,44 @@
+"""Names of what is scaffolded: spelt so that they can be folders, modules and options, and free."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+
+from seals import registry
+from seals.errors import ConfigError
+
+
+def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
+    """Return the folder to make, or refuse the name.
+
+    Args:
+        kind: robot, effect or sensor.
+        name: as the user gave it.
+        parent: folder in which the new one is made.
+        folder: its name, where it is not that of the thing itself.
+
+    Raises:
+        ConfigError: the name is misspelt, installed already, or its folder exists.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
+        better = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_")
+        hint = f"  For instance: {better}" if better and better != name else ""
+        raise ConfigError(
+            f"'{name}' cannot be the name of {'an' if kind[0] in 'aeiou' else 'a'} {kind}.\n"
+            f"Allowed: small letters, digits and '_', a letter first.{hint}"
+        )
+    if name in registry.names(kind):
+        origin = registry.get(kind, name).origin
+        raise ConfigError(
+            f"{kind} '{name}' is installed already, by {origin}.\nChoose another name: my_{name}"
+        )
+    target = parent / (folder or name)
+    if target.exists():
+        raise ConfigError(
+            f"'{target}' exists already.\nChoose another name, or move that folder away."
+        )
+    if not parent.is_dir():
+        raise ConfigError(f"there is no folder '{parent}'.\nMake it first, or go to another one.")
+    return target

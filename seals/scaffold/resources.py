@@ -1,0 +1,91 @@
+"""Finds the mesh files that a URDF of any dialect names: relative, absolute, package://, model://."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+from xml.etree import ElementTree
+
+from seals.errors import RobotError
+
+_LEVELS = 6
+"""Parent folders of the URDF that are searched for a package."""
+_SHOWN = 5
+
+
+def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
+    """Return the file that a mesh's ``filename`` means.
+
+    Args:
+        name: as written in the URDF.
+        urdf: path of the URDF.
+        packages: folders of packages that the user gave, by name.
+
+    Raises:
+        RobotError: it is nowhere; the message lists the places that were tried.
+    """
+    tried: list[Path] = []
+    for place in _places(name, urdf.resolve(), packages):
+        if place.is_file():
+            return place
+        if place not in tried:
+            tried.append(place)
+    shown = ", ".join(str(place) for place in tried[:_SHOWN])
+    more = f" and {len(tried) - _SHOWN} more" if len(tried) > _SHOWN else ""
+    package = urlparse(name).netloc
+    advice = f" Say where it is: --package {package}=FOLDER" if package else ""
+    raise RobotError(f"mesh '{name}' of {urdf} is not there.\nTried: {shown}{more}.{advice}")
+
+
+def _places(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """Yield the places to look at, the likeliest first."""
+    parts = urlparse(name.replace("\\", "/"))
+    scheme, package = parts.scheme, parts.netloc
+    rest = Path(unquote(parts.path).lstrip("/"))
+    if scheme in ("package", "model"):
+        yield from _in_package(package, rest, urdf, packages)
+    elif scheme == "file":
+        yield Path("/") / rest
+        yield urdf.parent / package / rest
+        yield urdf.parent / rest.name
+    else:
+        given = Path(name.replace("\\", "/"))
+        yield urdf.parent / given
+        yield urdf.parent / "meshes" / given.name
+        yield urdf.parent.parent / "meshes" / given.name
+
+
+def _in_package(
+    package: str, rest: Path, urdf: Path, packages: Mapping[str, Path]
+) -> Iterator[Path]:
+    """Yield places of a file in a package: given, around the URDF, on ROS's search path."""
+    if package in packages:
+        yield packages[package] / rest
+        return
+    for folder in list(urdf.parents)[:_LEVELS]:
+        if folder.name == package or _declares(folder, package):
+            yield folder / rest
+        yield folder / package / rest
+    for root in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+        if root:
+            yield Path(root) / package / rest
+    for root in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if root:
+            yield Path(root) / "share" / package / rest
+    # a copy of the description without its package around it
+    yield urdf.parent / rest
+    yield urdf.parent.parent / rest
+
+
+def _declares(folder: Path, package: str) -> bool:
+    """Whether a folder's ``package.xml`` says that it is this package."""
+    manifest = folder / "package.xml"
+    if not manifest.is_file():
+        return False
+    try:
+        name = ElementTree.fromstring(manifest.read_bytes()).findtext("name")
+    except ElementTree.ParseError:
+        return False
+    return (name or "").strip() == package

@@ -1,0 +1,184 @@
+"""Hulls of a new robot, from the shapes that its URDF draws for collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.scaffold.takeover import Element, load_mesh
+
+MOST_FACES = 400
+"""Triangles of a hull above which a convex one of fewer takes its place."""
+_DIRECTIONS = 80
+
+
+class Box(NamedTuple):
+    """The box around one shape, in link axes.
+
+    Args:
+        centre: [m], shape (3,).
+        edges: along its own axes [m], shape (3,).
+        turn: own axes as columns, shape (3, 3).
+    """
+
+    centre: Floats
+    edges: Floats
+    turn: Floats
+
+    @property
+    def areas(self) -> Floats:
+        """Shadow along each link axis [m^2], shape (3,)."""
+        x, y, z = self.edges
+        shadow: Floats = np.abs(self.turn) @ np.array([y * z, x * z, x * y])
+        return shadow
+
+    @property
+    def size(self) -> Floats:
+        """Edges of the box along the link axes around it [m], shape (3,)."""
+        around: Floats = np.abs(self.turn) @ self.edges
+        return around
+
+
+class LinkHull(NamedTuple):
+    """What a link displaces.
+
+    Args:
+        shapes: entries of ``hulls:`` in ``robot.yaml``.
+        boxes: box around each shape.
+        volume: sum over the shapes [m^3].
+    """
+
+    shapes: list[dict[str, Any]]
+    boxes: list[Box]
+    volume: float
+
+
+def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]:
+    """Return a hull for every link with shapes; collision shapes, or visual ones without those.
+
+    Args:
+        root: of a URDF whose meshes lie in the folder.
+        folder: of the robot.
+        skip: links that displace nothing worth counting, such as rotors.
+    """
+    found = {}
+    for link in root.findall("link"):
+        name = str(link.get("name"))
+        parts = link.findall("collision") or link.findall("visual")
+        entries = [e for part in parts if (e := _entry(part, folder, name)) is not None]
+        if name in skip or not entries:
+            continue
+        found[name] = LinkHull(
+            shapes=[shape for shape, _, _ in entries],
+            boxes=[box for _, box, _ in entries],
+            volume=sum(volume for _, _, volume in entries),
+        )
+    return found
+
+
+def extents_of(root: Element, folder: Path) -> Mapping[str, float]:
+    """Return the largest extent of what each link shows or touches with [m]."""
+    found: dict[str, float] = {}
+    for link in root.findall("link"):
+        for part in (*link.findall("collision"), *link.findall("visual")):
+            entry = _entry(part, folder, "")
+            if entry is not None:
+                extent = float(entry[1].edges.max())
+                name = str(link.get("name"))
+                found[name] = max(found.get(name, 0.0), extent)
+    return found
+
+
+def _entry(part: Element, folder: Path, link: str) -> tuple[dict[str, Any], Box, float] | None:
+    """One shape as an entry, the box around it, and its volume; None for no shape."""
+    geometry = part.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None or not isinstance(shape.tag, str):
+        return None
+    if shape.tag == "mesh":
+        entry, low, high, volume = _mesh(shape, folder, link)
+    else:
+        entry, half, volume = _primitive(shape)
+        low, high = -half, half
+    origin = part.find("origin")
+    position, rpy = _triple(origin, "xyz"), _triple(origin, "rpy")
+    if np.any(position):
+        entry["position"] = rounded(position)
+    if np.any(rpy):
+        entry["rpy"] = rounded(rpy)
+    turn = _turn(rpy)
+    return entry, Box(turn @ (low + high) / 2.0 + position, high - low, turn), volume
+
+
+def _primitive(shape: Element) -> tuple[dict[str, Any], Floats, float]:
+    def number(key: str) -> float:
+        return float(shape.get(key, "0"))
+
+    if shape.tag == "box":
+        size = np.array([float(word) for word in shape.get("size", "").split()])
+        return {"type": "box", "size": rounded(size)}, size / 2.0, float(size.prod())
+    radius = number("radius")
+    if shape.tag == "sphere":
+        volume = 4.0 / 3.0 * np.pi * radius**3
+        return {"type": "sphere", "size": rounded([radius])}, np.full(3, radius), volume
+    length = number("length")
+    caps = radius if shape.tag == "capsule" else 0.0
+    half = np.array([radius, radius, length / 2.0 + caps])
+    volume = np.pi * radius**2 * (length + 4.0 / 3.0 * caps)
+    return {"type": shape.tag, "size": rounded([radius, length])}, half, volume
+
+
+def _mesh(shape: Element, folder: Path, link: str) -> tuple[dict[str, Any], Floats, Floats, float]:
+    """A mesh: itself where it is closed, small and unscaled, else a convex hull beside it."""
+    file = str(shape.get("filename"))
+    mesh = load_mesh(folder / file)
+    scale = np.array([float(word) for word in shape.get("scale", "1 1 1").split()])
+    points = np.asarray(mesh.vertices) * scale
+    ready = mesh.is_watertight and mesh.volume > 0.0 and len(mesh.faces) <= MOST_FACES
+    if not (ready and np.all(scale == 1.0)):
+        mesh = _convex(points)
+        if link:
+            file = f"meshes/hull_{link}_{Path(file).stem}.obj"
+            (folder / file).write_text(
+                str(mesh.export(file_type="obj", include_normals=False)), encoding="utf-8"
+            )
+    entry = {"type": "mesh", "file": file}
+    return entry, points.min(axis=0), points.max(axis=0), float(abs(mesh.volume))
+
+
+def _convex(points: Floats) -> Any:
+    """Convex hull of points, of the farthest ones in some directions where it has many faces."""
+    import trimesh
+
+    cloud: Any = trimesh.PointCloud
+    hull = cloud(points).convex_hull
+    if len(hull.faces) <= MOST_FACES:
+        return hull
+    k = np.arange(_DIRECTIONS) + 0.5
+    height, turn = 1.0 - 2.0 * k / _DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
+    wide = np.sqrt(1.0 - height**2)
+    ways = np.stack((wide * np.cos(turn), wide * np.sin(turn), height), axis=1)
+    corners = np.asarray(hull.vertices)
+    far = np.unique(np.argmax(corners @ ways.T, axis=0))
+    return cloud(corners[far]).convex_hull
+
+
+def rounded(values: Any) -> list[float]:
+    """Return numbers with six digits behind the point, as lists for YAML."""
+    return [round(float(value), 6) + 0.0 for value in np.asarray(values)]
+
+
+def _triple(origin: Element | None, key: str) -> Floats:
+    text = None if origin is None else origin.get(key)
+    return np.array([float(word) for word in (text or "0 0 0").split()])
+
+
+def _turn(rpy: Floats) -> Floats:
+    from seals.frames import matrix_of, quaternion_of_rpy
+
+    turn: Floats = matrix_of(quaternion_of_rpy(rpy[None]))[0]
+    return turn

@@ -1,0 +1,1 @@
+"""Templates of what `seals new` writes."""

@@ -1,0 +1,35 @@
+"""Fills the templates of scaffolds; values of YAML are written in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+
+def flow(value: Any) -> str:
+    """Return a value as YAML in one line.
+
+    Example:
+        >>> flow({"type": "box", "size": [1.0, 0.5]})
+        '{type: box, size: [1.0, 0.5]}'
+    """
+    import yaml
+
+    text: str = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10**6)
+    return text.removesuffix("...\n").strip()
+
+
+def rendered(template: str, facts: Mapping[str, Any]) -> str:
+    """Return a template of ``seals/scaffold/templates`` filled with facts."""
+    import jinja2
+
+    source = (files("seals.scaffold.templates") / template).read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+        autoescape=False,
+    )
+    return environment.from_string(source).render(**facts)

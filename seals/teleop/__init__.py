@@ -1,0 +1,1 @@
+"""Teleoperation: devices that a person holds, their keys, and demonstrations made with them."""

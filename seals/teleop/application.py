@@ -1,0 +1,113 @@
+"""``seals teleop``: a session led by a person or a script, recorded as a run and as its keys."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.config.run import RunSettings, build_run
+from seals.errors import ConfigError, suggestion
+from seals.run.application import run_into
+from seals.run.assembly import build_model
+from seals.run.folder import write_config
+from seals.run.simulation import Ending
+from seals.teleop.device import Device, Script
+from seals.teleop.track import Event, read_track, write_track
+
+KEYS = "keys.csv"
+"""File of the session's events in the run folder."""
+OWN = ("device", "script", "speed", "export")
+"""Keys of a session that a run does not have."""
+AFTER = 1.0
+"""Time that a script's run goes on after its last event [s]."""
+
+
+def execute(config: Any) -> int | None:
+    """Lead a robot by hand, or by a script, and fill Hydra's run folder.
+
+    Args:
+        config: composed by Hydra from the root ``teleop``.
+
+    Raises:
+        SealsError: the session cannot start, or failed on the way; what there is has been written.
+        MissingExtra: a device or an export needs a package that is not installed.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    hydra = HydraConfig.get()
+    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    exports = [export.value for export in config.export]
+    for export in exports:
+        refuse_missing(export)
+    settings = build_run(config)
+    guide: Any = settings.guide
+    if not hasattr(guide, "use"):
+        raise ConfigError(
+            f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or say guide=stick"
+        )
+    device = _device(config, settings, _timed(overrides))
+    guide.use(device)
+    try:
+        record = run_into(folder, settings, overrides=overrides)
+    finally:
+        device.close()
+    _keep_keys(folder, config, device.recorded, float(record.log.time[-1]))
+    if "tensordict" in exports:
+        from seals.teleop.demonstration import write_demonstration
+
+        print(f"demonstration: {write_demonstration(record.log, folder, rate=guide.rate)}")
+    if record.error is not None and record.ending is not Ending.interrupted:
+        raise record.error
+    return None
+
+
+def refuse_missing(export: str) -> None:
+    """Refuse an export whose package is not installed, before anything is flown.
+
+    Raises:
+        MissingExtra: it names the extra.
+    """
+    from seals.teleop.demonstration import tensordict_of
+
+    if export == "tensordict":
+        tensordict_of()
+
+
+def _timed(overrides: Sequence[str]) -> bool:
+    return any(word.lstrip("+").startswith("time.duration=") for word in overrides)
+
+
+def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
+    """The script as a device, or a person; a script also says how long the run is."""
+    script = str(config.script or getattr(settings.guide, "script", ""))
+    if not script:
+        from seals.control.plant import build_plant
+        from seals.teleop.person import Person
+
+        robot, effects = build_model(settings)
+        plant = build_plant(robot, effects, settings.environment)
+        return Person(config.device.value, speed=float(config.speed), plant=plant)
+    events = read_track(Path(script))
+    if not events and not timed:
+        beside = [str(p) for p in Path(script).parent.glob(KEYS)]
+        raise ConfigError(
+            f"script {script} holds no events.\n{suggestion(script, beside, label='Files there')}"
+        )
+    if not timed:
+        settings.time.duration = events[-1].time + AFTER
+    return Script(events)
+
+
+def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -> None:
+    """Write the session's events, and a configuration that takes the session up again."""
+    from omegaconf import OmegaConf, open_dict
+
+    path = folder / KEYS
+    write_track(path, events)
+    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+    with open_dict(kept):
+        kept.guide.script = str(path.resolve())
+        kept.time.duration = end
+    write_config(folder, kept)
+    print(f"keys: {path}; the same again: seals run repeat={folder}")

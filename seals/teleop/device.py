@@ -1,0 +1,53 @@
+"""Where a stick's events come from: a script, or a person at a keyboard or gamepad."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from seals.control import Situation
+from seals.teleop.track import Event
+
+
+class Device(Protocol):
+    """Gives events in the order of their time.
+
+    Attributes:
+        recorded: all events so far.
+    """
+
+    recorded: Sequence[Event]
+
+    def events(self, situation: Situation) -> Sequence[Event]:
+        """Return all events so far, those of the future too where they are known.
+
+        The list only ever grows at its end, by events that are not earlier than
+        ``situation.time``.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of windows and the like."""
+        ...
+
+
+class Script:
+    """Events that were written down before.
+
+    Args:
+        events: in the order of their time.
+
+    Attributes:
+        recorded: the same events.
+    """
+
+    def __init__(self, events: Sequence[Event]) -> None:
+        """Keep the events."""
+        self.recorded: Sequence[Event] = tuple(events)
+
+    def events(self, situation: Situation) -> Sequence[Event]:
+        """Return all events."""
+        return self.recorded
+
+    def close(self) -> None:
+        """Do nothing: there is no window."""

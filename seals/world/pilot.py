@@ -1,0 +1,195 @@
+"""Guide and controller of one robot, called at their rates; their memory is kept here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Controller, Guide, Order, Plant, Situation
+from seals.control.estimate import Estimate, Estimator
+from seals.control.gauge import MassGauge, WaterGauge
+from seals.control.thrust import ThrustGauge
+from seals.dynamics.kinematics import Kinematics, Moving
+from seals.errors import PhysicsError
+from seals.medium.sample import Sample
+from seals.motion import Joints, Motion
+
+
+class Seen(NamedTuple):
+    """The instant at which a pilot is called.
+
+    Args:
+        time: [s].
+        kinematics: of the links.
+        moving: velocities of the links.
+        motion: of the links, link axes.
+        joints: positions and rates, shape (1, J).
+        sample: the surroundings at the links.
+        contacts: force on every gripper's tip [N].
+    """
+
+    time: float
+    kinematics: Kinematics
+    moving: Moving
+    motion: Motion
+    joints: Joints
+    sample: Sample
+    contacts: Mapping[str, float]
+
+
+class Kept(NamedTuple):
+    """What a pilot remembers; nothing in it is ever written to."""
+
+    calls: int
+    guide: Any
+    controller: Any
+    aim: Aim | None
+    order: Order | None
+    readings: Mapping[str, Mapping[str, Floats]]
+    estimate: Estimate | None
+
+
+NEW = Kept(0, None, None, None, None, {}, None)
+
+
+class Pilot:
+    """Guide and controller of one robot.
+
+    Args:
+        plant: the robot in its surroundings.
+        controller: bound here.
+        guide: bound here.
+        volume: displaced by every link when submerged [m^3], shape (L, 1).
+        step: of the world [s].
+
+    Attributes:
+        stage: name of the guide's present stage.
+    """
+
+    def __init__(
+        self, plant: Plant, controller: Controller, guide: Guide, *, volume: Floats, step: float
+    ) -> None:
+        """Bind guide and controller."""
+        self.plant, self.controller, self.guide = plant, controller, guide
+        guide.bind(plant)
+        controller.bind(plant)
+        self._mass, self._water = MassGauge(plant.robot), WaterGauge(plant, volume)
+        self._thrust = ThrustGauge(plant)
+        self._estimator = Estimator(controller.sense)
+        self._every = max(1, round(1.0 / (controller.rate * step)))
+        self._guide_every = max(self._every, round(1.0 / (guide.rate * step)))
+        self._step = step
+        self._kept = NEW
+
+    @property
+    def sense(self) -> str:
+        """Name of the sensor that the estimate comes from, or ``truth``."""
+        return self.controller.sense
+
+    @property
+    def stage(self) -> str:
+        """Name of the guide's present stage, empty before the start."""
+        return "" if self._kept.guide is None else self.guide.stage(self._kept.guide)
+
+    @property
+    def finished(self) -> bool | None:
+        """Whether the guide is done (True), gave up (False) or goes on (None)."""
+        return None if self._kept.guide is None else self.guide.finished(self._kept.guide)
+
+    @property
+    def aim(self) -> Aim | None:
+        """What the guide wants now; None before the start."""
+        return self._kept.aim
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._kept = NEW
+
+    @property
+    def due(self) -> bool:
+        """Whether `command` will call the controller this time."""
+        return self._kept.calls % self._every == 0
+
+    def command(self, seen: Seen) -> Order:
+        """Return the order for the coming step; called once a step, after `hear`."""
+        kept = self._kept
+        if not self.due and kept.order is not None:
+            self._kept = kept._replace(calls=kept.calls + 1)
+            return kept.order
+        situation = self._situation(seen, kept)
+        guide, controller, aim = kept.guide, kept.controller, kept.aim
+        if controller is None:
+            guide, controller = self.guide.start(situation), self.controller.start()
+        if aim is None or kept.calls % self._guide_every == 0:
+            aim, guide = self.guide.aim(situation, guide)
+        order, controller = self.controller.command(situation, aim, controller)
+        self._refuse_wild(order)
+        self._kept = kept._replace(
+            calls=kept.calls + 1, guide=guide, controller=controller, aim=aim, order=order
+        )
+        return order
+
+    def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
+        """Take note of the readings that came in at ``time`` [s]."""
+        fresh = {name: reading for name, reading in readings.items() if reading is not None}
+        if fresh:
+            estimate = self._estimator.update(time, fresh, self._kept.estimate)
+            self._kept = self._kept._replace(
+                readings={**self._kept.readings, **fresh}, estimate=estimate
+            )
+
+    def _situation(self, seen: Seen, kept: Kept) -> Situation:
+        mass = self._mass.now(seen.kinematics)
+        submersion, buoyancy = self._water.now(seen.kinematics, seen.sample)
+        gain, limit = self._thrust.now(seen.motion, seen.sample)
+        level = self.plant.environment.water_level
+        truth = Estimate(
+            seen.time,
+            seen.kinematics.origins[0, 0],
+            seen.kinematics.rotations[0, 0],
+            seen.moving.linear[0, 0],
+            seen.motion.angular_velocity[0],
+        )
+        pose = self._estimator.now(seen.time, truth, kept.estimate)
+        return Situation(
+            time=seen.time,
+            step=self._every * self._step,
+            position=pose.position,
+            rotation=pose.rotation,
+            velocity=pose.velocity,
+            spin=pose.spin,
+            joints=seen.joints.position[0],
+            rates=seen.joints.velocity[0],
+            mass=mass.mass,
+            centre=mass.centre,
+            inertia=mass.inertia,
+            centre_map=mass.centre_map,
+            momentum_map=mass.momentum_map,
+            submersion=submersion,
+            buoyancy=buoyancy,
+            depth=-np.inf if level is None else level - float(pose.position[2]),
+            gain=gain,
+            limit=limit,
+            readings=kept.readings,
+            contacts=seen.contacts,
+        )
+
+    def _refuse_wild(self, order: Order) -> None:
+        drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
+        fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
+        if not fits or not np.isfinite(order.drive @ order.drive + order.joints @ order.joints):
+            raise PhysicsError(
+                f"the controller orders drives {order.drive} and joints {order.joints}.\n"
+                f"Allowed: {drives} and {joints} finite numbers."
+            )
+
+    def snapshot(self) -> Kept:
+        """Return all memory."""
+        return self._kept
+
+    def restore(self, kept: Kept) -> None:
+        """Put a snapshot back."""
+        self._kept = kept

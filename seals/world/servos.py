@@ -1,0 +1,89 @@
+"""Joint drives in the world: who takes them implicitly, and which gains a step can follow."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.gears import armature_of, felt_inertia
+from seals.dynamics.servo import summed
+from seals.effects.binding import EffectSet
+from seals.effects.evaluation import Evaluation
+from seals.errors import ConfigError
+from seals.motion import Inputs, JointDrive
+from seals.robot.model import RobotModel
+
+HEAVIEST = 100.0
+"""Largest ratio of a servo's part in the inertia of its joint over a step, h kd + h^2 kp, to the
+inertia of the joint itself [1].
+
+Up to it a joint held by a contact finds the force of its servo within 0.4 s at 4 ms; beyond, an
+implicit servo is no longer a servo but a brake.
+"""
+
+
+class Servoing:
+    """Joint drives of one robot.
+
+    Args:
+        effects: of the robot.
+        robot: the robot.
+        implicit: whether its body takes joint drives implicitly.
+    """
+
+    def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
+        """Find the drives; where the caller knows of their inertia, they stay explicit."""
+        self.armature = armature_of(effects, robot)
+        driven = bool(effects.joint_drives and robot.tree.joints)
+        self.implicit = implicit and driven and not robot.tree.drive_inertia
+
+    def push(
+        self, found: Evaluation, inputs: Inputs
+    ) -> tuple[Floats, JointDrive | None, Floats | None]:
+        """Return joint forces, joint drives to take implicitly, and the drives' inertia."""
+        force = inputs.joint_torque
+        for _, more in found.joint_loads:
+            force = force + more
+        if not self.implicit or (inputs.joint_command is None and self.armature is None):
+            return force, None, None
+        return force, summed([drive for _, drive in found.joint_drives]), self.armature
+
+
+def check_gains(robot: RobotModel, effects: EffectSet, step: float) -> None:
+    """Refuse servos too stiff for the time step.
+
+    Args:
+        robot: the robot.
+        effects: its effects.
+        step: h of the world [s].
+
+    Raises:
+        ConfigError: h kd + h^2 kp of a joint is more than `HEAVIEST` times its inertia; the bound
+            is printed.
+    """
+    for b in effects.joint_drives:
+        servo: Any = b.effect
+        if not robot.tree.joints or not hasattr(servo, "of_joints"):
+            continue
+        kp, kd, armature = (servo.of_joints(k, robot.tree.joints) for k in ("kp", "kd", "armature"))
+        inertia = felt_inertia(robot) + armature
+        ratio = (step * kd + step * step * kp) / inertia
+        worst = int(np.argmax(ratio))
+        if ratio[worst] > HEAVIEST:
+            _refuse(b.name, robot, worst, (kp, kd, inertia), step)
+
+
+def _refuse(
+    name: str, robot: RobotModel, joint: int, table: tuple[Floats, Floats, Floats], step: float
+) -> None:
+    kp, kd, inertia = (float(x[joint]) for x in table)
+    bound = HEAVIEST * inertia
+    longest = (-kd + np.sqrt(kd * kd + 4.0 * kp * bound)) / (2.0 * kp) if kp else bound / kd
+    raise ConfigError(
+        f"actuators.{name}: kp={kp:.4g}, kd={kd:.4g} at joint '{robot.joints[joint]}', whose "
+        f"inertia is {inertia:.3g} kg m^2, are too stiff for time.step={step:g}.\n"
+        f"Allowed: step*kd + step^2*kp up to {bound:.3g} kg m^2 ({HEAVIEST:g} times the inertia); "
+        f"lower the gains, state the armature, or take time.step={longest:.2g} or less."
+    )
