@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -83,11 +84,7 @@ def outcome_of(record: Record, *, thing: str, missed: Callable[[Log], str]) -> O
     log, end = record.log, float(record.log.time[-1])
     stages = [name for _, name in record.stages.starts]
     last = stages[-1] if stages else "start"
-    tries = (
-        1
-        + sum(1 for before, now in zip(stages, stages[1:], strict=False) if now == "above")
-        - (1 if "above" in stages else 0)
-    )
+    tries = max(stages.count("above"), 1)
     reason = ""
     if record.ending is not Ending.done:
         reason = f"{record.ending.value} in {last}: {record.error}".replace("\n", " ")
@@ -99,9 +96,7 @@ def outcome_of(record: Record, *, thing: str, missed: Callable[[Log], str]) -> O
         "object_height_m": float(object_place(log, thing)[-1, 2]),
         "largest_lean_deg": float(np.degrees(np.arccos(np.clip(upright(log), -1, 1)).max())),
     }
-    return Outcome(
-        success=not reason, reason=reason, tries=max(tries, 1), seconds=end, measures=measures
-    )
+    return Outcome(success=not reason, reason=reason, tries=tries, seconds=end, measures=measures)
 
 
 def object_place(log: Log, thing: str) -> Floats:
@@ -177,7 +172,7 @@ def write_table(path: Path, record: Record, outcome: Outcome) -> None:
     starts = [*record.stages.starts, (float(record.log.time[-1]), "")]
     rows = [
         f"| {name} | {time:.2f} | {after - time:.2f} |"
-        for (time, name), (after, _) in zip(starts, starts[1:], strict=False)
+        for (time, name), (after, _) in itertools.pairwise(starts)
     ]
     word = "done" if outcome.success else f"failed: {outcome.reason}"
     more = [f"| {key} | {value:.4g} | |" for key, value in (outcome.measures or {}).items()]

@@ -19,6 +19,8 @@ from seals.robot.build import build_robot
 
 WATER = np.array([40.0, 110.0, 160.0])
 """Colour that water adds over distance."""
+SKY = np.array([150.0, 195.0, 235.0])
+"""Colour of the sky above; it fades to white."""
 CLARITY = 2.5
 """Distance in which water takes two thirds of the sight [m]."""
 _SAND, _STONE = (0.87, 0.8, 0.62, 1.0), (0.6, 0.6, 0.6, 1.0)
@@ -35,9 +37,9 @@ class View:
         size: width and height in pixels.
     """
 
-    distance: float = 1.6
+    distance: float = 1.15
     yaw: float = 40.0
-    pitch: float = -14.0
+    pitch: float = -12.0
     size: tuple[int, int] = (480, 360)
 
 
@@ -146,6 +148,9 @@ class _Stage:
             physicsClientId=self._client,
         )
         image = np.reshape(colours, (height, width, 4))[:, :, :3].astype(float)
+        nothing = np.reshape(depth, (height, width)) >= 1.0
+        fade = np.linspace(0.0, 1.0, height)[:, None, None]
+        image = np.where(nothing[..., None], SKY + fade * (255.0 - SKY), image)
         if self.water is not None:
             points, eye = _points(np.reshape(depth, (height, width)), look, lens)
             image = _under_water(image, points, eye, self.water)
@@ -156,7 +161,8 @@ def _ground(p: Any, client: int, environment: EnvironmentSettings) -> None:
     """Planes as wide slabs, the rest as it is."""
     for solid in solids_of(environment):
         if solid.kind == "plane":
-            size, lower = (40.0, 40.0, 0.1), np.array([0.0, 0.0, 0.05])
+            size: tuple[float, ...] = (40.0, 40.0, 0.1)
+            lower = np.array([0.0, 0.0, 0.05])
         else:
             size, lower = solid.size, np.zeros(3)
         if solid.kind in ("plane", "box"):

@@ -26,9 +26,10 @@ LINK = """  <link name="{name}">
 """
 SHAPE = """    <{kind}>
       <origin xyz="{xyz}" rpy="{rpy}"/>
-      <geometry>{geometry}</geometry>
+      <geometry>{geometry}</geometry>{colour}
     </{kind}>
 """
+ORANGE = '\n      <material name="orange"/>'
 JOINT = """  <joint name="rotor_{k}_joint" type="continuous">
     <parent link="base_link"/>
     <child link="rotor_{k}"/>
@@ -84,18 +85,18 @@ def _body() -> str:
     hull = f'<mesh filename="{PACKAGE}hull.stl" scale="0.001 0.001 0.001"/>'
     boom = f'<cylinder radius="{BOOM}" length="{RING - HULL:.3f}"/>'
     shapes = ""
-    for kind in ("visual", "collision"):
-        shapes += SHAPE.format(kind=kind, xyz="0 0 0", rpy="0 0 0", geometry=hull)
+    for kind, colour in (("visual", ORANGE), ("collision", "")):
+        shapes += SHAPE.format(kind=kind, xyz="0 0 0", rpy="0 0 0", geometry=hull, colour=colour)
         for k in range(6):
             angle = _angle(k)
             middle = (RING + HULL) / 2.0
             xyz = f"{middle * math.cos(angle):.4f} {middle * math.sin(angle):.4f} 0.03"
             rpy = f"0 {math.pi / 2:.5f} {angle:.5f}"
-            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy=rpy, geometry=boom)
+            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy=rpy, geometry=boom, colour="")
         for side in (-0.09, 0.09):
             skid = '<box size="0.24 0.015 0.06"/>'
             xyz = f"0 {side} -0.07"
-            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy="0 0 0", geometry=skid)
+            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy="0 0 0", geometry=skid, colour="")
     # a hull of even density carries the battery low; booms and skids widen it
     return LINK.format(
         name="base_link",
@@ -111,7 +112,7 @@ def _body() -> str:
 def _rotor(k: int) -> str:
     angle = _angle(k)
     geometry = f'<mesh filename="{PACKAGE}propeller.dae"/>'
-    shapes = SHAPE.format(kind="visual", xyz="0 0 0", rpy="0 0 0", geometry=geometry)
+    shapes = SHAPE.format(kind="visual", xyz="0 0 0", rpy="0 0 0", geometry=geometry, colour="")
     # a thin rod of that mass and length
     across = f"{ROTOR_MASS * (2.0 * BLADE) ** 2 / 12.0:.3e}"
     link = LINK.format(

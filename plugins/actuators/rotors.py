@@ -31,7 +31,8 @@ class Rotors(Effect):
     """Rotors or propellers fixed to a link, driven by their speed.
 
     Equation:
-        T = k_T w^2 along the axis; Q = -direction k_Q w^2 (1 + torque_change) about the axis. The
+        T = k_T w^2 along the axis, -reverse k_T w^2 for w < 0;
+        Q = -direction k_Q w^2 (1 + torque_change) about the axis. The
         caller makes w from the command: delay, then w' = (command - w) / time_constant, with
         spin_down in its place while w falls. Electrical power (Q + Q_0) w + c Q^2 with Q_0 the
         friction torque and c the copper loss.
@@ -48,6 +49,8 @@ class Rotors(Effect):
         copper_loss: c = R / K_t^2 of the motor with its controller [W/(N m)^2].
         radius: of the discs [m].
         max_speed: largest speed that may be commanded [rad/s].
+        reverse: thrust backwards against that forwards at equal speed [1]; zero, or empty, for a
+            rotor that turns one way: the sign of its speed then means nothing.
         torque_change: relative change of all torque coefficients [1].
         first: column of the first of these rotors among the drives of all actuators.
         links: the link that carries them, the root by default.
@@ -84,6 +87,7 @@ class Rotors(Effect):
     copper_loss: list[float] = field(default_factory=lambda: [0.0])
     radius: list[float] = field(default_factory=lambda: [0.12])
     max_speed: list[float] = field(default_factory=lambda: [1000.0])
+    reverse: list[float] = field(default_factory=list)
     torque_change: float = param(
         0.0, "1", bounds=(-0.9, 5.0), tolerance=0.05, source="zero: the coefficients rule"
     )
@@ -107,6 +111,9 @@ class Rotors(Effect):
             name: numbers(f"rotors.{name}", given[name], self.count, sign=sign)
             for name, sign in _SIGNS.items()
         }
+        self._reverse = numbers(
+            "rotors.reverse", self.reverse or [0.0], self.count, sign="not negative"
+        )
         check_first("rotors.first", self.first)
 
     @property
@@ -129,6 +136,11 @@ class Rotors(Effect):
         """Largest speeds [rad/s], shape (n,)."""
         return self._lists["max_speed"]
 
+    @property
+    def low(self) -> Floats:
+        """Lowest speeds, zero for rotors that turn one way [rad/s], shape (n,)."""
+        return np.where(self._reverse > 0.0, -self.limit, 0.0)
+
     def constants(self) -> dict[str, Floats]:
         """Return hubs, axes and coefficients; ``before`` has one entry a drive of others before."""
         return {
@@ -137,6 +149,8 @@ class Rotors(Effect):
             "radius": self._lists["radius"],
             "thrust_coefficient": self._lists["thrust_coefficient"][None],
             "reaction_coefficient": -(self._direction * self._lists["torque_coefficient"])[None],
+            "backward": np.where(self._reverse > 0.0, -self._reverse, 1.0)[None],
+            "back_torque": np.where(self._reverse > 0.0, -1.0, 1.0)[None],
             "friction_torque": self._lists["friction_torque"][None],
             "copper_loss": self._lists["copper_loss"][None],
             "before": np.zeros(self.first),
@@ -147,13 +161,16 @@ class Rotors(Effect):
         """Thrusts [N] and reaction torques [N m] of the rotors."""
         first, count = params["before"].shape[0], params["position"].shape[0]
         speed = inputs.drive[:, first : first + count]  # type: ignore[index]
-        square = speed * speed
+        square, ahead = speed * speed, speed >= 0.0
+        xp = namespace(speed)
+        push = xp.where(ahead, square, params["backward"] * square)
+        turn = xp.where(ahead, square, params["back_torque"] * square)
         return Drives(
             position=params["position"],
             axis=params["axis"],
             radius=params["radius"],
-            thrust=params["thrust_coefficient"] * square,
-            torque=params["reaction_coefficient"] * (1.0 + params["torque_change"]) * square,
+            thrust=params["thrust_coefficient"] * push,
+            torque=params["reaction_coefficient"] * (1.0 + params["torque_change"]) * turn,
             speed=speed,
         )
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Drives, Inputs, Medium, Motion
@@ -74,6 +76,8 @@ def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:
         share: terminal voltage by full voltage [1], shape (1 or N, 1).
         sensitivity: loss of thrust for a loss of voltage [1], likewise.
     """
+    if type(sensitivity) is np.ndarray and not sensitivity.any():
+        return drives
     gain = 1.0 - sensitivity * (1.0 - share)
     speed = drives.speed
     if speed is not None:

@@ -53,9 +53,7 @@ class RotorMedium(Effect):
         0.7
     """
 
-    efficiency: float = param(
-        0.7, "1", bounds=(0.0, 2.0), tolerance=0.1, source="chosen"
-    )
+    efficiency: float = param(0.7, "1", bounds=(0.0, 2.0), tolerance=0.1, source="chosen")
     torque_limit: float = param(
         0.1, "N m", bounds=(1e-6, 1e4), tolerance=0.0, source="chosen: motors of 60 g", fit=False
     )
@@ -72,23 +70,27 @@ class RotorMedium(Effect):
     ) -> Drives:
         """Thrusts [N], reaction torques [N m] and speeds [rad/s] in the medium at every disc."""
         xp = namespace(drives.thrust)
-        depth = hub_depth(drives, motion, medium)
-        disc = xp.astype(drives.radius > 0.0, drives.thrust.dtype)[None, :]
+        bare = drives.radius <= 0.0
         air = params["reference_density"] if medium.air_density is None else medium.air_density
-        dense = air / params["reference_density"]
-        gain = push = dense + drives.thrust * 0.0
-        if depth is not None and medium.water_density is not None:
-            wet = wet_share(depth, xp.clip(drives.radius, 1e-3, None)[None, :])
+        gain = push = air / params["reference_density"]
+        depth = hub_depth(drives, motion, medium)
+        # high above the water, most of the time, there is no disc to look at
+        if depth is not None and not bool(xp.all(depth < -drives.radius)):
+            wet = wet_share(depth, xp.where(bare, 1.0, drives.radius))
             full = medium.water_density / params["reference_density"]
-            gain = dense + wet * (full - dense)
+            gain = gain + wet * (full - gain)
             push = (1.0 - (1.0 - params["efficiency"]) * wet) * gain
+        limit = params["torque_limit"]
         asked = xp.abs(drives.torque) * gain
-        held = params["torque_limit"] / xp.clip(asked, params["torque_limit"], None)
+        if push is gain and not bool(xp.any(asked > limit)):
+            gain = xp.where(bare, 1.0, gain)
+            return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)
+        held = limit / xp.maximum(asked, limit)
         speed = drives.speed
         if speed is not None:
-            speed = speed * (1.0 + disc * (xp.sqrt(held) - 1.0))
+            speed = speed * xp.where(bare, 1.0, xp.sqrt(held))
         return drives._replace(
-            thrust=drives.thrust * (1.0 + disc * (push * held - 1.0)),
-            torque=drives.torque * (1.0 + disc * (gain * held - 1.0)),
+            thrust=drives.thrust * xp.where(bare, 1.0, push * held),
+            torque=drives.torque * xp.where(bare, 1.0, gain * held),
             speed=speed,
         )

@@ -121,7 +121,8 @@ class Stick:
     def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
         """Move the wished-for place on by what is held, and lead there."""
         span = situation.time - memory.time
-        moved = self._moved(situation, self._heard(situation, memory), span)
+        # what was held until now has moved it; what is heard now acts from now on
+        moved = self._heard(situation, self._moved(situation, memory, span))
         acceleration = (moved.velocity - memory.velocity) / span if span > 0.0 else np.zeros(3)
         place = Place(
             moved.place,

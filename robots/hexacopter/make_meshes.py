@@ -9,9 +9,7 @@ from seals.robots.workshop.airframe import COLOURS, Airframe
 from seals.robots.workshop.files import hulls, table, write
 from seals.robots.workshop.links import Machine
 
-FRAME = Airframe(
-    rotors=6, reach=0.30, height=0.09, battery=0.80, shoulders=((0.07, 0.0, -0.10),)
-)
+FRAME = Airframe(rotors=6, reach=0.30, height=0.09, battery=0.80, shoulders=((0.07, 0.0, -0.10),))
 
 
 def machine() -> Machine:

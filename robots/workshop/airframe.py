@@ -52,8 +52,8 @@ class Airframe:
         battery: mass of the battery [kg].
         shoulders: places of the arms' shoulders [m].
         legs: number of legs, evenly spaced like the rotors of a quadrotor.
-        reserve: buoyancy above the weight, as a share of it [1]. Below zero the robot sinks: rotors
-            that push one way only can then dive and, leaning, move sideways under water.
+        reserve: buoyancy above the weight, as a share of it [1]. Below zero the robot sinks: what
+            moves by leaning its thrust needs a weight to carry under water as well.
     """
 
     rotors: int = 4

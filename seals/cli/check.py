@@ -25,6 +25,8 @@ def check(arguments: list[str]) -> int:
     from seals.config.refusal import refusals
     from seals.config.unknown import refuse_unknown
 
+    if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:
+        arguments = [f"robot={arguments[0]}"]
     if not any(word.startswith("robot=") for word in arguments):
         raise ConfigError("robot is not given.\nWrite: seals check robot=NAME or robot=FOLDER")
     config = compose(arguments)

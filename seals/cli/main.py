@@ -63,9 +63,12 @@ VERBS = {
     "add": Verb(
         target="seals.cli.hydra_app:add",
         summary="write what a diagnosis found as a model of one's own",
-        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT] [replace=true]\n"
+        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT] [accept=formula]\n"
         "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
-        "  seals run robot=ball +model=my_model\n"
+        "  seals run robot=ball +model=my_model\n\n"
+        "  choose      which effect of an answer that names several\n"
+        "  accept      formula: the formula found for a force that no effect explains\n"
+        "  replace     true: write over a model of that name\n\n"
         "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
     ),
     "verify": Verb(
@@ -97,7 +100,10 @@ VERBS = {
     "check": Verb(
         target="seals.cli.check:check",
         summary="say whether a robot folder makes sense",
-        usage="robot=NAME or robot=FOLDER\n  seals check robot=path/to/folder",
+        usage="robot=NAME or robot=FOLDER\n"
+        "  seals check robot=aam\n"
+        "  seals check robot=path/to/folder\n"
+        "exit code: 0 nothing failed, 1 something failed, 2 the robot cannot be read",
     ),
     "teleop": Verb(
         target="seals.cli.hydra_app:teleop",
@@ -115,12 +121,14 @@ VERBS = {
     "new": Verb(
         target="seals.cli.new:new",
         summary="start a robot of your own from a URDF, or a package for an effect or a sensor",
-        usage="robot NAME --urdf FILE [--package NAME=FOLDER], or effect NAME, or sensor NAME\n"
+        usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3],\n"
+        "   or: seals new effect NAME, or: seals new sensor NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"
         "  robot     makes the folder NAME with robot.yaml, the URDF and its meshes\n"
         "  --package where the files of package://NAME/... lie, when not around the URDF\n"
+        "  --density gives links without <inertial> the mass of their shapes\n"
         "  effect    makes the package seals-NAME with a law, its test and its pyproject.toml\n"
         "exit code: 0 made, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
     ),

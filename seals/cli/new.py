@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
 KINDS = ("robot", "effect", "sensor")
-OPTIONS = {"robot": ("urdf", "package"), "effect": (), "sensor": ()}
+OPTIONS = {"robot": ("urdf", "package", "density"), "effect": (), "sensor": ()}
 """Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
 
 
@@ -21,7 +21,8 @@ def new(arguments: list[str]) -> int:
     words, options = _sorted(arguments)
     kind = words[0] if words else ""
     if kind not in KINDS:
-        hint = suggestion(kind, KINDS, label="Kinds")
+        robot = f"Write: seals new robot {kind or 'NAME'} --urdf FILE.  "
+        hint = (robot if "urdf" in dict(options) else "") + suggestion(kind, KINDS, label="Kinds")
         raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
     if len(words) != 2:
         urdf = " --urdf FILE" if kind == "robot" else ""
@@ -50,7 +51,7 @@ def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         key, equals, value = word.lstrip("-").partition("=")
         if word.startswith("-"):
             options.append((key, value if equals else _value(word, rest)))
-        elif equals and key in ("urdf", "package"):
+        elif equals and key in OPTIONS["robot"]:
             options.append((key, value))
         else:
             words.append(word)
@@ -82,9 +83,25 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
         packages[package] = Path(folder).resolve()
     from seals.scaffold.robot import scaffold_robot
 
-    made = scaffold_robot(name, Path(urdfs[0]), parent=Path(), packages=packages)
+    density = _density([value for key, value in options if key == "density"])
+    made = scaffold_robot(name, Path(urdfs[0]), parent=Path(), packages=packages, density=density)
     print("\n".join(_told(name, made)))
     return 0
+
+
+def _density(given: list[str]) -> float | None:
+    """Density for links without mass [kg/m^3]."""
+    if not given:
+        return None
+    try:
+        density = float(given[-1])
+    except ValueError:
+        density = 0.0
+    if not 1.0 <= density <= 30_000.0:
+        raise ConfigError(
+            f"--density {given[-1]} is not allowed.\nAllowed: 1 to 30000 kg/m^3; water has 1000."
+        )
+    return density
 
 
 def _told(name: str, made: NewRobot) -> Iterator[str]:

@@ -16,6 +16,7 @@ class AddSettings:
         folder: in which models lie.
         base: model whose effects the new one keeps; a name or a file, or None.
         choose: which effect of an ambiguous answer to add, or None.
+        accept: ``formula`` to add the formula found for a force that no effect explains, or None.
         log: log that was diagnosed, when the diagnosis does not name it or it has moved.
         reader: plug-in that reads the log.
         replace: whether a model of this name may be overwritten.
@@ -26,6 +27,7 @@ class AddSettings:
     folder: str = "models"
     base: str | None = None
     choose: str | None = None
+    accept: str | None = None
     log: str | None = None
     reader: Any = None
     replace: bool = False

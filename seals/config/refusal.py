@@ -10,6 +10,7 @@ from typing import Any
 
 from seals import registry
 from seals.config.recipes import recipe_groups
+from seals.config.whereabouts import unknown_robot
 from seals.errors import ConfigError, SealsError, UnknownPlugin, suggestion
 from seals.schema import parameters_of
 
@@ -78,11 +79,8 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
             f"there is no configuration '{path}'.\n"
             f"{suggestion(path, options or ['run', 'compare'])}"
         )
-    if group == "robot" and ("/" in name or name.startswith(".")):
-        return UnknownPlugin(
-            f"robot={name}: there is no folder '{name}' that holds robot.yaml.\n"
-            f"{suggestion(name, options, label='Give such a folder, or one installed')}"
-        )
+    if group == "robot" and name:
+        return unknown_robot(name, options)
     label = "Installed" if group in registry.GROUPS else "Allowed"
     if name == "":
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
@@ -206,7 +204,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     (
         r"missing EQUAL at",
         "{override}: the value is missing",
-        "Write KEY=VALUE, for instance time.duration=2",
+        "Write KEY=VALUE, for instance robot=ball or time.duration=2",
     ),
     (
         r"Error parsing override|LexerNoViableAlt|no viable|mismatched|extraneous|token recog",

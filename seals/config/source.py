@@ -162,14 +162,16 @@ def robot_option(name: str) -> Container:
     """
     found = find_robot(name)
     defaults: list[Any] = []
+    overrides: list[Any] = []
     body: dict[str, Any] = {}
     for section, parts in found.parts.items():
         for part, (plugin, values) in parts.items():
-            package = section if section == "controller" else f"{section}.{part}"
-            defaults.append({f"/{SECTION_GROUPS[section]}@{package}": plugin})
             if section == "controller":
+                # the root names the group already, with nothing chosen
+                overrides.append({"override /controller": plugin})
                 body[section] = values
             else:
+                defaults.append({f"/{SECTION_GROUPS[section]}@{section}.{part}": plugin})
                 body.setdefault(section, {})[part] = values
     settings = found.settings
     body["robot"] = {
@@ -181,7 +183,7 @@ def robot_option(name: str) -> Container:
         **found.limbs,
         "summary": settings.summary,
     }
-    node: Container = OmegaConf.create({"defaults": [*defaults, "_self_"], **body})
+    node: Container = OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
     return node
 
 

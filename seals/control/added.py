@@ -1,4 +1,4 @@
-"""Added mass of a whole robot under water, as a controller reckons with it."""
+"""Added mass and drag of a whole robot under water, as a controller reckons with them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from seals.arrays import Floats
 from seals.control.limbs import stowed
 from seals.control.plant import Plant
 from seals.dynamics.tree import forward
+from seals.effects.effect import MediumKind
 
 
 def added_inertia(plant: Plant) -> Floats:
@@ -21,14 +22,30 @@ def added_inertia(plant: Plant) -> Floats:
     origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], pose)
     total = np.zeros((6, 6))
     for bound in plant.effects.inertias:
-        if "added mass" not in bound.effect.accounts_for:
-            continue
         p = bound.params
+        if "added mass" not in bound.effect.accounts_for or "coupling" not in p:
+            continue
         diagonal = np.concatenate((p["mass"][0], p["inertia"][0]))
         matrix = np.diag(diagonal) + p["coupling"][0]
         for link in bound.links:
             x = _motion_of(origins[0, link], turns[0, link])
             total += x.T @ matrix @ x
+    return total
+
+
+def water_drag(plant: Plant) -> Floats:
+    """Return the quadratic drag of a submerged robot, body axes [N s^2/m^2], shape (3,).
+
+    It sums what the effects of the model account for as quadratic drag in water, arms stowed.
+    """
+    robot = plant.robot
+    _, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], stowed(robot)[None])
+    total = np.zeros(3)
+    for bound in plant.effects.loads:
+        mine = "quadratic drag" in bound.effect.accounts_for and "coefficient" in bound.params
+        if mine and bound.kind is not MediumKind.air:
+            for link in bound.links:
+                total += (turns[0, link] ** 2) @ bound.params["coefficient"][0]
     return total
 
 

@@ -13,6 +13,8 @@ LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""
+SOFT = 1e-9
+"""Stiffness that makes the choice among equally good commands unique, share of the whole."""
 RANK = 1e-6
 """Share of the largest singular value below which a direction is out of reach."""
 
@@ -106,10 +108,14 @@ class Allocation:
         if self.saturation is Saturation.paper:
             u = shrunk(u, least, high)
         elif np.any(u > high) or np.any(u < least):
-            u = best_within(a, wrench, least, high, self._weights)
-        if self._all_rotors:
-            return np.sign(u) * np.sqrt(np.abs(u))
-        return np.where(self._squared, np.sign(u) * np.sqrt(np.abs(u)), u)
+            # asking for more than there is would weigh against what matters more
+            ends = a * least, a * high
+            most = np.maximum(*ends).sum(axis=1), np.minimum(*ends).sum(axis=1)
+            asked = np.minimum(np.maximum(wrench, most[1]), most[0])
+            u = best_within(a, asked, least, high, self._weights)
+        u = np.where(u < 0.0, u / self._layout.reverse, u)
+        roots = np.sign(u) * np.sqrt(np.abs(u))
+        return roots if self._all_rotors else np.where(self._squared, roots, u)
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the chosen rows of force and torque that commands make [N, N m]."""
@@ -117,9 +123,12 @@ class Allocation:
         return made
 
     def _squares(self, command: Floats) -> Floats:
-        if self._all_rotors:
-            return command * np.abs(command)
-        return np.where(self._squared, command * np.abs(command), command)
+        """Squared speeds with their sign, or forces; backwards they count for less."""
+        u = command * np.abs(command)
+        if not self._all_rotors:
+            u = np.where(self._squared, u, command)
+        less: Floats = np.where(u < 0.0, u * self._layout.reverse, u)
+        return less
 
 
 def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
@@ -195,25 +204,26 @@ def best_within(a: Floats, wrench: Floats, low: Floats, high: Floats, weights: F
     b = scaled * weight[:, None]
     target = (wrench - a @ low) * weight
     h = b.T @ b
-    h[np.diag_indices(len(h))] += 1e-9 * float(np.trace(h))
-    g = b.T @ target
-    share = _box(h, g)
+    share = _box(h, b.T @ target)
     return low + share * span
 
 
 def _box(h: Floats, g: Floats) -> Floats:
-    """Return the minimum of x H x / 2 - g x over 0 <= x <= 1, H positive definite."""
+    """Return a minimum of x H x / 2 - g x over 0 <= x <= 1."""
     count = len(g)
     eye = np.eye(count)
-    x = np.linalg.solve(h, g)
-    bound = np.clip(x, 0.0, 1.0)
+    soft = h + SOFT * float(np.trace(h)) * eye
+    x = np.linalg.solve(soft, g)
+    bound = np.minimum(np.maximum(x, 0.0), 1.0)
     free = (bound == x).astype(float)
     fewest, patience = count + 1, 3
     for _ in range(ROUNDS * count):
         held = bound * (1.0 - free)
         # the rows and columns of held drives become those of the identity
-        system = h * (free[:, None] * free) + eye * (1.0 - free)
+        system = soft * (free[:, None] * free) + eye * (1.0 - free)
         x = np.linalg.solve(system, free * (g - h @ held) + held)
+        # where H lacks rank the softening bends the rows: one refinement straightens them
+        x = x + np.linalg.solve(system, free * (g - h @ x))
         slope = h @ x - g
         off = np.where(bound > 0.5, slope, -slope)
         beyond = np.abs(x - 0.5) - 0.5
@@ -227,5 +237,5 @@ def _box(h: Floats, g: Floats) -> Floats:
             wrong[: np.flatnonzero(wrong)[-1]] = False
         bound = np.where(wrong, (x > 0.5).astype(float), bound)
         free = np.where(wrong, 1.0 - free, free)
-    clipped: Floats = np.clip(x, 0.0, 1.0)
-    return clipped
+    inside: Floats = np.minimum(np.maximum(x, 0.0), 1.0)
+    return inside

@@ -10,14 +10,16 @@ from seals.arrays import Floats
 
 
 def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
-    """Return the attitude whose z axis pushes along a wanted force, as far as it may lean.
+    """Return the attitude whose z axis lies along a wanted force, as far as it may lean.
+
+    A force that points down is taken for one that pulls along -z: the robot leans the other way.
+    Near zero a force has no direction, and the robot stays level.
 
     Args:
         force: wanted, world axes [N], shape (3,).
         yaw: heading of body x [rad].
         tilt: largest lean [rad].
-        least: smallest upward part that counts for the lean [N]: below it the direction of a force
-            near zero would turn the robot about.
+        least: vertical part below which the lean fades [N].
 
     Returns:
         R_WD of the wanted attitude, shape (3, 3).
@@ -27,11 +29,12 @@ def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
         True
     """
     x, y, z = force.tolist()
-    up = max(z, least)
-    aside = math.hypot(x, y)
-    share = min(1.0, up * math.tan(tilt) / aside) if aside > 0.0 else 0.0
-    a = np.array([x * share, y * share, up])
-    a /= math.sqrt(a @ a)
+    per = z / max(z * z, least * least)
+    x, y = x * per, y * per
+    aside, most = math.hypot(x, y), math.tan(tilt)
+    if aside > most:
+        x, y = x * most / aside, y * most / aside
+    a = np.array([x, y, 1.0]) / math.sqrt(1.0 + x * x + y * y)
     heading = (math.cos(yaw), math.sin(yaw))
     # body y = z x heading, then body x = y x z
     b = np.array([-a[2] * heading[1], a[2] * heading[0], a[0] * heading[1] - a[1] * heading[0]])

@@ -63,29 +63,45 @@ class Trend(NamedTuple):
         return expected
 
 
-def quickened(
-    wanted: Floats, state: Floats, lag: Floats, quicker: float, bounds: tuple[Floats, Floats]
-) -> Floats:
-    """Return the command that makes lagging drives follow as if they were ``quicker`` times so.
-
-    Equation:
-        u = x + quicker (w - x): with x' = (u - x) / lag the state follows w with lag / quicker.
+class Lag(NamedTuple):
+    """First-order lag of drives, as a controller reckons with it.
 
     Args:
-        wanted: states w.
-        state: x, as the controller reckons it.
-        lag: time constants [s]; drives without any take the wanted state.
-        quicker: at least 1 [1].
-        bounds: lowest and highest commands.
+        rise: time constants while the size of the state grows [s], shape (n,).
+        fall: while it shrinks [s], shape (n,).
     """
-    eager = np.where(lag > 0.0, state + quicker * (wanted - state), wanted)
-    command: Floats = np.minimum(np.maximum(eager, bounds[0]), bounds[1])
-    return command
 
+    rise: Floats
+    fall: Floats
 
-def followed(state: Floats, command: Floats, lag: Floats, step: float) -> Floats:
-    """Return the states of lagging drives after one period under a held command."""
-    safe = np.where(lag > 0.0, lag, 1.0)
-    left = np.where(lag > 0.0, np.exp(-step / safe), 0.0)
-    after: Floats = command + (state - command) * left
-    return after
+    def quickened(
+        self, wanted: Floats, state: Floats, quicker: float, bounds: tuple[Floats, Floats]
+    ) -> Floats:
+        """Return the command that makes the drives follow ``quicker`` times as fast as they rise.
+
+        Equation:
+            u = x + (w - x) lag quicker / rise: with x' = (u - x) / lag the state follows w with
+            rise / quicker.
+
+        Args:
+            wanted: states w.
+            state: x, as reckoned.
+            quicker: at least 1 [1].
+            bounds: lowest and highest commands.
+        """
+        lagging = self.rise > 0.0
+        share = self._of(wanted, state) / np.where(lagging, self.rise, 1.0)
+        eager = np.where(lagging, state + quicker * share * (wanted - state), wanted)
+        command: Floats = np.minimum(np.maximum(eager, bounds[0]), bounds[1])
+        return command
+
+    def followed(self, state: Floats, command: Floats, step: float) -> Floats:
+        """Return the states after one period under a held command [s]."""
+        lag = self._of(command, state)
+        left = np.where(lag > 0.0, np.exp(-step / np.where(lag > 0.0, lag, 1.0)), 0.0)
+        after: Floats = command + (state - command) * left
+        return after
+
+    def _of(self, goal: Floats, state: Floats) -> Floats:
+        found: Floats = np.where(np.abs(goal) < np.abs(state), self.fall, self.rise)
+        return found

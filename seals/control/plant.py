@@ -15,6 +15,8 @@ from seals.robot.model import RobotModel
 
 ROTOR, THRUSTER = "rotor", "thruster"
 
+NUMBERS = ("thrust", "reaction", "limit", "low", "lag", "fall", "reverse")
+
 
 class Layout(NamedTuple):
     """All drives of a robot in the order of their commands; body axes about the body origin.
@@ -27,7 +29,9 @@ class Layout(NamedTuple):
         reaction_coefficient: torque about the axis, likewise [N m/(rad/s)^2], shape (n,).
         limit: largest command [rad/s or N], shape (n,).
         low: lowest command, zero for rotors that turn one way only [rad/s or N], shape (n,).
-        lag: time constant [s], shape (n,).
+        lag: time constant while the drive speeds up [s], shape (n,).
+        fall: time constant while it slows down [s], shape (n,).
+        reverse: thrust backwards against that forwards at one size of command [1], shape (n,).
         kind: ``rotor`` (thrust by the square of the command) or ``thruster``, n of them.
         link: index of the link that carries each, n of them.
     """
@@ -39,6 +43,8 @@ class Layout(NamedTuple):
     limit: Floats
     low: Floats
     lag: Floats
+    fall: Floats
+    reverse: Floats
     kind: tuple[str, ...]
     link: tuple[int, ...]
 
@@ -87,7 +93,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     bound = effects.actuators
     count = max((b.hooks.first + b.hooks.count for b in bound), default=0)
     table = {key: np.zeros((count, 3)) for key in ("position", "axis")}
-    table |= {key: np.zeros(count) for key in ("thrust", "reaction", "limit", "low", "lag")}
+    table |= {key: np.zeros(count) for key in NUMBERS}
     kind, link = [""] * count, [0] * count
     origins, turns = _rest(robot)
     for b in bound:
@@ -105,6 +111,9 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         table["reaction"][columns] = _row(constants, "reaction_coefficient", 0.0)
         table["limit"][columns], table["lag"][columns] = b.hooks.limit, b.hooks.lag
         word = ROTOR if "reaction_coefficient" in constants else THRUSTER
+        backward = -_row(constants, "backward", -1.0)
+        table["reverse"][columns] = np.where(backward > 0.0, backward, 1.0)
+        table["fall"][columns] = getattr(b.effect, "fall", b.hooks.lag)
         lowest = -b.hooks.limit if word == THRUSTER else np.zeros(b.hooks.count)
         table["low"][columns] = getattr(b.effect, "low", lowest)
         for k in range(count)[columns]:
@@ -118,6 +127,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         limit=table["limit"],
         low=table["low"],
         lag=table["lag"],
+        fall=table["fall"],
+        reverse=table["reverse"],
         kind=tuple(kind),
         link=tuple(link),
     )

@@ -60,6 +60,7 @@ class Situation(NamedTuple):
         gain: thrust of every drive against that of its own map at the same command, by the
             robot's model: larger under water than in air [1], shape (n,).
         limit: largest command of every drive at its present place [rad/s or N], shape (n,).
+        low: lowest command of every drive, likewise.
         readings: last reading of every sensor, by sensor and channel.
         contacts: normal force on every gripper's tip, by link name [N].
     """
@@ -82,6 +83,7 @@ class Situation(NamedTuple):
     depth: float
     gain: Floats
     limit: Floats
+    low: Floats
     readings: Mapping[str, Mapping[str, Floats]] = NOTHING
     contacts: Mapping[str, float] = NOTHING
 

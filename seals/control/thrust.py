@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import Plant
+from seals.control.plant import ROTOR, Plant
 from seals.effects.binding import BoundEffect
 from seals.effects.evaluation import take, take_motion
 from seals.medium.sample import Sample
@@ -13,6 +15,26 @@ from seals.motion import Inputs, Motion
 
 KNOWN = "thrust in water"
 """Phenomenon that a controller knows of its drives; all other changes are hidden from it."""
+SLOW = 1e-3
+"""Share of the largest command at which the gain is found."""
+
+
+WET = 10.0
+"""Gain of a rotor above which it may be turned back: in air it would have to stop first."""
+
+
+class Reach(NamedTuple):
+    """What the drives can do at their present place, shape (n,) each.
+
+    Args:
+        gain: thrust against that of the drive's own map at one command [1].
+        limit: largest commands [rad/s or N].
+        low: lowest commands; rotors are turned back under water only [rad/s or N].
+    """
+
+    gain: Floats
+    limit: Floats
+    low: Floats
 
 
 class ThrustGauge:
@@ -27,35 +49,45 @@ class ThrustGauge:
         effects = plant.effects
         self._layout, self._actuators = plant.layout, effects.actuators
         self._laws = [b for b in effects.actuations if KNOWN in b.effect.accounts_for]
+        self._rotors = np.array([kind == ROTOR for kind in plant.layout.kind])
         self._ones = np.ones(self._layout.drives)
+        # no disc touches the water when all links are this far above it
+        self._far = 0.1 + 2.0 * float(np.abs(plant.layout.position).max(initial=0.0))
+        dry_low = np.where(self._rotors, 0.0, self._layout.low)
+        self._air = Reach(self._ones, self._layout.limit, dry_low)
         self._dry = plant.environment.water_level is None or not self._laws
-        self._full = Inputs(0.0, np.zeros((1, 0)), self._layout.limit[None])
+        # a motor at the end of its torque hides what a slow rotor does
+        both = np.stack((SLOW * self._layout.limit, self._layout.limit))
+        self._probe = Inputs(0.0, np.zeros((1, 0)), both)
 
-    def now(self, motion: Motion, sample: Sample) -> tuple[Floats, Floats]:
-        """Return thrust against that in the drive's own map at one command, and largest commands.
+    def now(self, motion: Motion, sample: Sample) -> Reach:
+        """Return what the drives can do.
 
         Args:
             motion: of all links.
             sample: the surroundings at all links.
-
-        Returns:
-            Gains [1] and limits [rad/s or N], shape (n,) each.
         """
-        if self._dry:
-            return self._ones, self._layout.limit
-        gain = self._ones.copy()
+        if self._dry or (sample.depth is not None and float(sample.depth.max()) < -self._far):
+            return self._air
+        gain, share = self._ones.copy(), self._ones.copy()
         for actuator in self._actuators:
-            first = actuator.hooks.first
-            gain[first : first + actuator.hooks.count] = self._gain(actuator, motion, sample)
-        return gain, self._layout.limit
+            columns = slice(actuator.hooks.first, actuator.hooks.first + actuator.hooks.count)
+            slow, full = self._gains(actuator, motion, sample)
+            gain[columns] = slow
+            # as many commands as make the largest thrust: more of them make no more
+            share[columns] = np.minimum(full / slow, 1.0)
+        share = np.where(self._rotors, np.sqrt(share), share)
+        low = np.where(self._rotors & (gain < WET), 0.0, self._layout.low * share)
+        return Reach(gain, self._layout.limit * share, low)
 
-    def _gain(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> Floats:
-        own = actuator.hooks.drives(self._full, actuator.params)
+    def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> Floats:
+        """Thrust against that of the drive's own map, slow and at its limit, shape (2, n)."""
+        own = actuator.hooks.drives(self._probe, actuator.params)
         drives = own
         for law in self._laws:
             if law.links == actuator.links:
                 rows = slice(law.links[0], law.links[-1] + 1)
                 part, medium = take_motion(motion, rows), take(sample.view(law.kind), rows)
-                drives = law.hooks.actuation(drives, part, medium, self._full, law.params)
-        ratio: Floats = (drives.thrust / own.thrust)[0]
+                drives = law.hooks.actuation(drives, part, medium, self._probe, law.params)
+        ratio: Floats = drives.thrust / own.thrust
         return ratio

@@ -18,6 +18,8 @@ _SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried."""
 _SLOW = 3e-5
 """Share of the cost that a step must gain for another one to follow."""
+_COARSE = 1e-3
+"""The same as a share of the misfit above a complete model's: far from one, digits are idle."""
 _WIDE = 1.5
 """Prior width of a freed factor in units of its plausible size."""
 
@@ -186,7 +188,8 @@ class Fitter:
             else:
                 return now
             gained, level, now = level - reached, reached, trial
-            if gained < max(tolerance, _SLOW * level):
+            whole = _COARSE * (level - self.windows.observed) if share == 1.0 else 0.0
+            if gained < max(tolerance, _SLOW * level, whole):
                 return now
         return now
 

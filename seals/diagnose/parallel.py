@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
-_work: Callable[[Any], Any] | None = None
+_jobs: tuple[Callable[[Any], Any], Sequence[Any]] | None = None
 
 
 def cores() -> int:
@@ -21,25 +21,26 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
 
     Args:
         work: any callable, closures too: children are forked from this very process.
-        items: what it is applied to.
+        items: what it is applied to; children know them by number, so they may be anything.
         processes: children at once; one means no child at all.
 
     Returns:
-        The results, in the order of the items.
+        The results, in the order of the items; they travel back by pickle.
     """
-    global _work  # noqa: PLW0603  forked children find the closure here: it cannot be pickled
+    global _jobs  # noqa: PLW0603  forked children find closures here: they cannot be pickled
     many = min(processes, len(items))
     forks = "fork" in multiprocessing.get_all_start_methods()
     if many < 2 or not forks or multiprocessing.current_process().daemon:
         return [work(item) for item in items]
-    _work = work
+    _jobs = work, items
     try:
         with multiprocessing.get_context("fork").Pool(many) as pool:
-            return pool.map(_call, items, chunksize=1)
+            return pool.map(_call, range(len(items)), chunksize=1)
     finally:
-        _work = None
+        _jobs = None
 
 
-def _call(item: Any) -> Any:
-    assert _work is not None
-    return _work(item)
+def _call(number: int) -> Any:
+    assert _jobs is not None
+    work, items = _jobs
+    return work(items[number])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from seals.arrays import Array
 from seals.dynamics.spatial import kirchhoff, momentum
 from seals.frames import cross
@@ -19,6 +21,8 @@ def added_terms(added: AddedInertia, medium: Medium, motion: Motion) -> tuple[Ar
     spin = motion.angular_velocity
     relative = motion.velocity - medium.velocity
     force, torque = kirchhoff(added.matrix, relative, spin, weight=added.weight)
+    if type(spin) is np.ndarray and not (medium.velocity.any() or medium.acceleration.any()):
+        return force, torque
     drift = cross(spin, medium.velocity + spin * 0.0) - medium.acceleration
     push, twist = momentum(added.matrix, drift, spin * 0.0)
     return force + added.weight * push, torque + added.weight * twist

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.dynamics.added import added_terms
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import by_batch
-from seals.dynamics.servo import on_joints
+from seals.dynamics.servo import heavier
 from seals.dynamics.spatial import kirchhoff
 from seals.effects.evaluation import Evaluation, take_motion
 from seals.motion import Motion
@@ -83,7 +85,7 @@ class Assembly:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         if self.armature is not None:
-            matrix = matrix + on_joints(self.armature[None], size)
+            matrix = heavier(matrix, self.armature[None])
         return matrix, right
 
     def total_inertia(self, found: Evaluation, batch: int) -> Array:
@@ -111,9 +113,11 @@ class Assembly:
         """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
-        each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
-        each = xp.broadcast_to(each, (self.links, batch, 6, 6))
-        inertia = xp.reshape(each, (self.links * batch, 6, 6))
+        inertia = self.inertia[0]
+        if batch > 1 or self.inertia.shape[0] > 1:
+            each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
+            each = xp.broadcast_to(each, (self.links, batch, 6, 6))
+            inertia = xp.reshape(each, (self.links * batch, 6, 6))
         force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
         for _, rows, added, medium in found.inertias:
             more = added_terms(added, medium, take_motion(motion, rows))
@@ -137,10 +141,12 @@ class Assembly:
 def scatter(values: Array, rows: Any, count: int) -> Array:
     """Place values on ``rows`` (a slice or an index array) of ``count`` rows of zeros.
 
-    Nothing is written in place, so that every array library can follow.
+    Nothing is written in place beside NumPy, so that every array library can follow.
     """
-    import numpy as np
-
+    if type(values) is np.ndarray:
+        out = np.zeros((count, *values.shape[1:]))
+        out[rows] = values
+        return out
     xp = namespace(values)
     index = np.arange(count)[rows]
     source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)

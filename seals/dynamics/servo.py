@@ -7,6 +7,8 @@ at the end of the step, and the fall stands on the left side of the equations of
 
 from __future__ import annotations
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.motion import JointDrive
 
@@ -47,9 +49,10 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     lead = matrix.shape[1] - force.shape[1]
     change = _solve(matrix, right, force, gain)
     wanted = force - gain * change[:, lead:]
-    if not xp.any(xp.abs(wanted) > limit):
+    beyond = xp.abs(wanted) > limit
+    if not xp.any(beyond):
         return change, wanted
-    at_limit = xp.astype(xp.abs(wanted) > limit, wanted.dtype)
+    at_limit = xp.astype(beyond, wanted.dtype)
     held = at_limit * xp.sign(wanted) * limit + (1.0 - at_limit) * force
     left = (1.0 - at_limit) * gain
     change = _solve(matrix, right, held, left)
@@ -57,13 +60,28 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     return change, limit * xp.clip(wanted / limit, -1.0, 1.0)
 
 
+def heavier(matrix: Array, armature: Array) -> Array:
+    """Return generalised inertias (B, n, n) with that of the drives on the joints, (1 or B, J)."""
+    size, joints = matrix.shape[1], armature.shape[1]
+    if type(matrix) is np.ndarray and len(matrix) == 1:
+        out = matrix.copy()
+        out.ravel()[(size - joints) * (size + 1) :: size + 1] += armature[0]
+        return out
+    return matrix + on_joints(armature, size)
+
+
 def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
     """Solve (matrix + gain on the joints) a = right + force on the joints."""
     xp = namespace(matrix)
     size = matrix.shape[1]
     lead = size - force.shape[1]
+    if type(matrix) is np.ndarray and len(matrix) == 1:
+        # one robot, every step of the simulator: no diagonal matrix, no batch
+        both = right[0].copy()
+        both[lead:] += force[0]
+        return np.linalg.solve(heavier(matrix, gain)[0], both)[None]
     both = xp.concat((right[:, :lead], right[:, lead:] + force), axis=1)
-    return xp.linalg.solve(matrix + on_joints(gain, size), both[:, :, None])[:, :, 0]
+    return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
 
 
 def on_joints(values: Array, size: int) -> Array:

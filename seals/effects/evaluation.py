@@ -68,6 +68,9 @@ class Evaluator:
         implicit: whether joint drives are taken implicitly, by their slopes.
         folded: whether changes of the rigid inertia are part of the bodies already; otherwise they
             are evaluated as added inertia with a weight.
+
+    Attributes:
+        fed: whether the inputs hold the voltage of the battery already.
     """
 
     def __init__(
@@ -82,11 +85,14 @@ class Evaluator:
     ) -> None:
         """Find the rows of each effect once."""
         self.implicit = implicit
+        self.fed = False
         self.effects, self.surroundings = effects, surroundings
         self.nominals = () if folded else effects.nominals
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
+        self._arms: dict[str, tuple[Array, Array, Array]] = {}
+        self._bodies: dict[tuple[int, ...], tuple[Body, Body]] = {}
 
     def evaluate(
         self,
@@ -101,12 +107,12 @@ class Evaluator:
         The surroundings are sampled unless ``sample`` holds them already.
         """
         new: dict[str, Array] = dict(memory)
-        if self.effects.supplies:
+        if self.effects.supplies and not self.fed:
             inputs = inputs._replace(voltage=self.supplied(memory))
         sample = self.surroundings.sample(motion) if sample is None else sample
         if self.effects.flows:
             sample = self._with_flows(sample, motion, inputs, memory, new)
-        seen: dict[Any, tuple[Motion, Medium]] = {}
+        seen: dict[Any, Any] = {}
         loads, inertias, joint_loads = [], [], []
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.effects.inertias:
@@ -155,7 +161,7 @@ class Evaluator:
         inputs: Inputs,
         memory: Memory,
         new: dict[str, Array],
-        seen: dict[Any, tuple[Motion, Medium]],
+        seen: dict[Any, Any],
         running: list[tuple[BoundEffect, Drives]],
     ) -> list[tuple[BoundEffect, Any, Wrench]]:
         """Wrenches of one actuator and of the effects that go with its thrust."""
@@ -165,7 +171,11 @@ class Evaluator:
                 _, part, medium = self._seen(b, motion, sample, seen)
                 drives = b.hooks.actuation(drives, part, medium, inputs, b.params)
         running.append((actuator, drives))
-        out = [(actuator, self.rows[actuator.name], thrust_wrench(drives))]
+        arm = self._arms.get(actuator.name)
+        if arm is None or arm[0] is not drives.position or arm[1] is not drives.axis:
+            arm = (drives.position, drives.axis, cross(drives.position, drives.axis))
+            self._arms[actuator.name] = arm
+        out = [(actuator, self.rows[actuator.name], thrust_wrench(drives, arm[2]))]
         for b in self.effects.drive_loads:
             if b.links == actuator.links:
                 rows, part, medium = self._seen(b, motion, sample, seen)
@@ -180,7 +190,7 @@ class Evaluator:
     ) -> Sample:
         """Add the flow effects to the velocity of water and air."""
         flows: dict[MediumKind, Array] = {}
-        seen: dict[Any, tuple[Motion, Medium]] = {}
+        seen: dict[Any, Any] = {}
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
             velocity, kept = b.hooks.flow(part, medium, inputs, memory.get(b.name), b.params)
@@ -198,15 +208,30 @@ class Evaluator:
         return sample._replace(water_velocity=water, air_velocity=air)
 
     def _seen(
-        self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, tuple[Motion, Medium]]
+        self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]
     ) -> tuple[Any, Motion, Medium]:
         """Rows, motion and medium of one effect; shared among effects of equal rows and medium."""
         key = self._keys[b.name]
         rows = self.rows[b.name]
         pair = seen.get(key)
         if pair is None:
-            pair = seen[key] = (take_motion(motion, rows), take(sample.view(b.kind), rows))
+            part = seen.get(b.links)
+            if part is None:
+                part = seen[b.links] = self._part(b.links, rows, motion, sample)
+            pair = seen[key] = (part[0], part[1].view(b.kind))
         return rows, *pair
+
+    def _part(
+        self, links: tuple[int, ...], rows: Any, motion: Motion, sample: Sample
+    ) -> tuple[Motion, Sample]:
+        """Motion and surroundings of some links; their bodies are picked once."""
+        if rows is None:
+            return motion, sample
+        kept = self._bodies.get(links)
+        if kept is None or kept[0] is not motion.body:
+            kept = self._bodies[links] = (motion.body, take(motion.body, rows))
+        picked = _picked(motion[:-1], rows)
+        return Motion._make((*picked, kept[1])), take(sample, rows)
 
 
 def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
@@ -224,9 +249,14 @@ def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     return total
 
 
-def thrust_wrench(drives: Drives) -> Wrench:
-    """Sum of thrusts and reaction torques about the link origin, link axes [N, N m]."""
-    arm = cross(drives.position, drives.axis)
+def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:
+    """Sum of thrusts and reaction torques about the link origin, link axes [N, N m].
+
+    Args:
+        drives: of one actuator.
+        arm: position x axis [m], shape (n, 3), where it is known.
+    """
+    arm = cross(drives.position, drives.axis) if arm is None else arm
     force = drives.thrust @ drives.axis
     return Wrench(force, drives.thrust @ arm + drives.torque @ drives.axis)
 
@@ -259,21 +289,27 @@ def take(bundle: Bundle, rows: Any) -> Bundle:
     """Select rows of every field; fields of one row stand for all and stay."""
     if rows is None:
         return bundle
-    return type(bundle)(*(_pick(x, rows) for x in bundle))
+    return type(bundle)._make(_picked(bundle, rows))
 
 
 def take_motion(motion: Motion, rows: Any) -> Motion:
     """Select rows of a motion and of its body."""
     if rows is None:
         return motion
-    picked = [_pick(x, rows) for x in motion[:-1]]
-    return Motion._make((*picked, take(motion.body, rows)))
+    return Motion._make((*_picked(motion[:-1], rows), take(motion.body, rows)))
+
+
+def _picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
+    """Rows of several fields."""
+    if type(fields[0]) is np.ndarray:
+        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
+    return [_pick(x, rows) for x in fields]
 
 
 def _pick(x: Array, rows: Any) -> Array:
     if x is None or x.shape[0] == 1:
         return x
-    if isinstance(rows, slice) or type(x) is np.ndarray:
+    if isinstance(rows, slice):
         return x[rows]
     xp = namespace(x)
     return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)

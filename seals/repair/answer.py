@@ -13,9 +13,11 @@ from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
 
 ANSWER = "diagnosis.json"
+FORMULA = "formula"
+"""Name of the effect of a formula, and the word that accepts it."""
 _REFUSED = {
     "nothing_missing": "nothing is missing, so there is nothing to add",
-    "none_of_these": "no effect of the library explains the log, so there is none to add",
+    "none_of_these": "no effect of the library explains the log",
     "cannot_tell": "the log could not show what is missing",
     "bad_data": "the log failed its data check",
 }
@@ -33,6 +35,7 @@ class Finding:
         log: folder of the log as the answer names it; empty when it does not.
         sha256: of the log's table; empty when not known.
         nominal: fitted nominal values by factor key, when the answer holds them.
+        formula: entry of an unnamed effect that the user accepts, or None.
     """
 
     file: Path
@@ -42,19 +45,24 @@ class Finding:
     log: str
     sha256: str
     nominal: Mapping[str, Mapping[str, float]]
+    formula: Mapping[str, Any] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the effects."""
-        return tuple(str(e["name"]) for e in self.effects)
+        own = tuple(str(e["name"]) for e in self.effects)
+        return own if self.formula is None else (*own, FORMULA)
 
 
-def read_answer(where: str | Path, *, choose: str | None = None) -> Finding:
+def read_answer(
+    where: str | Path, *, choose: str | None = None, accept: str | None = None
+) -> Finding:
     """Read a diagnosis and pick what is to be added.
 
     Args:
         where: folder of the diagnosis, or its file.
         choose: which one of an ambiguous set.
+        accept: ``formula`` for the formula found in place of a named effect.
 
     Raises:
         ConfigError: there is no diagnosis, or its verdict gives nothing to add.
@@ -71,24 +79,46 @@ def read_answer(where: str | Path, *, choose: str | None = None) -> Finding:
         verdict, effects = str(raw["verdict"]), list(raw["effects"])
     except (OSError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
-    if verdict in _REFUSED:
+    law = _formula(path, raw, verdict, accept)
+    if verdict in _REFUSED and law is None:
         why = "; ".join(raw.get("reasons") or ())
+        advice = "Only the effects of a named or ambiguous answer can be added."
+        if raw.get("formula"):
+            advice = f"Take the formula found for it with accept={FORMULA}: {raw['formula']['text']}"
         raise ConfigError(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
-            "Only the effects of a named or ambiguous answer can be added."
+            f"{advice}"
         )
     log = raw.get("log") or {}
     first = str(effects[0]["name"]) if effects else None
     return Finding(
         file=path,
-        effects=_chosen(effects, verdict, choose),
+        effects=() if law is not None else _chosen(effects, verdict, choose),
         verdict=verdict,
         chosen=choose is not None,
         log=str(log.get("path") or ""),
         sha256=str(log.get("sha256") or ""),
         # the nominal values of an answer are those beside its first effect
         nominal=(raw.get("nominal") or {}) if choose in (None, first) else {},
+        formula=law,
     )
+
+
+def _formula(
+    path: Path, raw: Mapping[str, Any], verdict: str, accept: str | None
+) -> Mapping[str, Any] | None:
+    """The formula that the user accepts."""
+    if accept is None:
+        return None
+    if accept != FORMULA:
+        raise ConfigError(f"accept={accept} is not allowed.\nAllowed: accept={FORMULA}")
+    if verdict != "none_of_these" or not raw.get("formula"):
+        raise ConfigError(
+            f"accept={FORMULA}: {path} holds no formula, its verdict is {verdict}.\n"
+            "Leave accept= out; a formula is found only when no effect explains the log."
+        )
+    law: Mapping[str, Any] = raw["formula"]
+    return law
 
 
 def _chosen(

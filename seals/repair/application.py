@@ -36,7 +36,7 @@ def add(config: Any) -> int:
             "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
         )
     target = _target(config)
-    finding = read_answer(str(config.diagnosis), choose=config.choose)
+    finding = read_answer(str(config.diagnosis), choose=config.choose, accept=config.accept)
     place = str(config.log or finding.log)
     if not place:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
@@ -56,6 +56,8 @@ def add(config: Any) -> int:
     print(f"{content['summary']}: written to {target}")
     if finding.chosen:
         print("The log cannot tell this effect from others: it was chosen by you.")
+    if finding.formula is not None:
+        print(f"An unnamed force, accepted by you: {finding.formula['text']}")
     option = target.stem if target.parent == Path("models") else target
     print(f"Next, on a log that was not fitted: seals verify log=FOLDER model={option}")
     return 0

@@ -16,7 +16,7 @@ from seals.diagnose.factors import Candidate
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_text
-from seals.repair.answer import Finding
+from seals.repair.answer import FORMULA, Finding
 from seals.repair.model import WAVES, by_instance
 from seals.repair.refit import Refit
 from seals.schema import parameters_of
@@ -75,7 +75,14 @@ def overlay_of(
             else:
                 sections[part.section][name] = part.values
             sections["intervals"][name] = part.intervals
-    out: dict[str, Any] = {"summary": f"{' and '.join(finding.names)}, found in {Path(log).name}"}
+    if finding.formula is not None:
+        law = finding.formula["effect"]
+        values = {k: _short(v) for k, v in law["parameters"].items()}
+        entry = {"effect": law["name"], "medium": law["medium"], **values}
+        sections["effects"][free_name(FORMULA, sections["effects"])] = entry
+    words = [*(str(e["name"]) for e in finding.effects)]
+    words += [] if finding.formula is None else ["an unnamed force"]
+    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {Path(log).name}"}
     out |= {key: value for key, value in sections.items() if value}
     out["nominal"] = {
         key: {k: _short(x) for k, x in {**v, **(finding.nominal.get(key) or {})}.items()}
@@ -204,6 +211,8 @@ def _provenance(
         "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         "seals": seals.__version__,
     }
+    if finding.formula is not None:
+        out["accepted"] = f"a formula without a name, by the user: {finding.formula['text']}"
     if finding.chosen:
         out["chosen"] = f"{finding.names[0]}, picked by the user among what the log cannot tell"
     if base:

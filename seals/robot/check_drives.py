@@ -99,7 +99,8 @@ def _authority(robot: RobotModel, matrix: Floats, mass: float) -> Iterator[Robot
     """Angular accelerations that are left while the rotors carry the weight."""
     from seals.run.description import whole_body
 
-    if hover_share(matrix, mass * GRAVITY) is None:
+    share = hover_share(matrix, mass * GRAVITY)
+    if share is None or share > 1.0:
         return
     moments = np.diag(whole_body(robot)[2])
     gains = {

@@ -46,9 +46,10 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                     for p in folder.rglob("*")
                     if p.suffix.lower() in _ENDINGS
                 ]
-                raise RobotError(
-                    f"{where} does not exist.\n{suggestion(name, found, label='Meshes there')}"
-                )
+                advice = suggestion(name, found, label="Meshes there")
+                if "://" in name:
+                    advice += "\nTo copy it from its package: seals new robot NAME --urdf FILE"
+                raise RobotError(f"{where} does not exist.\n{advice}")
             refuse_huge_mesh(where, target)
 
 

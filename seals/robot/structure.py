@@ -6,13 +6,13 @@ The parsers behind it repair what they can; a robot that was repaired silently i
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
+from seals.robot.macros import holds_macros
 
 Element: TypeAlias = "ElementTree.Element[str]"
 
@@ -49,8 +49,11 @@ def check_structure(path: Path, text: str) -> None:
 
 def _parsed(where: str, text: str) -> Element:
     """Root element of sound XML that describes a robot."""
-    if re.search(r"<xacro:|xmlns:xacro", text):
-        advice = "Expand it first: xacro model.urdf.xacro > model.urdf"
+    if holds_macros(text):
+        advice = (
+            "Expand it first: xacro model.urdf.xacro > model.urdf; "
+            "or let it be done: seals new robot NAME --urdf FILE"
+        )
         raise RobotError(f"{where} holds xacro macros.\n{advice}")
     try:
         root: Element = ElementTree.fromstring(text.encode("utf-8"))

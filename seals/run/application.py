@@ -130,10 +130,10 @@ def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path
     )
     for remark in remarks:
         print(remark)
-    print(f"report: {_short(report)}")
+    print(f"report: {short_path(report)}")
 
 
-def _short(path: Path) -> Path:
+def short_path(path: Path) -> Path:
     """Return a path as seen from the working directory, where it lies below it."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path

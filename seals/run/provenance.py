@@ -10,11 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import seals
+from seals.config.robot import RobotSettings
 from seals.config.run import RunSettings
 from seals.robot.meshes import mesh_names
 
 PACKAGES = ("numpy", "scipy", "pybullet", "taichi", "torch", "hydra-core", "pyarrow")
 """Packages whose version can change a result."""
+
+
+OWN = "robot.yaml"
+"""File of a robot folder that says what it is."""
 
 
 def versions() -> dict[str, str]:
@@ -50,20 +55,37 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
         "robot": {
             "name": settings.robot.name,
             "folder": settings.robot.folder,
-            "files": robot_files(settings),
+            "files": robot_files(settings.robot),
         },
+        **({"objects": object_files(settings)} if settings.objects else {}),
     }
 
 
-def robot_files(settings: RunSettings) -> dict[str, str | None]:
+def object_files(settings: RunSettings) -> dict[str, Any]:
+    """Return folder and checksums of every object's robot, by the object's name.
+
+    An object's ``robot.yaml`` counts: the configuration of the run does not repeat its values.
+    """
+    from seals.config.source import find_robot
+    from seals.run.objects import object_robot
+
+    robots = {name: object_robot(find_robot(o.robot)) for name, o in settings.objects.items()}
+    return {
+        name: {
+            "folder": robot.folder,
+            "files": {**robot_files(robot), OWN: digest(Path(robot.folder) / OWN)},
+        }
+        for name, robot in robots.items()
+    }
+
+
+def robot_files(robot: RobotSettings) -> dict[str, str | None]:
     """Return the checksums of the URDF and of all meshes, by relative path."""
-    folder = Path(settings.robot.folder)
-    urdf = Path(settings.robot.urdf)
+    folder = Path(robot.folder)
+    urdf = Path(robot.urdf)
     # meshes lie beside the URDF, which may itself lie below the robot's folder
-    names = [str(urdf), *(str(urdf.parent / name) for name in mesh_names(settings.robot.urdf_path))]
-    names += [
-        shape.file for hull in settings.robot.hulls.values() for shape in hull.shapes if shape.file
-    ]
+    names = [str(urdf), *(str(urdf.parent / name) for name in mesh_names(robot.urdf_path))]
+    names += [shape.file for hull in robot.hulls.values() for shape in hull.shapes if shape.file]
     return {name: digest(folder / name) for name in dict.fromkeys(names)}
 
 

@@ -80,7 +80,10 @@ def _typed(kind: str, node: Any, *, where: str) -> Any:
 
 def _same_robot(folder: Path, config: Any) -> None:
     """Refuse a robot that is no longer the one that ran, unless the run itself holds it all."""
-    noted = _noted_files(folder)
+    facts = _facts(folder)
+    for name, thing in facts.get("objects", {}).items():
+        _same_object(folder, name, thing)
+    noted = _noted_files(folder, facts)
     robot = Path(str(config.robot.folder))
     changed = [name for name, code in noted.items() if digest(robot / name) != code]
     if not changed:
@@ -95,13 +98,41 @@ def _same_robot(folder: Path, config: Any) -> None:
     )
 
 
-def _noted_files(folder: Path) -> dict[str, str]:
-    """Return the checksums of the robot's files that a run noted; none when it was cut off."""
+def _same_object(folder: Path, name: str, noted: Any) -> None:
+    """Refuse an object whose files are no longer those that ran."""
+    try:
+        home = Path(noted["folder"])
+        changed = [file for file, code in noted["files"].items() if digest(home / file) != code]
+    except (KeyError, TypeError, AttributeError) as cause:
+        raise ConfigError(
+            f"{folder / 'run.json'} is damaged: {cause}.\nRestore it, or remove it."
+        ) from cause
+    if changed:
+        raise RobotError(
+            f"repeat={folder}: {', '.join(changed[:3])} of the object '{name}' in {home} changed or "
+            "vanished since.\nRestore the files as they were, or run anew."
+        )
+
+
+def _facts(folder: Path) -> dict[str, Any]:
+    """Return what a run noted of itself; nothing when it was cut off."""
     path = folder / "run.json"
     try:
-        noted = json.loads(path.read_text(encoding="utf-8"))["robot"]["files"]
-        return {str(name): str(code) for name, code in noted.items()}
+        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        facts.get("objects")
+        return facts
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as cause:
+    except (OSError, ValueError, AttributeError) as cause:
+        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause
+
+
+def _noted_files(folder: Path, facts: dict[str, Any]) -> dict[str, str]:
+    """Return the checksums of the robot's files that a run noted; none when it was cut off."""
+    if not facts:
+        return {}
+    try:
+        return {str(name): str(code) for name, code in facts["robot"]["files"].items()}
+    except (KeyError, TypeError, AttributeError) as cause:
+        path = folder / "run.json"
         raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause

@@ -20,6 +20,7 @@ from seals.logs import Log
 from seals.robot.model import RobotModel
 from seals.run.aims import Aims
 from seals.run.assembly import ROBOT, build_world, step_count
+from seals.run.commands import Commands
 from seals.run.company import Company, describe_objects
 from seals.run.description import describe_run
 from seals.run.progress import progress
@@ -104,11 +105,13 @@ class _Books(NamedTuple):
     company: Company
     stages: Stages
     aims: Aims
+    commands: Commands
 
     def take(self, time: float) -> bool:
         """Record the present; return whether the run is over."""
         self.recorder.take(time)
         self.aims.take(self.recorder.rows - 1)
+        self.commands.take(self.recorder.rows - 1)
         self.company.take()
         return self.stages.over(time)
 
@@ -124,7 +127,11 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     )
     things = {name: other for name, other in world.actors.items() if name != ROBOT}
     books = _Books(
-        recorder, Company(things, steps=steps), Stages(actor.pilot), Aims(actor.pilot, steps=steps)
+        recorder,
+        Company(things, steps=steps),
+        Stages(actor.pilot),
+        Aims(actor.pilot, steps=steps),
+        Commands(actor, steps=steps),
     )
     books.take(world.time)
     return books
@@ -139,7 +146,7 @@ def _stepped(
 ) -> Record:
     """Take all steps, or as many as go."""
     actor, books = world.actors[ROBOT], _books(settings, world, steps)
-    recorder, company, stages, _ = books
+    recorder, company, stages = books[:3]
     if started is not None:
         started()
     start = time.perf_counter()
@@ -195,7 +202,7 @@ def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
     if company.actors:
         meta["objects"] = describe_objects(settings, company.actors)
     columns = recorder.columns() | company.columns(recorder.rows)
-    columns |= books.aims.columns(recorder.rows)
+    columns |= books.aims.columns(recorder.rows) | books.commands.columns(recorder.rows)
     return Log(name=settings.name, columns=columns, meta=meta, source="simulated by SEALS")
 
 

@@ -85,7 +85,17 @@ def _motion(log: Log, settings: RunSettings, marks: tuple[Mark, ...]) -> list[Ch
         ),
         *_attitude(log, marks),
         *_from_above(log),
+        *_objects(log, (*marks, *levels)),
     ]
+
+
+def _objects(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
+    """Heights of the objects, where there are any."""
+    names = list(log.meta.get("objects", {}))
+    columns = {name: log.columns[f"object_{name}_position_z"] for name in names}
+    if not columns:
+        return []
+    return [lines("Heights of the objects", "height [m]", log.time, columns, marks=marks)]
 
 
 def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:

@@ -15,6 +15,7 @@ from seals.errors import RobotError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.scaffold.estimates import servo_values, short, water_effects
+from seals.scaffold.inertials import add_inertials
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.naming import free_name
 from seals.scaffold.rotors import Drives, drives_of
@@ -46,7 +47,12 @@ class NewRobot(NamedTuple):
 
 
 def scaffold_robot(
-    name: str, urdf: Path, *, parent: Path, packages: Mapping[str, Path] | None = None
+    name: str,
+    urdf: Path,
+    *,
+    parent: Path,
+    packages: Mapping[str, Path] | None = None,
+    density: float | None = None,
 ) -> NewRobot:
     """Make a robot folder from a URDF.
 
@@ -55,6 +61,8 @@ def scaffold_robot(
         urdf: the file; its meshes are found relative to it, or through ``package://``.
         parent: folder in which the new one is made.
         packages: folders of packages, by name, where they cannot be found around the URDF.
+        density: that gives links without ``<inertial>`` the mass of their shapes [kg/m^3]; None
+            leaves them without mass.
 
     Raises:
         RobotError: the name is taken, or the URDF or a mesh cannot be used; nothing is left behind.
@@ -65,16 +73,20 @@ def scaffold_robot(
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir(parents=True)
     try:
-        made = _fill(beside, name, source)
+        made = _fill(beside, name, source, density)
         beside.rename(folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return made._replace(folder=folder)
 
 
-def _fill(folder: Path, name: str, source: Takeover) -> NewRobot:
+def _fill(folder: Path, name: str, source: Takeover, density: float | None) -> NewRobot:
     """Write all files of the folder."""
     source.copy_meshes(folder)
+    if density is not None:
+        links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
+        words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
+        source.changes.append(words)
     path = folder / f"{name}.urdf"
     source.write(path)
     settings = RobotSettings(name=name, folder=str(folder.resolve()), urdf=path.name)
@@ -101,6 +113,8 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
         return build_robot(settings)
     except RobotError as cause:
         text = str(cause).replace(str(settings.urdf_path), str(source.path))
+        if "has no mass" in text:
+            text += " Or --density 500: the mass of its shapes at 500 kg/m^3."
         raise RobotError(text) from cause
 
 
@@ -176,7 +190,10 @@ def _remarks(made: NewRobot) -> list[str]:
         out.append("thrusters: the largest force is chosen; check axis and max_force")
     bare = [n for n, m in zip(robot.links, robot.mass, strict=True) if m <= 0.0 and n in made.hulls]
     if bare:
-        out.append(f"links with a shape and no <inertial>: {', '.join(bare[:6])}")
+        out.append(
+            f"links with a shape and no <inertial>: {', '.join(bare[:6])}; "
+            "--density 500 would give them mass"
+        )
     if not made.hulls:
         out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
     if made.limbs.others:

@@ -49,12 +49,17 @@ class LinkHull(NamedTuple):
     Args:
         shapes: entries of ``hulls:`` in ``robot.yaml``.
         boxes: box around each shape.
-        volume: sum over the shapes [m^3].
+        volumes: of each shape [m^3].
     """
 
     shapes: list[dict[str, Any]]
     boxes: list[Box]
-    volume: float
+    volumes: list[float]
+
+    @property
+    def volume(self) -> float:
+        """Sum over the shapes [m^3]."""
+        return sum(self.volumes)
 
 
 def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]:
@@ -75,7 +80,7 @@ def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]
         found[name] = LinkHull(
             shapes=[shape for shape, _, _ in entries],
             boxes=[box for _, box, _ in entries],
-            volume=sum(volume for _, _, volume in entries),
+            volumes=[volume for _, _, volume in entries],
         )
     return found
 

@@ -6,6 +6,7 @@ import itertools
 import re
 import shutil
 from collections.abc import Mapping
+from importlib import resources
 from pathlib import Path
 from typing import Any, TypeAlias
 from xml.etree import ElementTree
@@ -13,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import RobotError, suggestion
+from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
 from seals.scaffold.resources import find_resource
 
@@ -27,7 +29,7 @@ class Takeover:
     """A URDF on its way into a folder.
 
     Args:
-        path: of the URDF or xacro file.
+        path: of the URDF, or the short name of one that comes with SEALS.
         packages: folders of ``package://`` names, where they cannot be found around the file.
 
     Attributes:
@@ -36,12 +38,17 @@ class Takeover:
 
     Raises:
         RobotError: the file is missing, or is no sound URDF.
+        MissingExtra: it holds macros, and xacro is not installed.
     """
 
     def __init__(self, path: Path, packages: Mapping[str, Path]) -> None:
+        path = path if path.exists() else shipped_urdfs().get(path.as_posix(), path)
         self.path, self.packages = path, packages
         self.changes: list[str] = []
         text = _text_of(path)
+        if holds_macros(text):
+            text = expanded(path)
+            self.changes.append("xacro macros expanded")
         check_structure(path, text)
         keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
         self.root: Element = ElementTree.fromstring(text.encode("utf-8"), parser=keep)
@@ -155,10 +162,10 @@ class Takeover:
 
 
 def _text_of(path: Path) -> str:
-    """Text of a URDF, of a xacro file after expansion."""
+    """Text of a URDF or xacro file."""
     if not path.is_file():
         what = "is a folder" if path.is_dir() else "does not exist"
-        near = urdfs_near(path if path.is_dir() else path.parent)
+        near = [*urdfs_near(path if path.is_dir() else path.parent), *shipped_urdfs()]
         raise RobotError(
             f"URDF {path} {what}.\n{suggestion(str(path), near, label='URDF files near')}"
         )
@@ -172,6 +179,18 @@ def _text_of(path: Path) -> str:
             "Remove it: such files can expand without end."
         )
     return text
+
+
+def shipped_urdfs() -> dict[str, Path]:
+    """Return the URDF files that come with the package as examples, by short name.
+
+    Example:
+        >>> list(shipped_urdfs())
+        ['own_robot/hexa']
+    """
+    home = Path(str(resources.files("seals.experiments")))
+    found = sorted(home.glob("*/*/urdf/*.urdf"))
+    return {f"{path.relative_to(home).parts[0]}/{path.stem}": path for path in found}
 
 
 def urdfs_near(folder: Path) -> list[str]:

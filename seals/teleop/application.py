@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.run import RunSettings, build_run
+from seals.config.teleop import TeleopSettings
 from seals.errors import ConfigError, suggestion
-from seals.run.application import run_into
+from seals.run.application import run_into, short_path
 from seals.run.assembly import build_model
 from seals.run.folder import write_config
 from seals.run.simulation import Ending
+from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
 from seals.teleop.track import Event, read_track, write_track
 
@@ -40,6 +42,7 @@ def execute(config: Any) -> int | None:
     exports = [export.value for export in config.export]
     for export in exports:
         refuse_missing(export)
+    check_value("speed", config.speed, parameters_of(TeleopSettings)["speed"])
     settings = build_run(config)
     guide: Any = settings.guide
     if not hasattr(guide, "use"):
@@ -56,7 +59,8 @@ def execute(config: Any) -> int | None:
     if "tensordict" in exports:
         from seals.teleop.demonstration import write_demonstration
 
-        print(f"demonstration: {write_demonstration(record.log, folder, rate=guide.rate)}")
+        made = write_demonstration(record.log, folder, rate=guide.rate)
+        print(f"demonstration: {short_path(made)}")
     if record.error is not None and record.ending is not Ending.interrupted:
         raise record.error
     return None
@@ -110,4 +114,5 @@ def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -
         kept.guide.script = str(path.resolve())
         kept.time.duration = end
     write_config(folder, kept)
-    print(f"keys: {path}; the same again: seals run repeat={folder}")
+    print(f"the same again: seals run repeat={short_path(folder)}")
+    print(f"its keys with another robot or sea: seals teleop script={short_path(path)}")

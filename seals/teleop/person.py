@@ -68,8 +68,9 @@ class Person:
     def _open(self, device: str) -> list[Any]:
         pygame = self._pygame
         try:
-            pygame.init()
+            # not pygame.init(): it would look for loudspeakers
             pygame.display.init()
+            pygame.font.init()
         except pygame.error as cause:
             raise ConfigError(
                 f"device={device} needs a screen, and there is none: {cause}.\n"

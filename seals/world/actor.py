@@ -181,8 +181,9 @@ class Actor:
         """What the commands have become by now."""
         train, share = self.drivetrain, 1.0
         if self.battery is not None:
-            self.voltage = self.evaluator.supplied(self.memory)
-            share = float(self.voltage[0, 0]) / self.battery.full_voltage
+            voltage: Any = self.evaluator.supplied(self.memory)
+            share = float(voltage[0, 0]) / self.battery.full_voltage
+            self.voltage, self.evaluator.fed = voltage, True
         self.drive = train.drive(time, self.command, self.drive, share)
         torque = train.torque(time, self.joint_torque)
         position = train.position(time, self.joint_command, joints.position, step)

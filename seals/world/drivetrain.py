@@ -97,6 +97,7 @@ class Drivetrain:
     def __init__(self, effects: EffectSet, joints: int) -> None:
         """Find lags, limits and the delay."""
         self.response = response_of(effects)
+        self._lagging = bool(np.all(self.response.lag > 0.0) and np.all(self.response.fall > 0.0))
         self._two = bool(np.any(self.response.fall != self.response.lag))
         self._speeds = speeds_of(effects, joints)
         self._joints = joints
@@ -164,7 +165,7 @@ class Drivetrain:
 
     def _follow(self, drive: Floats | None, held: Floats | None, span: float) -> Floats | None:
         """States after ``span`` [s] under one held command."""
-        if held is None:
+        if held is None or (span <= 0.0 and drive is not None and self._lagging):
             return drive
         lag = self.response.lag
         state = np.zeros_like(held) if drive is None else drive
@@ -173,6 +174,8 @@ class Drivetrain:
             held = np.clip(held, -limit, limit)
         if self._two:
             lag = np.where(np.abs(held) < np.abs(state), self.response.fall, lag)
+        if self._lagging:
+            return held + (state - held) * np.exp(-max(span, 0.0) / lag)
         # a lag of zero keeps nothing, even over no time
         decay = -max(span, 0.0) / np.where(lag > 0.0, lag, 1.0)
         return held + (state - held) * np.where(lag > 0.0, np.exp(decay), 0.0)

@@ -144,7 +144,7 @@ class Pilot:
     def _situation(self, seen: Seen, kept: Kept) -> Situation:
         mass = self._mass.now(seen.kinematics)
         submersion, buoyancy = self._water.now(seen.kinematics, seen.sample)
-        gain, limit = self._thrust.now(seen.motion, seen.sample)
+        reach = self._thrust.now(seen.motion, seen.sample)
         level = self.plant.environment.water_level
         truth = Estimate(
             seen.time,
@@ -171,8 +171,9 @@ class Pilot:
             submersion=submersion,
             buoyancy=buoyancy,
             depth=-np.inf if level is None else level - float(pose.position[2]),
-            gain=gain,
-            limit=limit,
+            gain=reach.gain,
+            limit=reach.limit,
+            low=reach.low,
             readings=kept.readings,
             contacts=seen.contacts,
         )

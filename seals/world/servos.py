@@ -19,8 +19,8 @@ HEAVIEST = 100.0
 """Largest ratio of a servo's part in the inertia of its joint over a step, h kd + h^2 kp, to the
 inertia of the joint itself [1].
 
-Up to it a joint held by a contact finds the force of its servo within 0.4 s at 4 ms; beyond, an
-implicit servo is no longer a servo but a brake.
+A joint held by a contact finds the force of its servo with a time constant of the step times this
+ratio, 0.4 s at 4 ms; beyond, an implicit servo is no longer a servo but a brake.
 """
 
 

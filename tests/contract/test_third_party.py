@@ -71,6 +71,15 @@ def test_its_robot_composes(coral: Path) -> None:
     assert settings.robot.urdf_path.is_file()
 
 
+def test_its_robot_is_checked(coral: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """``seals check`` takes the stranger's robot by name, as it takes a folder."""
+    assert main(["check", "robot=reef_buoy"]) == 0
+    by_name = capsys.readouterr().out
+    assert "floats" in by_name
+    assert main(["check", f"robot={coral / 'coral_seals' / 'reef_buoy'}"]) == 0
+    assert capsys.readouterr().out == by_name
+
+
 def test_its_group_composes(coral: Path, pebble: Path) -> None:
     """The stranger's configuration group is found and can use its effects."""
     settings = build_run(compose([f"robot={pebble}", "+site=lagoon"]))

@@ -46,7 +46,7 @@ WRONG = [
     ("run ROBOT backend=null", "null", "~GROUP"),
     ("run ROBOT seed=1.5", "seed=1.5", "a whole number"),
     ("run", "robot is not given", "Choose one: robot=NAME"),
-    ("run robot=", "robot= has no value", "Installed: ball"),
+    ("run robot=", "robot= has no value", "Installed: aam"),
     ("run robot=no/such/folder", "no folder 'no/such/folder'", "ball"),
     ("run experiment=drop_tst", "experiment=drop_tst", "Did you mean 'drop_test'?"),
     ("run ROBOT --multirn", "--multirn", "--multirun"),

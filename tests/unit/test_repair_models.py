@@ -152,6 +152,10 @@ def test_a_written_model_reads_back(models: Path) -> None:
         assert read_overlay(load_overlay(models / "again.yaml")).withdrawn == reason
 
 
+LAW = {
+    "text": "F = c (world), c = (0.1, 0, 0) N",
+    "effect": {"name": "formula", "medium": "any", "parameters": {"hold_x": 0.1}},
+}
 ANSWER = {
     "verdict": "ambiguous",
     "effects": [
@@ -168,6 +172,10 @@ ANSWER = {
         ({}, ["choose=wnid"], "Did you mean 'wind'"),
         ({}, ["choose=wind"], "does not say which log"),
         ({"verdict": "none_of_these"}, [], "no effect of the library explains"),
+        ({"verdict": "none_of_these", "formula": LAW}, [], "accept=formula: F = c (world)"),
+        ({"verdict": "none_of_these"}, ["accept=formula"], "holds no formula"),
+        ({"formula": LAW}, ["accept=formula"], "its verdict is ambiguous"),
+        ({"verdict": "none_of_these", "formula": LAW}, ["accept=it"], "Allowed: accept=formula"),
         ({"verdict": "nothing_missing"}, [], "nothing is missing"),
         ({"verdict": "cannot_tell", "reasons": ["too still"]}, [], "too still"),
         ({"verdict": "named"}, ["name="], "name"),

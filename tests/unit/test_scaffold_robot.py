@@ -209,6 +209,22 @@ def test_drag_is_that_of_the_box(tmp_path: Path) -> None:
     assert box.areas == pytest.approx([half * 0.05, half * 0.05, 0.06])
 
 
+def test_a_density_gives_links_their_mass(tmp_path: Path) -> None:
+    """Two boxes of 500 kg/m^3 on one link: mass, centre and inertia as of the solid bodies."""
+    shape = BOX.format("0.1 0.1 0.1").replace("<geo", '<origin xyz="{} 0 0"/><geo', 1)
+    bare = f'<link name="body">{shape.format(-0.1)}{shape.format(0.2)}</link>'
+    urdf = write(tmp_path / "from", bare)
+    with pytest.raises(Exception, match="--density 500"):
+        scaffold_robot("mine", urdf, parent=tmp_path)
+    new = scaffold_robot("mine", urdf, parent=tmp_path, density=500.0)
+    assert new.robot.mass.tolist() == [1.0]
+    assert new.robot.centre[0] == pytest.approx([0.05, 0.0, 0.0])
+    # the file holds six digits
+    own = 1.0 / 12.0 * 2.0 * 0.01
+    wanted = np.diag([own, own + 0.15**2, own + 0.15**2])
+    assert new.robot.inertia[0] == pytest.approx(wanted, rel=1e-5, abs=1e-9)
+
+
 def test_a_frame_as_base_is_left_out(tmp_path: Path) -> None:
     """An empty base on a fixed joint goes, and the first link with mass is the base."""
     elements = '<link name="base_footprint"/>' + joint("body", "base_footprint", "0 0 1") + quad()
@@ -307,6 +323,7 @@ def test_millimetres_are_refused_with_the_remedy(tmp_path: Path) -> None:
         (["robot", "ball", "--urdf", "model.urdf"], "installed already"),
         (["robot", "taken", "--urdf", "model.urdf"], "exists already"),
         (["robot", "x", "--urdf", "model.urdf", "--package", "a"], "NAME=FOLDER"),
+        (["robot", "x", "--urdf", "model.urdf", "--density", "heavy"], "kg/m^3"),
         (["effect", "gravity"], "installed already"),
         (["effect", "x", "--urdf", "model.urdf"], "no option 'urdf'"),
     ],

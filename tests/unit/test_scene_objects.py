@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from seals.cli.main import main
 from seals.config.compose import compose
 from seals.config.run import RunSettings, build_run
+from seals.config.source import find_robot
 from seals.errors import ConfigError
 from seals.logs.table import read_parquet
 from seals.run.assembly import build_world
@@ -117,3 +120,21 @@ def test_a_wrong_object_is_refused_in_words(override: str, words: str) -> None:
     with pytest.raises(Exception, match=words) as refusal:
         build_world(settings(override))
     assert "objects" in str(refusal.value) or isinstance(refusal.value, ConfigError | LookupError)
+
+
+def test_a_run_with_an_object_is_repeated_and_a_changed_object_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run folder brings its objects back bit for bit, and refuses when their files changed."""
+    monkeypatch.chdir(tmp_path)
+    thing = tmp_path / "thing"
+    shutil.copytree(find_robot("cube").settings.folder, thing)
+    line = ["run", "robot=ball", "+objects.cube.robot=thing", "time.duration=0.05"]
+    assert main([*line, "hydra.run.dir=first"]) == 0
+    assert main(["run", "repeat=first", "hydra.run.dir=second"]) == 0
+    first, second = (read_parquet(tmp_path / f / "log.parquet") for f in ("first", "second"))
+    assert all(np.array_equal(first[k], second[k], equal_nan=True) for k in first)
+    (thing / "robot.yaml").write_text(
+        (thing / "robot.yaml").read_text(encoding="utf-8").replace("1.31", "2.0"), encoding="utf-8"
+    )
+    assert main(["run", "repeat=first", "hydra.run.dir=third"]) == 2

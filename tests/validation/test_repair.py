@@ -188,6 +188,30 @@ def test_a_choice_and_a_base_are_written_down(
     assert "would act twice" in capsys.readouterr().err
 
 
+def test_an_accepted_formula_acts_in_the_simulator(
+    flights: Path, own: Path, tmp_path: Path
+) -> None:
+    """What the air drag makes of a steady wind is nearly a constant force: it takes the error."""
+    meta = yaml.safe_load((flights / "windy" / "meta.yaml").read_text(encoding="utf-8"))
+    truth = yaml.safe_load((flights / "windy" / "truth.yaml").read_text(encoding="utf-8"))
+    drag = next(e for e in meta["baseline"] if e["name"] == "linear_drag")
+    share = float(drag["parameters"]["coefficient_x"])
+    wind = truth["effects"][0]["parameters"]
+    law = {f"hold_{a}": share * wind[f"velocity_{a}"]["value"] for a in "xyz"}
+    formula = {"text": "F = c", "effect": {"name": "formula", "medium": "air", "parameters": law}}
+    answer = json.loads((flights / "diagnosis.json").read_text(encoding="utf-8"))
+    answer |= {"verdict": "none_of_these", "effects": [], "formula": formula}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
+    assert main(["add", "diagnosis=.", "name=held", "accept=formula"]) == 0
+    held = yaml.safe_load((tmp_path / "models" / "held.yaml").read_text(encoding="utf-8"))
+    assert held["effects"]["formula"]["hold_x"] == pytest.approx(law["hold_x"], rel=1e-5)
+    assert "by the user" in held["provenance"]["accepted"]
+    code = main(["verify", f"log={flights / 'windy_too'}", "model=held", f"out={tmp_path}"])
+    found = json.loads((tmp_path / "verify.json").read_text(encoding="utf-8"))
+    assert code == 0
+    assert found["error"]["after"] < 1.0 + 0.3 * (found["error"]["before"] - 1.0)
+
+
 @pytest.fixture(scope="module")
 def problem(flights: Path) -> Problem:
     """The first flight made ready."""

@@ -21,16 +21,18 @@ def settings(*overrides: str, wet: bool = False) -> RunSettings:
     """The manipulator bolted above a cube that lies on the ground."""
     height = -HAND[2] + 0.025
     return build_run(
-        compose([
-            "robot=aam",
-            "robot.fixed_base=true",
-            f"initial.position=[{-HAND[0]},0,{height}]",
-            "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
-            "environment.ground_level=0",
-            "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
-            *(["water=fossen", "environment.water_level=1.5"] if wet else []),
-            *overrides,
-        ])
+        compose(
+            [
+                "robot=aam",
+                "robot.fixed_base=true",
+                f"initial.position=[{-HAND[0]},0,{height}]",
+                "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
+                "environment.ground_level=0",
+                "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
+                *(["water=fossen", "environment.water_level=1.5"] if wet else []),
+                *overrides,
+            ]
+        )
     )
 
 

@@ -12,6 +12,7 @@ from seals.errors import PhysicsError
 from seals.frames import conjugate, cross, matrix_of, multiply
 from seals.plugins.backends.pybullet.inertia import InertiaSplit
 from seals.plugins.backends.pybullet.loading import load_robot
+from seals.plugins.backends.pybullet.posing import Posing
 from seals.plugins.backends.pybullet.servo import Felt, JointServo, taken
 from seals.robot.model import RobotModel
 
@@ -51,7 +52,8 @@ class PybulletBody:
         self._second_order = second_order
         loaded = load_robot(engine, client, robot)
         self.body, self._index = loaded.body, loaded.index
-        self._joints, self._children = loaded.joints, [i for i in loaded.index if i >= 0]
+        self._joints = loaded.joints
+        self._posing = Posing(engine, client, robot.tree, loaded)
         self._order = loaded.order
         self._com, self._com_turn = loaded.base_centre, loaded.base_turn
         self._split = InertiaSplit(engine, client, robot, loaded)
@@ -62,6 +64,7 @@ class PybulletBody:
         self._touching = False
         self._contact = np.zeros((len(robot.links), 6))
         self._pressing = np.zeros(len(robot.links))
+        self._began = np.zeros((len(robot.links), 3)), np.tile(np.eye(3), (len(robot.links), 1, 1))
         still = np.zeros(robot.degrees)
         self._step = _Step(still, None, np.zeros(robot.tree.joints))
         self._turned = bool(np.any(self._com_turn[0, :3]))
@@ -82,7 +85,7 @@ class PybulletBody:
         self._contact = np.zeros_like(self._contact)
         self._pressing = np.zeros_like(self._pressing)
         self._touching = False
-        self._servo.felt = None
+        self._servo.restore(None)
 
     def read(self) -> Configuration:
         """Return where the robot is and how it moves."""
@@ -98,18 +101,7 @@ class PybulletBody:
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
-        count = len(self.robot.links)
-        origins, turns = np.empty((count, 3)), np.empty((count, 4))
-        origins[0], turns[0] = self._com_pose()
-        if count > 1:
-            states = self._p.getLinkStates(
-                self.body, self._children, computeForwardKinematics=1, physicsClientId=self._client
-            )
-            both = np.array([s[4] + s[5] for s in states])
-            origins[1:], turns[1:] = both[:, :3], both[:, 3:]
-        rotations = matrix_of(turns)
-        if not self._centred:
-            origins[0] -= rotations[0] @ self._com
+        origins, rotations = self._posing.read(*self._com_pose(), self._com)
         return LinkPoses(
             origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None]
         )
@@ -132,11 +124,12 @@ class PybulletBody:
     def snapshot(self) -> Any:
         """Return what the engine does not keep."""
         touch = self._touching, self._contact.copy(), self._pressing.copy()
-        return self._step, touch, self._split.snapshot(), self._servo.felt
+        return self._step, touch, self._split.snapshot(), self._servo.snapshot()
 
     def restore(self, kept: Any) -> None:
         """Put back what the engine does not keep."""
-        self._step, (self._touching, contact, pressing), inertia, self._servo.felt = kept
+        self._step, (self._touching, contact, pressing), inertia, servo = kept
+        self._servo.restore(servo)
         self._contact, self._pressing = contact.copy(), pressing.copy()
         self._split.restore(inertia)
 
@@ -144,6 +137,7 @@ class PybulletBody:
         """Set forces and joint torques for the next step."""
         wrench, joint_force = self._effort(dynamics, step)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
+        self._began = origins, rotations
         # rows force and torque of every link, turned into the world at once
         both = np.matmul(wrench.reshape(-1, 2, 3), rotations.transpose(0, 2, 1)).tolist()
         points = origins.tolist()
@@ -166,7 +160,9 @@ class PybulletBody:
     def _effort(self, dynamics: Dynamics, step: float) -> tuple[Floats, Floats]:
         """Wrenches on the links and forces on the joints that the engine's step needs."""
         last = self._step
-        smooth = None if last.middle is None else 2.0 * (last.now - last.middle)[self._base :] / step
+        smooth = (
+            None if last.middle is None else 2.0 * (last.now - last.middle)[self._base :] / step
+        )
         acting = taken(dynamics, step, smooth)
         if dynamics.found.inertias:
             contact = self._contact if self._touching else None
@@ -295,15 +291,16 @@ class PybulletBody:
 
     def _sum_contacts(self, points: Any) -> tuple[Floats, Floats]:
         """Sum normal and friction forces per link, and the normal forces alone."""
-        poses = self.poses()
+        # the engine found the contacts where the step began
+        origins, rotations = self._began
         out, pressing = np.zeros_like(self._contact), np.zeros_like(self._pressing)
         # positions, normal, its force, and two directions of friction with theirs
         table = np.array([(*q[5], *q[7], q[9], *q[11], q[10], *q[13], q[12]) for q in points])
         force = sum(table[:, [c + 3]] * table[:, c : c + 3] for c in (3, 7, 11))
         links = [self._index.index(q[3]) for q in points]
-        torque = cross(table[:, :3] - poses.origins[0, links], force)
+        torque = cross(table[:, :3] - origins[links], force)
         for row, k in enumerate(links):
-            turn = poses.rotations[0, k]
+            turn = rotations[k]
             out[k, :3] += force[row] @ turn
             out[k, 3:] += torque[row] @ turn
             pressing[k] += table[row, 6]

@@ -15,7 +15,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly
-from seals.dynamics.servo import driven, on_joints
+from seals.dynamics.servo import driven, heavier
 from seals.dynamics.spatial import kirchhoff, rigid_inertia
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.plugins.backends.pybullet.servo import Taken
@@ -147,9 +147,10 @@ def _accelerations(
 ) -> tuple[Floats, Floats]:
     """Generalised acceleration (1, n) and forces on the joints (1, J)."""
     if acting is None:
-        return np.linalg.solve(matrix, right[:, :, None])[:, :, 0], joint_force
-    heavier = matrix + on_joints(acting.armature[None], matrix.shape[1])
-    change, pull = driven(heavier, right, acting.drive, acting.gain)
+        free: Any = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        return free, joint_force
+    whole = heavier(matrix, acting.armature[None])
+    change, pull = driven(whole, right, acting.drive, acting.gain)
     turned = acting.armature * change[:, -len(acting.armature) :]
     return change, joint_force + pull - turned
 

@@ -14,10 +14,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.dynamics.servo import driven
+from seals.dynamics.servo import driven, heavier
 from seals.motion import JointDrive
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.robot.model import RobotModel
+
+STALE = 0.03
+"""Motion of a joint after which the inertia is found anew [rad or m].
+
+The inertia shapes the difference to the last step alone: a share of it does not matter.
+"""
 
 
 class Taken(NamedTuple):
@@ -92,13 +98,29 @@ class JointServo:
         self._back = np.argsort(loaded.order)
         self._lead = 0 if robot.tree.fixed_base else 6
         self.felt: Felt | None = None
+        self._known: tuple[Floats, Floats] | None = None
+
+    def snapshot(self) -> Any:
+        """Return what the joints did, and the inertia in use; none of it is ever written to."""
+        return self.felt, self._known
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back; None forgets everything."""
+        self.felt, self._known = (None, None) if kept is None else kept
 
     def inertia(self, joints: Floats) -> Floats:
         """Return the inertia that the joints feel, the base free, shape (J, J).
 
+        It is kept until a joint has moved by `STALE`.
+
         Args:
             joints: positions [rad or m], shape (J,).
         """
+        if self._known is None or np.abs(joints - self._known[0]).max() > STALE:
+            self._known = (joints, self._inertia(joints))
+        return self._known[1]
+
+    def _inertia(self, joints: Floats) -> Floats:
         table = self._p.calculateMassMatrix(
             self._body, joints[self._order].tolist(), physicsClientId=self._client
         )
@@ -121,8 +143,10 @@ class JointServo:
             return None
         inertia = self.inertia(joints)
         others = inertia @ self.felt.change - self.felt.given
-        matrix = inertia + np.diag(acting.armature)
         right = others[None] + dynamics.joint_force
-        change, pull = driven(matrix[None], right, acting.drive, acting.gain)
+        matrix = inertia[None]
+        if dynamics.armature is not None:
+            matrix = heavier(matrix, acting.armature[None])
+        change, pull = driven(matrix, right, acting.drive, acting.gain)
         given: Floats = (dynamics.joint_force + pull - acting.armature * change)[0]
         return given

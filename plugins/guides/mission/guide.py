@@ -83,7 +83,7 @@ class Mission:
         """Begin with the first stage where the robot is, arm stowed and hand open."""
         p, yaw, rest = situation.position, situation.yaw, self._hand.stowed
         return Kept(
-            index=0,
+            number=0,
             since=situation.time,
             origin=p,
             place=p,
@@ -102,7 +102,7 @@ class Mission:
     def aim(self, situation: Situation, memory: Kept) -> tuple[Aim, Kept]:
         """Return what the present stage wants, and the memory after it."""
         kept = memory._replace(target=self._seen(situation, memory))
-        stage = self._stages[min(kept.index, len(self._stages) - 1)]
+        stage = self._stages[min(kept.number, len(self._stages) - 1)]
         pads = self._pressing(situation)
         move = stage.act(Scene(situation, kept, self._hand, pads))
         lost = stage.holding and not any(pads.values()) and kept.outcome is None
@@ -118,7 +118,7 @@ class Mission:
         """Return the name of the present stage."""
         if memory.outcome is not None:
             return "done" if memory.outcome else "given up"
-        return self._stages[memory.index].name
+        return self._stages[memory.number].name
 
     def _aimed(self, situation: Situation, move: Move) -> Aim:
         joints: Mapping[str, Floats] = {}
@@ -139,15 +139,15 @@ class Mission:
         settled = move.fine and time - good >= stage.settle - 1e-9
         if kept.outcome is not None or (move.verdict is Verdict.stay and not settled):
             return kept
-        index, tries = kept.index + 1, kept.tries
+        index, tries = kept.number + 1, kept.tries
         if move.verdict is Verdict.again:
-            index, tries = self._first_reach(kept.index), tries + 1
+            index, tries = self._first_reach(kept.number), tries + 1
         if tries > self.tries:
             return kept._replace(outcome=False)
         if index >= len(self._stages):
             return kept._replace(outcome=True)
         return kept._replace(
-            index=index,
+            number=index,
             tries=tries,
             since=time,
             origin=kept.place,

@@ -30,7 +30,7 @@ class Kept(NamedTuple):
     """Memory of a mission; nothing in it is ever written to.
 
     Args:
-        index: of the present stage.
+        number: of the present stage, from 0.
         since: start of the stage [s].
         origin: place wanted when the stage began, world [m], shape (3,).
         place: wanted now, world [m], shape (3,).
@@ -46,7 +46,7 @@ class Kept(NamedTuple):
         outcome: True when done, False when given up.
     """
 
-    index: int
+    number: int
     since: float
     origin: Floats
     place: Floats

@@ -123,7 +123,7 @@ class Reach(Stage):
         k, s = scene.kept, scene.now
         if k.target is None:
             late = scene.elapsed > self.patience
-            return self.still(scene, fine=False)._replace(
+            return self.still(scene, fine=False, grip=0.0)._replace(
                 verdict=Verdict.again if late else Verdict.stay
             )
         above = k.target + np.array([0.0, 0.0, self.height])

@@ -1,0 +1,7 @@
+"""``python -m seals.experiments.drop_test``."""
+
+import sys
+
+from seals.experiments.drop_test import main
+
+sys.exit(main())

@@ -1,0 +1,211 @@
+"""Fly the manipulator along waypoints, and follow the energy from the battery to the body."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.config.run import RunSettings, build_run
+from seals.dynamics.kinematics import Kinematics
+from seals.motion import Inputs
+from seals.report.figures import lines
+from seals.report.pictures import write_picture
+from seals.run import build_world
+from seals.world import Actor
+
+OVERRIDES = (
+    "robot=aam",
+    "water=none",
+    "controller=cascade",
+    "guide=waypoints",
+    "guide.places=[[0.0,0.0,3.0],[2.0,0.0,3.0],[2.0,1.0,1.5],[0.0,0.0,1.5]]",
+    "guide.speed=1.0",
+    "initial.position=[0,0,1.5]",
+    # the arm is stowed from the start: the work of its servos is not in the ledger
+    "initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6]",
+    "name=flight_energy",
+    "time.duration=30",
+)
+
+
+class Balance(NamedTuple):
+    """Powers over a flight [W] and the energies at its ends [J].
+
+    Args:
+        time: [s], shape (T,).
+        rotors: electrical power of the rotors by the square and cube of their speed, (T,).
+        shaft: mechanical power of the rotors, (T,).
+        battery: voltage [V], current [A] and state of charge [1], shape (T, 3).
+        work: power of every effect on the robot, weight aside, by name.
+        mechanical: kinetic and potential energy, (T,).
+        electronics: power beside the rotors [W].
+        chemical: energy that left the cells [J], by the charge that is gone.
+        resistance: of the battery [ohm].
+    """
+
+    time: Floats
+    rotors: Floats
+    shaft: Floats
+    battery: Floats
+    work: dict[str, Floats]
+    mechanical: Floats
+    electronics: float
+    chemical: float
+    resistance: float
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiment from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m seals.experiments.flight_energy")
+    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    given = parser.parse_args(arguments)
+    stamp = datetime.datetime.now().astimezone()
+    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_flight_energy"
+    out.mkdir(parents=True, exist_ok=True)
+    balance = fly(build_run(compose([*OVERRIDES, *given.overrides])))
+    (out / "table.md").write_text(table(figures(balance)), encoding="utf-8")
+    draw(out / "figure.png", balance)
+    print((out / "table.md").read_text(encoding="utf-8"))
+    return 0
+
+
+def fly(settings: RunSettings) -> Balance:
+    """Simulate a flight in air and keep its powers."""
+    world = build_world(settings)
+    try:
+        actor, step = world.actors["robot"], settings.time.step
+        rows, twists = [], []
+        for _ in range(round(settings.time.duration / step)):
+            poses = actor.body.poses()
+            kinematics = Kinematics(actor.robot.tree, poses.origins, poses.rotations)
+            moving = kinematics.move(poses.speed)
+            twists.append(moving.twists[0])
+            energy = _energy(actor, poses.origins[0], poses.rotations[0], moving.twists[0])
+            world.step()
+            rows.append((world.time - step, energy, *_rotors(actor), actor.supply()))
+        columns = [np.array(column) for column in zip(*rows, strict=True)]
+        time, mechanical, rotors, shaft, battery = columns
+        pushed = {
+            name: np.einsum("tlk,tlk->t", actor.ledger.of(name), np.array(twists))
+            for name in actor.ledger.effects
+            if name != "gravity"
+        }
+        cells: Any = actor.battery
+        return Balance(
+            time=time,
+            rotors=rotors,
+            shaft=shaft,
+            battery=battery,
+            work=pushed,
+            mechanical=mechanical,
+            electronics=float(cells.electronics),
+            chemical=_chemical(actor, float(battery[-1, 2])),
+            resistance=float(cells.resistance),
+        )
+    finally:
+        world.close()
+
+
+def _energy(actor: Actor, origins: Floats, turns: Floats, twists: Floats) -> float:
+    """Kinetic and potential energy of all links [J]."""
+    robot = actor.robot
+    kinetic = 0.5 * np.einsum("lk,lkm,lm->", twists, robot.spatial_inertia, twists)
+    heights = origins[:, 2] + (turns[:, 2] * robot.centre).sum(axis=1)
+    return float(kinetic + actor.gravity * (robot.mass @ heights))
+
+
+def _rotors(actor: Actor) -> tuple[float, float]:
+    """Electrical and mechanical power of the rotors at their speeds [W]."""
+    total, shaft = 0.0, 0.0
+    for b in actor.effects.actuators:
+        inputs = Inputs(0.0, actor.joint_torque, actor.drive)
+        drives = b.hooks.drives(inputs, b.params)
+        total += float(b.hooks.power(drives, b.params).sum())
+        shaft += float(np.abs(drives.torque * drives.speed).sum())
+    return total, shaft
+
+
+def _chemical(actor: Actor, left: float) -> float:
+    """Energy between the charge at the start and that at the end, by the cells' own curve [J]."""
+    cells: Any = actor.battery
+    b = actor.effects.supplies[0]
+    charge = np.linspace(left, float(cells.charge), 2001)
+    # the terminal voltage without a current is that of the cells
+    taken = ((float(cells.charge) - charge) * float(cells.capacity))[:, None]
+    memory = np.concatenate([taken, taken * 0.0], axis=1)
+    voltage = b.hooks.state(memory, b.params)[0][:, 0]
+    return float(np.trapezoid(voltage, charge) * float(cells.capacity))
+
+
+def figures(b: Balance) -> dict[str, float]:
+    """Return the balance by name, unit in the name."""
+    voltage, current, _ = b.battery.T
+    asked = _over(b.rotors + b.electronics, b.time)
+    given = _over(voltage * current, b.time)
+    heat = _over(b.resistance * current**2, b.time)
+    done = sum(_over(power, b.time) for power in b.work.values())
+    gained = float(b.mechanical[-1] - b.mechanical[0])
+    moved = _over(np.abs(b.work["rotors"]), b.time)
+    return {
+        "rotors [J]": _over(b.rotors, b.time),
+        "of it at the shafts [J]": _over(b.shaft, b.time),
+        "electronics [J]": b.electronics * float(b.time[-1]),
+        "battery, at its terminals [J]": given,
+        "battery, heat inside [J]": heat,
+        "battery, charge that is gone [J]": b.chemical,
+        "work of the rotors on the robot [J]": _over(b.work["rotors"], b.time),
+        "work of all effects on the robot, weight aside [J]": done,
+        "gain of kinetic and potential energy [J]": gained,
+        "terminals against what was asked for [%]": 100.0 * (given / asked - 1.0),
+        "charge against terminals and heat [%]": 100.0 * (b.chemical / (given + heat) - 1.0),
+        "work against gain, by the energy that the rotors moved [%]": 100.0
+        * (done - gained)
+        / moved,
+    }
+
+
+def _over(power: Floats, time: Floats) -> float:
+    return float(np.trapezoid(power, time))
+
+
+def table(found: dict[str, float]) -> str:
+    """Return the figures as a table in Markdown."""
+    rows = [f"| {name} | {value:.4g} |" for name, value in found.items()]
+    return "\n".join(["| figure | value |", "|---|---|", *rows]) + "\n"
+
+
+def draw(path: Path, b: Balance) -> None:
+    """Draw powers, and energies that grow."""
+    voltage, current, _ = b.battery.T
+    powers = {
+        "battery": voltage * current,
+        "rotors, electrical": b.rotors,
+        "rotors, shafts": b.shaft,
+    }
+    work = sum(b.work.values(), np.zeros(len(b.time)))
+    gains = {
+        "work of all effects": _growing(work, b.time),
+        "kinetic and potential": b.mechanical - b.mechanical[0],
+        "work of the rotors": _growing(b.work["rotors"], b.time),
+    }
+    write_picture(
+        path,
+        [
+            lines("Power", "power [W]", b.time, powers),
+            lines("What the robot gained", "energy [J]", b.time, gains),
+            lines("Battery", "voltage [V]", b.time, {"terminals": voltage}),
+        ],
+    )
+
+
+def _growing(power: Floats, time: Floats) -> Floats:
+    steps = 0.5 * (power[1:] + power[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(steps)])

@@ -1,0 +1,90 @@
+"""What the flight experiments share: flown cases below one folder, deviations, tables."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.logs import Log
+from seals.report.figures import Chart, Series
+from seals.run.application import run_into
+from seals.run.simulation import Record
+from seals.world import Ledger
+
+AXES = ("x", "y", "z")
+
+
+def options(name: str, arguments: Sequence[str] | None) -> tuple[Path, list[str]]:
+    """Return the folder to write to and the overrides that were given on the command line."""
+    parser = argparse.ArgumentParser(prog=f"python -m seals.experiments.{name}")
+    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    given = parser.parse_args(arguments)
+    stamp = datetime.datetime.now().astimezone()
+    folder = Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
+    return given.out or folder, list(given.overrides)
+
+
+def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dict[str, Record]:
+    """Run every case of an experiment into a folder of its own.
+
+    Args:
+        out: folder of all cases.
+        experiment: whose recipe they share.
+        cases: overrides by name.
+
+    Raises:
+        SealsError: a case cannot start, or failed on the way.
+    """
+    records = {}
+    for name, overrides in cases.items():
+        words = [f"experiment={experiment}", f"name={experiment}_{name}", *overrides]
+        record = run_into(out / name, build_run(compose(words)), overrides=words)
+        if record.error is not None:
+            raise record.error
+        records[name] = record
+    return records
+
+
+def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"
+
+
+def deviations(log: Log, place: Floats, name: str) -> Chart:
+    """Return the deviation from a place, or from a course, axis by axis over time.
+
+    Args:
+        log: of the flight.
+        place: wanted, shape (3,) or (rows, 3) [m].
+        name: of the case.
+    """
+    away = 1e3 * (log.channel("position") - place)
+    series = tuple(Series(name=axis, x=log.time, y=away[:, k]) for k, axis in enumerate(AXES))
+    return Chart(title=f"Deviation, {name}", y_label="deviation [mm]", series=series)
+
+
+def forces(ledger: Ledger, component: int, title: str) -> Chart:
+    """Return what every effect pushes along one axis of the base, one curve an effect.
+
+    Args:
+        ledger: of the flight.
+        component: 0 to 5, force x, y, z, torque x, y, z; link axes.
+        title: of the chart.
+    """
+    table = ledger.wrenches[:, :, 0, component]
+    shown = tuple(
+        Series(name=effect, x=ledger.time, y=table[:, k])
+        for k, effect in enumerate(ledger.effects)
+        if np.any(table[:, k] != 0.0)
+    )
+    unit = "force [N]" if component < 3 else "torque [N m]"
+    return Chart(title=title, y_label=unit, series=shown)

@@ -1,0 +1,7 @@
+"""``python -m seals.experiments.oval_crossing``."""
+
+import sys
+
+from seals.experiments.oval_crossing import main
+
+sys.exit(main())

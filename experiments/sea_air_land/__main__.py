@@ -1,0 +1,7 @@
+"""``python -m seals.experiments.sea_air_land``."""
+
+import sys
+
+from seals.experiments.sea_air_land import main
+
+sys.exit(main())

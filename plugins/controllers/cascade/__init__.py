@@ -1,0 +1,5 @@
+"""The paper's cascade: velocity PID over attitude control, in air, at the surface and in water."""
+
+from seals.plugins.controllers.cascade.controller import Cascade
+
+__all__ = ["Cascade"]

@@ -1,0 +1,261 @@
+"""Velocity control over attitude control for vehicles that push along one axis and lean."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Order, Plant, Situation
+from seals.control.added import added_inertia, water_drag
+from seals.control.allocation import LIFT_ROWS, Allocation
+from seals.control.attitude import attitude_error, cross3, lean_for
+from seals.control.filters import Lag, Rate, Trend
+from seals.control.gauge import MassGauge
+from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed
+from seals.control.plant import ROTOR
+from seals.errors import ConfigError
+from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
+
+WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
+"""Importance of lift, roll, pitch and yaw where the rotors cannot do it all."""
+SERVO_LAG = 0.05
+"""Lag of joints that no servo drives [s]."""
+
+
+class Memory(NamedTuple):
+    """What the cascade remembers; nothing in it is ever written to.
+
+    Args:
+        sum: of the velocity error, world axes [m], shape (3,).
+        turn_sum: of the attitude error, body axes [rad s], shape (3,).
+        velocity: with its rate, world axes.
+        inner: what the motion of the joints does.
+        known: acceleration that is fed forward, with its rates, world axes.
+        drive: states of the drives as reckoned [rad/s or N], shape (n,); None before the first.
+        joints: targets of the joints [rad or m], shape (J,).
+    """
+
+    sum: Floats
+    turn_sum: Floats
+    velocity: Rate
+    inner: Inner
+    known: Trend
+    drive: Floats | None
+    joints: Floats
+
+
+class Inner(NamedTuple):
+    """Motion of the joints as reckoned from their targets, and what it does to the body.
+
+    Args:
+        arm: motion of the joints; None before the first call.
+        drift: of the centre of gravity, with its rates, body axes.
+        momentum: of the joints, with its rates, body axes.
+        inertia: of the robot as a vector of nine, with its rate, body axes.
+    """
+
+    arm: Reckoned | None
+    drift: Trend
+    momentum: Trend
+    inertia: Rate
+
+
+@dataclass(kw_only=True)
+class Cascade(CascadeSettings):
+    """Velocity PID with gravity and acceleration fed forward, over geometric attitude control.
+
+    Equation:
+        F = M (a + k_p (v_ref - v) + k_i sum (v_ref - v) + k_d (a - v')) + m (g + c'') - buoyancy,
+        and the drag at v_ref under water,
+        M = m + s M_A; the robot leans so that its z axis lies along F.
+        T = J (-k_R e_R - k_w (w - w_d) - k_I sum e_R) + w x (J w + h) + h' - buoyancy's torque,
+        J with s times the added inertia, h and c'' the joints' momentum and the acceleration of
+        the centre of gravity in the body by their motion. The rotors' speeds follow by the
+        allocation about the live centre of gravity.
+
+    Args:
+        rate: calls a second [Hz]; the other fields are those of `CascadeSettings`.
+
+    Assumptions:
+        All drives push along body z; the model of the robot is known, its load is not.
+
+    Valid range:
+        Leans below a right angle; under water, thrusts above those that point nowhere.
+
+    Limitations:
+        Linear drag, and drag in air, are left to the sum of the error. A robot as heavy as its
+        water cannot move sideways without rising.
+
+    References:
+        Mellinger and Kumar 2011 (doi 10.1109/ICRA.2011.5980409); Lee, Leok, McClamroch 2010, CDC.
+    """
+
+    def bind(self, plant: Plant) -> None:
+        """Find allocation, added mass and rest pose of the robot.
+
+        Raises:
+            ConfigError: the robot has fewer than four rotors, or one that does not push upward.
+        """
+        layout = plant.layout
+        refuse_unfit(plant)
+        self._plant = plant
+        self._g = plant.gravity
+        self._allocation = Allocation(
+            layout, rows=LIFT_ROWS, saturation=self.saturation, weights=WEIGHTS
+        )
+        self._lag = Lag(layout.lag, layout.fall)
+        self._added, self._drag = added_inertia(plant), water_drag(plant)
+        self._rest = stowed(plant.robot)
+        self._at_rest = MassGauge(plant.robot).at(self._rest)
+        self._servo_lag = servo_lag(plant, SERVO_LAG)
+        self._media = self.gains(0), self.gains(1)
+
+    def start(self) -> Memory:
+        """Return zero sums; arms stowed, grippers open."""
+        zero, flat = np.zeros(3), Trend.flat(3)
+        inner = Inner(None, flat, flat, Rate(None, np.zeros(9)))
+        return Memory(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
+
+    def command(self, situation: Situation, aim: Aim, memory: Memory) -> tuple[Order, Memory]:
+        """Return speeds of the rotors and targets of the servos."""
+        s = situation if self.cog_compensation else self._unaware(situation)
+        gains = Gains.between(*self._media, s.submersion)
+        joints = joint_targets(aim, memory.joints, self._plant.robot)
+        inner = self._inner(s, joints, memory.inner)
+        velocity = memory.velocity
+        if gains.rate > 0.0:
+            velocity = velocity.next(s.velocity, s.step, self.smoothing)
+        ahead = aim.acceleration + s.rotation @ inner.drift.ahead(self.lean_lead)
+        known = memory.known.next(ahead, s.step, self.smoothing)
+        # turning about the centre of gravity moves the origin, but is not the rotors' to undo
+        error = self._wanted(s, aim, gains) - s.velocity - s.rotation @ cross3(s.spin, s.centre)
+        asked = ahead + gains.speed * error + gains.sum * memory.sum
+        asked += gains.rate * (aim.acceleration - velocity.rate)
+        force = self._force(s, shortened(asked, self.acceleration), aim.velocity)
+        lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * s.mass * self._g)
+        turn_error = attitude_error(s.rotation, lean)
+        turning = self._turning(s, lean[:, 2], known, aim.yaw_rate)
+        want = turning[1] - gains.turn * turn_error - gains.spin * (s.spin - turning[0])
+        torque = self._torque(s, want - gains.turn_sum * gains.shape * memory.turn_sum, inner)
+        wanted = self._allocation.commands(
+            np.concatenate(((force @ s.rotation[:, 2],), torque)),
+            s.centre,
+            gain=s.gain,
+            limit=s.limit,
+            low=s.low,
+        )
+        drive = wanted if memory.drive is None else memory.drive
+        order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
+        total, turn_total = memory.sum, memory.turn_sum
+        if (wanted < s.limit).all():
+            # what the rotors cannot do is not summed up
+            total = summed(total, error, s.step, gains.sum_limit)
+            turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
+        after = self._lag.followed(drive, order, s.step)
+        kept = Memory(total, turn_total, velocity, inner, known, after, joints)
+        return Order(order, joints), kept
+
+    def _unaware(self, s: Situation) -> Situation:
+        """Return the situation of a robot that takes its arms to be stowed."""
+        rest = self._at_rest
+        return s._replace(
+            centre=rest.centre,
+            centre_map=0.0 * rest.centre_map,
+            momentum_map=0.0 * rest.momentum_map,
+        )
+
+    def _inner(self, s: Situation, targets: Floats, inner: Inner) -> Inner:
+        """Return what the joints' motion does, reckoned from their targets: it has no noise.
+
+        Their measured motion would close a loop through the servos and shake the arm.
+        """
+        if not targets.size:
+            return inner
+        arm = inner.arm or Reckoned(s.joints, s.rates)
+        arm = arm.next(targets, self._servo_lag, self.joint_speed, s.step)
+        smooth = self.smoothing
+        return Inner(
+            arm,
+            inner.drift.next(s.centre_map @ arm.rate, s.step, smooth),
+            inner.momentum.next(s.momentum_map @ arm.rate, s.step, smooth),
+            inner.inertia.next(s.inertia.reshape(9), s.step, smooth),
+        )
+
+    def _wanted(self, s: Situation, aim: Aim, gains: Gains) -> Floats:
+        if aim.position is None:
+            return aim.velocity
+        velocity: Floats = aim.velocity + gains.position * (aim.position - s.position)
+        return velocity
+
+    def _force(self, s: Situation, asked: Floats, velocity: Floats) -> Floats:
+        """Return the force the rotors shall make, drag at a velocity included, world axes [N]."""
+        force = s.mass * asked
+        if s.submersion > 0.0:
+            carried = self._added[:3, :3] @ (asked @ s.rotation)
+            through = velocity @ s.rotation
+            met = self._drag * np.abs(through) * through
+            force = force + s.submersion * (s.rotation @ (carried + met))
+        force[2] += s.mass * self._g - s.buoyancy.force
+        return force
+
+    def _turning(
+        self, s: Situation, axis: Floats, known: Trend, yaw_rate: float
+    ) -> tuple[Floats, Floats]:
+        """Return spin and its rate that go with the lean, body axes [rad/s, rad/s^2].
+
+        Only what is fed forward counts: the rate of a measured error is noise.
+        """
+        net = max(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
+        spin = cross3(axis, known.first.rate) / net + yaw_rate * axis
+        return spin @ s.rotation, (cross3(axis, known.second.rate) / net) @ s.rotation
+
+    def _torque(self, s: Situation, want: Floats, inner: Inner) -> Floats:
+        """Return the torque about the centre of gravity that the rotors shall make [N m]."""
+        inertia = s.inertia
+        if s.submersion > 0.0:
+            inertia = inertia + s.submersion * self._added[3:, 3:]
+        torque = inertia @ want + cross3(s.spin, s.inertia @ s.spin)
+        if s.joints.size:
+            torque = torque + cross3(s.spin, s.momentum_map @ s.rates)
+            torque = torque + inner.momentum.ahead(self.torque_lead)
+            torque = torque + inner.inertia.rate.reshape(3, 3) @ s.spin
+        if s.buoyancy.force > 0.0:
+            up = s.buoyancy.force * s.rotation[2]
+            torque = torque - cross3(s.buoyancy.centre - s.centre, up)
+        return torque
+
+
+def shortened(vector: Floats, longest: float) -> Floats:
+    """Return a vector no longer than ``longest``, of the same direction."""
+    length = math.sqrt(vector @ vector)
+    return vector if length <= longest else vector * (longest / length)
+
+
+def summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
+    """Return a sum after one more period [s], each component within ``most``."""
+    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
+    return more
+
+
+def refuse_unfit(plant: Plant) -> None:
+    """Refuse robots without four rotors that push upward.
+
+    Raises:
+        ConfigError: the robot has fewer, others, or one that does not push upward.
+    """
+    layout = plant.layout
+    if layout.drives < 4 or any(kind != ROTOR for kind in layout.kind):
+        raise ConfigError(
+            f"controller=cascade needs four rotors or more; robot '{plant.robot.name}' has "
+            f"{layout.kind.count(ROTOR)} and {layout.drives - layout.kind.count(ROTOR)} thrusters."
+            "\nFor thrusters in all directions: controller=station"
+        )
+    if float(layout.axis[:, 2].min()) < 0.5:
+        raise ConfigError(
+            f"controller=cascade: a rotor of robot '{plant.robot.name}' does not push upward.\n"
+            "Allowed: axes within 60 degrees of body z."
+        )

@@ -1,0 +1,196 @@
+"""Control of position and attitude for vehicles with thrusters in all directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Order, Plant, Situation
+from seals.control.added import added_inertia
+from seals.control.allocation import Allocation, Saturation, has_rank
+from seals.control.attitude import attitude_error, cross3, lean_for
+from seals.control.filters import Lag
+from seals.control.limbs import joint_targets, stowed
+from seals.errors import ConfigError
+from seals.schema import param
+
+ALL_ROWS = (0, 1, 2, 3, 4, 5)
+WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
+"""Importance of force x, y, z and torque x, y, z where the thrusters cannot do it all."""
+
+
+class Memory(NamedTuple):
+    """What the controller remembers; nothing in it is ever written to.
+
+    Args:
+        sum: of the velocity error, world axes [m], shape (3,).
+        turn_sum: of the attitude error, body axes [rad s], shape (3,).
+        drive: states of the thrusters as reckoned [N], shape (n,); None before the first.
+        joints: targets of the joints [rad or m], shape (J,).
+    """
+
+    sum: Floats
+    turn_sum: Floats
+    drive: Floats | None
+    joints: Floats
+
+
+@dataclass(kw_only=True)
+class Station:
+    """Velocity and attitude control with forces in every direction; the vehicle stays level.
+
+    Equation:
+        F = M (a + k_p (v_ref - v) + k_i sum) + weight - buoyancy, T = J (-k_R e_R - k_w (w - w_d)
+        - k_I sum e_R) + w x J w - buoyancy's torque, M and J with s times the added inertia.
+
+    Args:
+        rate: calls a second [Hz].
+        sense: sensor of pose and velocity, or ``truth``.
+        saturation: what gives way when the thrusters cannot do all: ``paper`` or ``priority``.
+        position_gain: of the error of a position that the aim gives [1/s].
+        speed_gain: k_p of the velocity error [1/s].
+        sum_gain: k_i of its sum [1/s^2].
+        sum_limit: largest acceleration by that sum [m/s^2].
+        turn_gain: k_R [1/s^2].
+        spin_gain: k_w [1/s].
+        turn_sum_gain: k_I [1/s^3].
+        turn_sum_limit: largest angular acceleration by that sum [rad/s^2].
+        quicker: how many times faster than by their own lag the thrusters are made to follow [1].
+
+    Assumptions:
+        The drives span all six directions; the model of the robot is known, its load is not.
+
+    Valid range:
+        Submerged vehicles at speeds that its thrusters hold against the drag.
+
+    Limitations:
+        Roll and pitch are held at zero; drag is left to the sum of the error.
+
+    References:
+        Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12.
+    """
+
+    rate: float = param(
+        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+    sense: str = "truth"
+    saturation: Saturation = Saturation.priority
+    position_gain: float = param(
+        0.8,
+        "1/s",
+        bounds=(0.0, 100.0),
+        tolerance=0.0,
+        source="chosen: below the speed's",
+        fit=False,
+    )
+    speed_gain: float = param(
+        2.5,
+        "1/s",
+        bounds=(0.0, 100.0),
+        tolerance=0.0,
+        source="chosen: thrusters lag 0.1 s",
+        fit=False,
+    )
+    sum_gain: float = param(
+        1.0,
+        "1/s^2",
+        bounds=(0.0, 100.0),
+        tolerance=0.0,
+        source="chosen: 2.5 s to settle",
+        fit=False,
+    )
+    sum_limit: float = param(
+        2.0, "m/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: drag at 1 m/s", fit=False
+    )
+    turn_gain: float = param(
+        9.0, "1/s^2", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 3 rad/s", fit=False
+    )
+    spin_gain: float = param(
+        5.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: damping ratio 0.83", fit=False
+    )
+    turn_sum_gain: float = param(
+        3.0, "1/s^3", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: 3 s to settle", fit=False
+    )
+    turn_sum_limit: float = param(
+        3.0, "rad/s^2", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False
+    )
+    quicker: float = param(
+        2.0, "1", bounds=(1.0, 20.0), tolerance=0.0, source="chosen: noise grows with it", fit=False
+    )
+
+    def bind(self, plant: Plant) -> None:
+        """Find allocation, added mass and rest pose of the robot.
+
+        Raises:
+            ConfigError: the drives cannot push and turn the robot in every direction.
+        """
+        layout = plant.layout
+        self._plant, self._g = plant, plant.gravity
+        self._rest = stowed(plant.robot)
+        if layout.drives < 6:
+            raise ConfigError(_unfit(plant))
+        self._allocation = Allocation(
+            layout, rows=ALL_ROWS, saturation=self.saturation, weights=WEIGHTS
+        )
+        if not has_rank(self._allocation.matrix(layout.position.mean(axis=0))):
+            raise ConfigError(_unfit(plant))
+        self._lag = Lag(layout.lag, layout.fall)
+        self._added = added_inertia(plant)
+
+    def start(self) -> Memory:
+        """Return zero sums; arms stowed, grippers open."""
+        return Memory(np.zeros(3), np.zeros(3), None, self._rest)
+
+    def command(self, situation: Situation, aim: Aim, memory: Memory) -> tuple[Order, Memory]:
+        """Return forces of the thrusters and targets of the servos."""
+        s = situation
+        velocity = aim.velocity
+        if aim.position is not None:
+            velocity = velocity + self.position_gain * (aim.position - s.position)
+        error = velocity - s.velocity
+        asked = aim.acceleration + self.speed_gain * error + self.sum_gain * memory.sum
+        level = lean_for(np.array([0.0, 0.0, 1.0]), aim.yaw, tilt=0.1, least=1.0)
+        turn_error = attitude_error(s.rotation, level)
+        spin = aim.yaw_rate * s.rotation[2]
+        want = -self.turn_gain * turn_error - self.spin_gain * (s.spin - spin)
+        want = want - self.turn_sum_gain * memory.turn_sum
+        wanted = self._allocation.commands(
+            self._wrench(s, asked, want), s.centre, gain=s.gain, limit=s.limit, low=s.low
+        )
+        drive = wanted if memory.drive is None else memory.drive
+        order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
+        total, turn_total = memory.sum, memory.turn_sum
+        if (np.abs(wanted) < s.limit).all():
+            total = _summed(total, error, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
+            most = self.turn_sum_limit / max(self.turn_sum_gain, 1e-9)
+            turn_total = _summed(turn_total, turn_error, s.step, most)
+        after = self._lag.followed(drive, order, s.step)
+        joints = joint_targets(aim, memory.joints, self._plant.robot)
+        return Order(order, joints), Memory(total, turn_total, after, joints)
+
+    def _wrench(self, s: Situation, asked: Floats, want: Floats) -> Floats:
+        """Return force and torque about the centre of gravity, body axes [N, N m]."""
+        added = s.submersion * self._added
+        up = s.rotation[2]
+        push = asked @ s.rotation
+        force = s.mass * push + added[:3, :3] @ push
+        force = force + (s.mass * self._g - s.buoyancy.force) * up
+        torque = (s.inertia + added[3:, 3:]) @ want + cross3(s.spin, s.inertia @ s.spin)
+        torque = torque - cross3(s.buoyancy.centre - s.centre, s.buoyancy.force * up)
+        return np.concatenate((force, torque))
+
+
+def _summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
+    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
+    return more
+
+
+def _unfit(plant: Plant) -> str:
+    return (
+        f"controller=station: the {plant.layout.drives} drives of robot '{plant.robot.name}' do "
+        "not push and turn it in every direction.\n"
+        "It takes six or more, not all alike; for rotors that push upward: controller=cascade"
+    )

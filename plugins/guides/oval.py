@@ -1,0 +1,141 @@
+"""An upright oval through the surface: half in air, half under water."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.fields import vector
+from seals.control import Aim, Plant, Situation
+from seals.control.tracking import Place, pursued
+from seals.errors import ConfigError
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Start of the course: time [s] and heading [rad], and the last time at which it was asked."""
+
+    time: float
+    yaw: float
+    now: float
+
+
+@dataclass(kw_only=True)
+class Oval:
+    """Leads along an ellipse in a vertical plane, again and again, from its topmost point.
+
+    Equation:
+        p = centre + length / 2 sin(a) e + height / 2 cos(a) z with e along ``direction``; the angle
+        a runs at a constant rate after a soft start.
+
+    Args:
+        rate: calls a second [Hz].
+        centre: of the oval, world [m]; on the surface, half of it is under water.
+        length: horizontal axis [m].
+        height: vertical axis [m].
+        direction: of the horizontal axis, anticlockwise from world x [rad].
+        period: time of a lap [s].
+        laps: number of laps; it then rests at the top.
+        start_time: rest before the first lap, and time of the soft start [s].
+        position_gain: of the position's error [1/s].
+        speed: largest speed towards the course [m/s].
+
+    Example:
+        >>> Oval(period=20.0).laps
+        20
+    """
+
+    rate: float = param(
+        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+    centre: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="the surface")
+    length: float = param(
+        2.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: four robots long", fit=False
+    )
+    height: float = param(
+        1.6, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: dry above, wet below", fit=False
+    )
+    direction: float = param(
+        0.0, "rad", bounds=(-6.3, 6.3), tolerance=0.0, source="world x", fit=False
+    )
+    period: float = param(20.0, "s", bounds=(0.1, 1e5), tolerance=0.0, source="chosen", fit=False)
+    laps: int = 20
+    start_time: float = param(
+        4.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: rotors spin up", fit=False
+    )
+    position_gain: float = param(
+        1.5, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    )
+    speed: float = param(1.0, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+
+    def __post_init__(self) -> None:
+        """Refuse a course without laps."""
+        if self.laps < 1:
+            raise ConfigError(f"oval.laps={self.laps} is not allowed.\nAllowed: 1 or more.")
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may fly an oval."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep time and heading of the start."""
+        return Memory(situation.time, situation.yaw, situation.time)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the way along the oval."""
+        place = self.place(situation.time - memory.time)._replace(yaw=memory.yaw)
+        aim = pursued(situation, place, gain=self.position_gain, speed=self.speed)
+        return aim, memory._replace(now=situation.time)
+
+    def place(self, time: float) -> Place:
+        """Return where the robot shall be ``time`` [s] after the start."""
+        angle, rate, gain = self._angle(time)
+        c, s = math.cos(angle), math.sin(angle)
+        along = (math.cos(self.direction), math.sin(self.direction))
+        out = self._oval(along, s, c)
+        first, second = self._oval(along, c, -s), self._oval(along, -s, -c)
+        velocity: Floats = rate * first
+        return Place(np.asarray(self.centre) + out, velocity, gain * first + rate**2 * second)
+
+    def _oval(self, along: tuple[float, float], aside: float, up: float) -> Floats:
+        reach = 0.5 * self.length * aside
+        return np.array([reach * along[0], reach * along[1], 0.5 * self.height * up])
+
+    def _angle(self, time: float) -> tuple[float, float, float]:
+        """Return angle, its rate and their rate: at rest, a soft start, laps, a soft end."""
+        full, soft = 2.0 * math.pi / self.period, self.start_time
+        whole = 2.0 * math.pi * self.laps
+        moving = time - soft
+        # while starting and while stopping it covers half a soft start at full speed
+        cruise = (whole - full * soft) / full if soft > 0.0 else whole / full
+        if moving <= 0.0:
+            return 0.0, 0.0, 0.0
+        if moving < soft:
+            return _eased(moving, soft, full)
+        if moving < soft + cruise:
+            return full * (moving - 0.5 * soft), full, 0.0
+        left = 2.0 * soft + cruise - moving
+        if left <= 0.0:
+            return whole, 0.0, 0.0
+        angle, rate, gain = _eased(left, soft, full)
+        return whole - angle, rate, -gain
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return True after the last lap."""
+        end = self.laps * self.period + 2.0 * self.start_time
+        return True if memory.now - memory.time >= end else None
+
+    def stage(self, memory: Memory) -> str:
+        """Return the number of the lap."""
+        angle = self._angle(memory.now - memory.time)[0]
+        return f"lap {min(int(angle / (2.0 * math.pi)) + 1, self.laps)}"
+
+
+def _eased(time: float, soft: float, full: float) -> tuple[float, float, float]:
+    """Angle, rate and its rate when the rate rises to ``full`` by a smooth step in ``soft``."""
+    u = time / soft
+    angle = full * soft * (u**3 - 0.5 * u**4)
+    return angle, full * (3.0 * u**2 - 2.0 * u**3), full * 6.0 * u * (1.0 - u) / soft

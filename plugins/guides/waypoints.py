@@ -1,0 +1,136 @@
+"""A list of places, each reached by the smoothest way."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Plant, Situation
+from seals.control.tracking import Place, minimum_jerk, pursued
+from seals.errors import ConfigError
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Start of the course: time [s], place [m] and heading [rad]; time of the last call [s]."""
+
+    time: float
+    place: Floats
+    yaw: float
+    now: float
+
+
+class Leg(NamedTuple):
+    """One leg: start and end [s], and the two places [m]; it rests at the end."""
+
+    start: float
+    end: float
+    a: Floats
+    b: Floats
+
+
+@dataclass(kw_only=True)
+class Waypoints:
+    """Leads from place to place along straight ways of least jerk, with a rest at each.
+
+    Args:
+        rate: calls a second [Hz].
+        places: to be visited, world [m], rows of three numbers.
+        speed: largest speed on a leg [m/s].
+        rest: time at every place [s].
+        delay: rest before the first leg [s].
+        repeat: whether it begins anew after the last place.
+        face_ahead: whether the heading follows the way; otherwise that of the start is kept.
+        position_gain: of the position's error [1/s].
+
+    Example:
+        >>> Waypoints(places=[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]).speed
+        0.5
+    """
+
+    rate: float = param(
+        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+    places: list[list[float]] = field(default_factory=lambda: [[0.0, 0.0, 1.0]])
+    speed: float = param(0.5, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
+    rest: float = param(1.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    delay: float = param(2.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    repeat: bool = False
+    face_ahead: bool = False
+    position_gain: float = param(
+        1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse places that are none."""
+        good = all(len(p) == 3 and np.all(np.isfinite(p)) for p in self.places)
+        if not self.places or not good:
+            raise ConfigError(
+                f"waypoints.places={self.places} is not allowed.\n"
+                "Allowed: one row or more of three finite numbers [x, y, z]."
+            )
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may visit places."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep where it starts."""
+        t = situation.time
+        return Memory(t, np.array(situation.position), situation.yaw, t)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the way along the present leg."""
+        place = self._place(situation.time - memory.time, memory)
+        aim = pursued(situation, place, gain=self.position_gain, speed=2.0 * self.speed)
+        return aim, memory._replace(now=situation.time)
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return True after the rest at the last place; never when it repeats."""
+        legs = self._legs(memory)
+        done = memory.now - memory.time >= legs[-1].end + self.rest
+        return True if done and not self.repeat else None
+
+    def stage(self, memory: Memory) -> str:
+        """Return the number of the place it goes to."""
+        k, _ = self._leg(memory.now - memory.time, memory)
+        return f"to place {k % len(self.places) + 1}"
+
+    def _place(self, time: float, memory: Memory) -> Place:
+        _, leg = self._leg(time, memory)
+        place = minimum_jerk(leg.a, leg.b, leg.end - leg.start, time - leg.start)
+        yaw = memory.yaw
+        way = leg.b - leg.a
+        if self.face_ahead and math.hypot(way[0], way[1]) > 1e-6:
+            yaw = math.atan2(way[1], way[0])
+        return place._replace(yaw=yaw)
+
+    def _leg(self, time: float, memory: Memory) -> tuple[int, Leg]:
+        legs = self._legs(memory)
+        if self.repeat and time > legs[-1].end + self.rest:
+            # every further round leads from the last place to the first one
+            first = self._chain([np.array(self.places[-1]), *map(np.array, self.places)], 0.0)
+            round_time = first[-1].end + self.rest
+            begin = legs[-1].end + self.rest
+            turn = math.floor((time - begin) / round_time)
+            shift = begin + turn * round_time
+            legs = [leg._replace(start=leg.start + shift, end=leg.end + shift) for leg in first]
+        k = next((k for k, leg in enumerate(legs) if time < leg.end + self.rest), len(legs) - 1)
+        return k, legs[k]
+
+    def _legs(self, memory: Memory) -> list[Leg]:
+        return self._chain([memory.place, *map(np.array, self.places)], self.delay)
+
+    def _chain(self, places: list[Floats], start: float) -> list[Leg]:
+        """Return the legs between places, one after the other."""
+        legs = []
+        for a, b in itertools.pairwise(places):
+            # the speed of least jerk peaks at 15/8 of its mean
+            end = start + 1.875 * float(np.linalg.norm(b - a)) / self.speed
+            legs.append(Leg(start, end, a, b))
+            start = end + self.rest
+        return legs

@@ -1,0 +1,69 @@
+"""What a mistyped ``robot=`` may have meant: a folder nearby, a URDF that is no robot yet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.errors import UnknownPlugin, nearest, suggestion
+
+_MOST = 200
+"""Neighbours that are looked at."""
+
+
+def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
+    """Return the refusal of a robot that is neither installed nor a folder.
+
+    Args:
+        given: as the user wrote it.
+        installed: names of robots.
+    """
+    path = Path(given)
+    if path.is_file() and (path.parent / "robot.yaml").is_file():
+        return _refusal(given, "is a file", f"Give its folder: robot={path.parent.as_posix()}")
+    urdf = _urdf(path)
+    if urdf is not None:
+        name = urdf.stem.lower().replace("-", "_").replace(".", "_")
+        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf {urdf}"
+        return _refusal(given, "holds no robot.yaml", advice)
+    folders = _folders(path.parent if "/" in given else Path())
+    close = nearest(given, folders)
+    if close is not None:
+        return _refusal(
+            given,
+            "is neither installed nor a folder with robot.yaml",
+            f"Did you mean '{close}'?  Installed: {', '.join(installed)}",
+        )
+    label = "Give such a folder, or one installed" if "/" in given else "Installed"
+    return _refusal(
+        given,
+        f"there is no folder '{given}' that holds robot.yaml"
+        if "/" in given
+        else "is not installed",
+        suggestion(given, installed, label=label),
+    )
+
+
+def _refusal(given: str, what: str, advice: str) -> UnknownPlugin:
+    if what.startswith("there is"):
+        return UnknownPlugin(f"robot={given}: {what}.\n{advice}")
+    return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
+
+
+def _urdf(path: Path) -> Path | None:
+    """The URDF that a path is, or holds."""
+    if path.is_file():
+        return path if path.suffix in (".urdf", ".xacro") else None
+    if not path.is_dir():
+        return None
+    found = [*path.glob("*.urdf"), *path.glob("*/*.urdf")]
+    return sorted(found)[0] if found else None
+
+
+def _folders(place: Path) -> list[str]:
+    """Robot folders in a place."""
+    try:
+        neighbours = list(place.iterdir())[:_MOST]
+    except OSError:
+        return []
+    return [p.as_posix() for p in neighbours if (p / "robot.yaml").is_file()]

@@ -1,0 +1,48 @@
+"""Expands xacro macros, the other way in which robots are written down."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.parsers.expat import ExpatError
+
+from seals.errors import MissingExtra, RobotError
+
+
+def holds_macros(text: str) -> bool:
+    """Whether the text of a URDF has to be expanded first.
+
+    Example:
+        >>> holds_macros('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"/>')
+        True
+    """
+    return re.search(r"<xacro:|xmlns:xacro", text) is not None
+
+
+def expanded(path: Path) -> str:
+    """Return the URDF that a xacro file stands for.
+
+    Args:
+        path: of the file; files that it includes are found as xacro finds them.
+
+    Raises:
+        MissingExtra: the package xacro is not installed.
+        RobotError: the macros cannot be expanded.
+    """
+    try:
+        import xacro
+    except ImportError as cause:
+        raise MissingExtra(
+            f"URDF {path} holds xacro macros, which need the package xacro; it is not installed.\n"
+            "Install it: pip install xacro. Or expand the file where it is: "
+            "xacro model.urdf.xacro > model.urdf"
+        ) from cause
+    try:
+        return str(xacro.process_file(str(path)).toxml())
+    except (xacro.XacroException, ExpatError, OSError) as cause:
+        text = " ".join(str(cause).split())[:300]
+        raise RobotError(
+            f"URDF {path}: xacro cannot expand it: {text}.\n"
+            "Arguments without a default and packages of ROS are not known here: "
+            "expand it where they are."
+        ) from cause

@@ -1,0 +1,51 @@
+"""Records what was commanded of the drives and servos of a robot, row by row."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.plant import ROTOR, THRUSTER
+from seals.world.actor import Actor
+
+NAMES = {ROTOR: "rotor_speed_cmd", THRUSTER: "thruster_cmd"}
+JOINTS = "joint_position_cmd"
+
+
+class Commands:
+    """Commands of one robot, each set at the time of its row and held until the next.
+
+    Args:
+        actor: the robot in its world.
+        steps: expected steps; there is one row more, that of the start.
+    """
+
+    def __init__(self, actor: Actor, *, steps: int) -> None:
+        """Reserve the rows."""
+        self._actor, pilot = actor, actor.pilot
+        kinds = () if pilot is None else pilot.plant.layout.kind
+        joints = 0 if pilot is None else actor.robot.tree.joints
+        numbers = dict.fromkeys(NAMES, 0)
+        self._names = []
+        for kind in kinds:
+            numbers[kind] += 1
+            self._names.append(f"{NAMES[kind]}_{numbers[kind]}")
+        self._names += [f"{JOINTS}_{k + 1}" for k in range(joints)]
+        self._drives = len(kinds)
+        self._table = np.full((steps + 1 if self._names else 0, len(self._names)), np.nan)
+
+    def take(self, row: int) -> None:
+        """Record the commands that have led from the row before to ``row``."""
+        if not self._names or row == 0:
+            return
+        command, joints = self._actor.command, self._actor.joint_command
+        rows = slice(row - 1, row + 1)
+        if command is not None:
+            self._table[rows, : self._drives] = command[0]
+        if joints is not None:
+            self._table[rows, self._drives :] = joints[0]
+
+    def columns(self, rows: int) -> dict[str, Floats]:
+        """Return the first ``rows`` rows as columns of a log; nothing without a controller."""
+        table = self._table[:rows]
+        return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(self._names)}
