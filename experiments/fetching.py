@@ -114,7 +114,7 @@ def upright(log: Log) -> Floats:
 def draw(folder: Path, record: Record, settings: RunSettings) -> None:
     """Write figure, ledger plot and a sheet of pictures into the folder of a run."""
     log, thing = record.log, next(iter(settings.objects))
-    marks = tuple(Mark(at=time, label=name) for time, name in record.stages.starts)
+    marks = stage_marks(record.stages.starts, float(log.time[-1]))
     write_picture(
         folder / "figure.png", [heights(log, settings, thing, marks), *forces(log, marks)]
     )
@@ -128,6 +128,16 @@ def draw(folder: Path, record: Record, settings: RunSettings) -> None:
     times = stage_times(log)
     pictures = draw_frames(log, settings, list(times.values()), View())
     write_sheet(folder / "stages.png", dict(zip(times, pictures, strict=True)))
+
+
+def stage_marks(starts: Sequence[tuple[float, str]], end: float) -> tuple[Mark, ...]:
+    """Return a mark at the start of every stage; those too close to the last label have none."""
+    marks, free = [], 0.0
+    for time, name in starts:
+        fits = time >= free and name != "done"
+        marks.append(Mark(at=time, label=name if fits else ""))
+        free = time + 0.013 * end * (len(name) + 1) if fits else free
+    return tuple(marks)
 
 
 def heights(log: Log, settings: RunSettings, thing: str, marks: tuple[Mark, ...]) -> Chart:

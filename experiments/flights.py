@@ -69,7 +69,9 @@ def deviations(log: Log, place: Floats, name: str) -> Chart:
     """
     away = 1e3 * (log.channel("position") - place)
     series = tuple(Series(name=axis, x=log.time, y=away[:, k]) for k, axis in enumerate(AXES))
-    return Chart(title=f"Deviation, {name}", y_label="deviation [mm]", series=series)
+    return Chart(
+        title=f"Deviation, {name.replace('_', ' ')}", y_label="deviation [mm]", series=series
+    )
 
 
 def forces(ledger: Ledger, component: int, title: str) -> Chart:

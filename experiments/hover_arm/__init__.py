@@ -1,4 +1,4 @@
-"""Hover while the arm swings: with an allocation that follows the centre of gravity, and without."""
+"""Hover while the arm swings, with an allocation about the live centre of gravity, and without."""
 
 from __future__ import annotations
 

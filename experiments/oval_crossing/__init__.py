@@ -97,11 +97,11 @@ def table(found: dict[str, Score]) -> str:
         "laps",
         "jump [m/s²]",
     ]
-    rows = [
-        [name, f"{1e3 * s.rms:.1f}", f"{1e3 * s.largest:.1f}", *(f"{1e3 * x:.1f}" for x in s.axes)]
-        + [str(s.laps), f"{s.jump:.2f}"]
-        for name, s in found.items()
-    ]
+    rows = []
+    for name, s in found.items():
+        axes = [f"{1e3 * x:.1f}" for x in s.axes]
+        whole = [f"{1e3 * s.rms:.1f}", f"{1e3 * s.largest:.1f}"]
+        rows.append([name, *whole, *axes, str(s.laps), f"{s.jump:.2f}"])
     return markdown(head, [*rows, ["bound", f"{1e3 * WITHIN:g}", "", "", "", "", "20", ""]])
 
 

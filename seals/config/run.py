@@ -78,7 +78,7 @@ class RunSettings:
         effects: physical effects by instance name, in order of declaration.
         sensors: sensors by instance name.
         actuators: actuators by instance name.
-        controller: what commands the actuators, or None.
+        controller: what commands the actuators, or None; it rests unless there is a guide.
         guide: what tells the controller where to go, or None.
         initial: state at the start.
         objects: further bodies in the scene, by name.

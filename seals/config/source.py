@@ -8,7 +8,7 @@ heavy or broken package costs nothing until it is wanted.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.config_store import ConfigStore
@@ -36,6 +36,9 @@ CLASS_GROUPS = tuple(kind for kind in registry.GROUPS if kind not in registry.FO
 MODEL = "model"
 """Hydra group of the models that diagnoses made: ``models/NAME.yaml`` is ``model=NAME``."""
 
+OWN = "of."
+"""In front of a robot's name: the controller that its ``robot.yaml`` chooses, with its values."""
+
 
 class PluginSource(ConfigSource):
     """Answers Hydra with the installed plug-ins and robots: ``effect/gravity``, ``robot/ball``."""
@@ -60,6 +63,9 @@ class PluginSource(ConfigSource):
             return name in robot_names() or is_robot_folder(name)
         if group == MODEL:
             return find_overlay(name) is not None
+        if group == "controller" and name.startswith(OWN):
+            robot = name.removeprefix(OWN)
+            return robot in robot_names() or is_robot_folder(robot)
         return group in CLASS_GROUPS and name in registry.names(group)
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
@@ -81,6 +87,10 @@ class PluginSource(ConfigSource):
             return self._result(config_path, robot_option(name), package="_global_")
         if group == MODEL:
             return self._result(config_path, model_option(name), package=None)
+        if group == "controller" and name.startswith(OWN):
+            return self._result(
+                config_path, controller_option(name.removeprefix(OWN)), package=None
+            )
         node = OmegaConf.structured(schema_of(registry.get(group, name)))
         return self._result(config_path, node, package=None)
 
@@ -167,9 +177,9 @@ def robot_option(name: str) -> Container:
     for section, parts in found.parts.items():
         for part, (plugin, values) in parts.items():
             if section == "controller":
-                # the root names the group already, with nothing chosen
-                overrides.append({"override /controller": plugin})
-                body[section] = values
+                # the root names the group already, with nothing chosen; the values come with the
+                # option, so that they go when another controller is chosen
+                overrides.append({"override /controller": f"{OWN}{name}"})
             else:
                 defaults.append({f"/{SECTION_GROUPS[section]}@{section}.{part}": plugin})
                 body.setdefault(section, {})[part] = values
@@ -185,6 +195,19 @@ def robot_option(name: str) -> Container:
     }
     node: Container = OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
     return node
+
+
+def controller_option(robot: str) -> Container:
+    """Return the controller of a robot's ``robot.yaml`` as a typed node with its values.
+
+    Raises:
+        SealsError: the robot, or the controller, is not there.
+        ConfigError: the controller has no such value.
+    """
+    ((plugin, values),) = find_robot(robot).parts["controller"].values()
+    node = OmegaConf.structured(schema_of(registry.get("controller", plugin)))
+    merged: Any = OmegaConf.merge({"controller": node}, {"controller": values})
+    return cast(Container, merged.controller)
 
 
 def model_option(name: str) -> Container:

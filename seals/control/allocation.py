@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from typing import Any
 
 import numpy as np
 
@@ -107,14 +108,15 @@ class Allocation:
         u = least_norm(a, wrench, full=self._full)
         if self.saturation is Saturation.paper:
             u = shrunk(u, least, high)
-        elif np.any(u > high) or np.any(u < least):
+        elif (u > high).any() or (u < least).any():
             # asking for more than there is would weigh against what matters more
             ends = a * least, a * high
             most = np.maximum(*ends).sum(axis=1), np.minimum(*ends).sum(axis=1)
             asked = np.minimum(np.maximum(wrench, most[1]), most[0])
             u = best_within(a, asked, least, high, self._weights)
-        u = np.where(u < 0.0, u / self._layout.reverse, u)
-        roots = np.sign(u) * np.sqrt(np.abs(u))
+        if (u < 0.0).any():
+            u = np.where(u < 0.0, u / self._layout.reverse, u)
+        roots = np.copysign(np.sqrt(np.abs(u)), u)
         return roots if self._all_rotors else np.where(self._squared, roots, u)
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
@@ -124,9 +126,11 @@ class Allocation:
 
     def _squares(self, command: Floats) -> Floats:
         """Squared speeds with their sign, or forces; backwards they count for less."""
-        u = command * np.abs(command)
+        u: Floats = command * np.abs(command)
         if not self._all_rotors:
             u = np.where(self._squared, u, command)
+        if not (command < 0.0).any():
+            return u
         less: Floats = np.where(u < 0.0, u * self._layout.reverse, u)
         return less
 
@@ -143,18 +147,19 @@ def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
         >>> least_norm(np.array([[1.0, 1.0]]), np.array([3.0]))
         array([1.5, 1.5])
     """
+    if full and a.shape[0] == a.shape[1]:
+        exact: Any = np.linalg.solve(a, wrench)
+        return np.asarray(exact)
     # rows of force and of yaw differ by orders of magnitude: level them
     size = np.sqrt((a * a).sum(axis=1))
-    if not full:
-        level = 1.0 / np.where(size > 0.0, size, 1.0)
-        nearest: Floats = np.linalg.pinv(a * level[:, None], rcond=RANK) @ (wrench * level)
-        return nearest
-    b = a / size[:, None]
-    if b.shape[0] == b.shape[1]:
-        exact: Floats = np.linalg.solve(b, wrench / size)
-        return exact
-    smallest: Floats = b.T @ np.linalg.solve(b @ b.T, wrench / size)
-    return smallest
+    level = 1.0 / np.where(size > 0.0, size, 1.0)
+    b, wanted = a * level[:, None], wrench * level
+    if full:
+        smallest: Floats = b.T @ np.linalg.solve(b @ b.T, wanted)
+        return smallest
+    inverse: Any = np.linalg.pinv(b, rcond=RANK)
+    nearest: Floats = inverse @ wanted
+    return nearest
 
 
 def has_rank(a: Floats) -> bool:

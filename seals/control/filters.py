@@ -63,7 +63,7 @@ class Trend(NamedTuple):
         return expected
 
 
-class Lag(NamedTuple):
+class Lag:
     """First-order lag of drives, as a controller reckons with it.
 
     Args:
@@ -71,8 +71,13 @@ class Lag(NamedTuple):
         fall: while it shrinks [s], shape (n,).
     """
 
-    rise: Floats
-    fall: Floats
+    def __init__(self, rise: Floats, fall: Floats) -> None:
+        """Find out whether there is any lag, and whether it differs."""
+        # a lag of zero is one far shorter than any period
+        self._rise, self._fall = np.maximum(rise, 1e-9), np.maximum(fall, 1e-9)
+        self._two = bool(np.any(rise != fall))
+        self._lagging = rise > 0.0
+        self._all = bool(self._lagging.all())
 
     def quickened(
         self, wanted: Floats, state: Floats, quicker: float, bounds: tuple[Floats, Floats]
@@ -89,19 +94,22 @@ class Lag(NamedTuple):
             quicker: at least 1 [1].
             bounds: lowest and highest commands.
         """
-        lagging = self.rise > 0.0
-        share = self._of(wanted, state) / np.where(lagging, self.rise, 1.0)
-        eager = np.where(lagging, state + quicker * share * (wanted - state), wanted)
+        away = wanted - state
+        if self._two:
+            away = away * (self._of(wanted, state) / self._rise)
+        eager = state + quicker * away
+        if not self._all:
+            eager = np.where(self._lagging, eager, wanted)
         command: Floats = np.minimum(np.maximum(eager, bounds[0]), bounds[1])
         return command
 
     def followed(self, state: Floats, command: Floats, step: float) -> Floats:
         """Return the states after one period under a held command [s]."""
-        lag = self._of(command, state)
-        left = np.where(lag > 0.0, np.exp(-step / np.where(lag > 0.0, lag, 1.0)), 0.0)
-        after: Floats = command + (state - command) * left
+        after: Floats = command + (state - command) * np.exp(-step / self._of(command, state))
         return after
 
     def _of(self, goal: Floats, state: Floats) -> Floats:
-        found: Floats = np.where(np.abs(goal) < np.abs(state), self.fall, self.rise)
+        if not self._two:
+            return self._rise
+        found: Floats = np.where(np.abs(goal) < np.abs(state), self._fall, self._rise)
         return found

@@ -14,6 +14,9 @@ from seals.dynamics.tree import forward
 from seals.medium.sample import Sample
 from seals.robot.model import RobotModel
 
+_EYE = np.eye(3)
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
 
 class MassNow(NamedTuple):
     """Mass properties of the whole robot at one instant, body axes; see `Situation`."""
@@ -40,63 +43,66 @@ class MassGauge:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Make the links' pseudo-inertias."""
-        self._pseudo = np.array([_pseudo(robot, k) for k in range(len(robot.links))])
-        self._place = np.zeros((len(robot.links), 4, 4))
-        self._place[:, 3, 3] = 1.0
+        """Make the pseudo-inertias of the base and of what hangs rigidly on every joint."""
         tree = self._tree = robot.tree
-        # rows: the whole robot, then what lies beyond every joint
-        self._sums = np.concatenate((np.ones((1, tree.links)), tree.moves.T))
-        self._child = list(tree.child)
+        # rigid groups: the base, then the child link of every joint with all that is fixed to it
+        self._group = [0, *tree.child]
+        self._pseudo = _grouped(robot, self._group)
+        self._place = np.zeros((len(self._group), 4, 4))
+        self._place[:, 3, 3] = 1.0
+        self._sums = np.concatenate((np.ones((1, tree.links)), tree.moves.T))[:, self._group]
         self._slides = tree.slides
+        self._sliding = bool(tree.slides.any())
         self._rigid = None if tree.joints else self.at(np.zeros(0))
 
     def at(self, joints: Floats) -> MassNow:
         """Return the mass properties with the joints at some place [rad or m]."""
-        tree = self._tree
+        tree, group = self._tree, self._group
         origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
-        return self._of(
-            origins[0], turns[0], (turns[0, self._child] @ tree.axis[:, :, None])[..., 0]
-        )
+        axes = (turns[0, group[1:]] @ tree.axis[:, :, None])[:, :, 0]
+        return self._of(origins[0, group], turns[0, group], axes)
 
     def now(self, kinematics: Kinematics) -> MassNow:
         """Return the mass properties at one instant of one robot."""
         if self._rigid is not None:
             return self._rigid
-        turn = kinematics.rotations[0, 0]
-        arm = kinematics.origins[0] - kinematics.origins[0, 0]
-        return self._of(arm @ turn, turn.T @ kinematics.rotations[0], kinematics.axes[0] @ turn)
+        turns, group = kinematics.rotations[0], self._group
+        turn = turns[0]
+        arm = kinematics.origins[0, group] - kinematics.origins[0, 0]
+        return self._of(arm @ turn, turn.T @ turns[group], kinematics.axes[0] @ turn)
 
     def _of(self, origins: Floats, turns: Floats, axes: Floats) -> MassNow:
         place = self._place
         place[:, :3, 3], place[:, :3, :3] = origins, turns
-        links = place @ self._pseudo @ place.transpose(0, 2, 1)
-        sums = (self._sums @ links.reshape(len(links), 16)).reshape(-1, 4, 4)
+        parts = place @ self._pseudo @ place.transpose(0, 2, 1)
+        sums = (self._sums @ parts.reshape(-1, 16)).reshape(-1, 4, 4)
         mass = float(sums[0, 3, 3])
         centre = sums[0, :3, 3] / mass
         second = sums[0, :3, :3] - mass * centre[:, None] * centre
-        inertia = -second
-        inertia[[0, 1, 2], [0, 1, 2]] += second[0, 0] + second[1, 1] + second[2, 2]
+        inertia = float(second[0, 0] + second[1, 1] + second[2, 2]) * _EYE - second
         if not len(axes):
             return MassNow(mass, centre, inertia, np.zeros((3, 0)), np.zeros((3, 0)))
-        moved = self._moved(sums[1:], axes, origins[self._child], centre)
-        return MassNow(mass, centre, inertia, moved[0].T / mass, moved[1].T)
+        push, spin = self._moved(sums[1:], axes, origins[1:], centre)
+        return MassNow(mass, centre, inertia, push.T / mass, spin.T)
 
     def _moved(
         self, beyond: Floats, axes: Floats, anchors: Floats, centre: Floats
     ) -> tuple[Floats, Floats]:
         """Return linear and angular momentum for a unit rate of every joint, shape (J, 3)."""
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
-        turn = _skew(axes)
-        push = (turn @ (first - mass * anchors)[:, :, None])[:, :, 0]
-        swing = (turn @ anchors[:, :, None])[:, :, 0]
-        trace = beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2]
-        spin = trace[:, None] * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
-        spin = spin - (_skew(first) @ swing[:, :, None])[:, :, 0]
-        if self._slides.any():
-            push = np.where(self._slides > 0.0, mass * axes, push)
-            spin = np.where(self._slides > 0.0, _products(first, axes), spin)
-        return push, spin - _products(np.broadcast_to(centre, push.shape), push)
+        count, centres = len(axes), np.broadcast_to(centre, anchors.shape)
+        levers = np.concatenate((first - mass * anchors, anchors))
+        both = _products(np.concatenate((axes, axes)), levers)
+        push, swing = both[:count], both[count:]
+        trace = (beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2])[:, None]
+        spin = trace * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
+        if self._sliding:
+            slide = self._slides > 0.0
+            push = np.where(slide, mass * axes, push)
+            spin = np.where(slide, 0.0, spin)
+            swing = np.where(slide, -axes, swing)
+        arms = _products(np.concatenate((first, centres)), np.concatenate((swing, push)))
+        return push, spin - arms[:count] - arms[count:]
 
 
 class WaterGauge:
@@ -127,6 +133,24 @@ class WaterGauge:
         return total / self._whole, Buoyancy(force * self._gravity, centre)
 
 
+def _grouped(robot: RobotModel, group: list[int]) -> Floats:
+    """Return the pseudo-inertias of rigid groups of links in the axes of their first link."""
+    tree = robot.tree
+    zero = np.zeros((1, tree.joints))
+    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    out = np.zeros((len(group), 4, 4))
+    for link in range(tree.links):
+        head = link
+        while head not in group:
+            head = tree.parent[head]
+        turn = turns[0, head].T
+        place = np.eye(4)
+        place[:3, :3] = turn @ turns[0, link]
+        place[:3, 3] = turn @ (origins[0, link] - origins[0, head])
+        out[group.index(head)] += place @ _pseudo(robot, link) @ place.T
+    return out
+
+
 def _pseudo(robot: RobotModel, link: int) -> Floats:
     """Second moments about the link origin, first moments and mass, shape (4, 4)."""
     mass, centre, inertia = float(robot.mass[link]), robot.centre[link], robot.inertia[link]
@@ -139,13 +163,6 @@ def _pseudo(robot: RobotModel, link: int) -> Floats:
 
 
 def _products(a: Floats, b: Floats) -> Floats:
-    """Products of rows, shape (J, 3)."""
-    product: Floats = (_skew(a) @ b[:, :, None])[:, :, 0]
+    """Products of rows, shape (n, 3)."""
+    product: Floats = a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]
     return product
-
-
-def _skew(v: Floats) -> Floats:
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = v[:, 2], -v[:, 1], v[:, 0]
-    return out

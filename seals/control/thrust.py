@@ -59,6 +59,7 @@ class ThrustGauge:
         # a motor at the end of its torque hides what a slow rotor does
         both = np.stack((SLOW * self._layout.limit, self._layout.limit))
         self._probe = Inputs(0.0, np.zeros((1, 0)), both)
+        self._own = {b.name: b.hooks.drives(self._probe, b.params) for b in self._actuators}
 
     def now(self, motion: Motion, sample: Sample) -> Reach:
         """Return what the drives can do.
@@ -82,8 +83,7 @@ class ThrustGauge:
 
     def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> Floats:
         """Thrust against that of the drive's own map, slow and at its limit, shape (2, n)."""
-        own = actuator.hooks.drives(self._probe, actuator.params)
-        drives = own
+        own = drives = self._own[actuator.name]
         for law in self._laws:
             if law.links == actuator.links:
                 rows = slice(law.links[0], law.links[-1] + 1)

@@ -124,7 +124,7 @@ def diagnose(
     problem = prepare(log)
     say(1)
     found = search(problem, processes=processes, tell=lambda done: say(1 + done))
-    answer = judge(problem, found)
+    answer = judge(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {
         "before": held_out_misfit(found.nominal, problem),

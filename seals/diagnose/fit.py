@@ -18,7 +18,7 @@ _SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried."""
 _SLOW = 3e-5
 """Share of the cost that a step must gain for another one to follow."""
-_COARSE = 1e-3
+_COARSE = 3e-3
 """The same as a share of the misfit above a complete model's: far from one, digits are idle."""
 _WIDE = 1.5
 """Prior width of a freed factor in units of its plausible size."""
@@ -179,7 +179,7 @@ class Fitter:
                 return now
             step[frozen] = 0.0
             for share in _SHARES:
-                trial = self._linear(
+                trial, misfit = self._standing(
                     now.keys, now.freed, self._moved(now, step, share), now.precision
                 )
                 reached = trial.cost - reserve(trial, frozen)
@@ -187,7 +187,7 @@ class Fitter:
                     break
             else:
                 return now
-            gained, level, now = level - reached, reached, trial
+            gained, level, now = level - reached, reached, self._with_freed(trial, misfit)
             whole = _COARSE * (level - self.windows.observed) if share == 1.0 else 0.0
             if gained < max(tolerance, _SLOW * level, whole):
                 return now
@@ -209,36 +209,32 @@ class Fitter:
         precision: Floats,
     ) -> Fit:
         """Misfit and normal equations at given values."""
+        return self._with_freed(*self._standing(keys, freed, values, precision))
+
+    def _standing(
+        self,
+        keys: Sequence[str],
+        freed: Sequence[str],
+        values: Mapping[str, float],
+        precision: Floats,
+    ) -> tuple[Fit, Whitened]:
+        """Misfit at given values with the equations of the tolerances alone: half the work."""
         misfit = self.misfit(values)
-        fresh = list(freed)
-        count = len(self.tolerances)
-        total = len(keys)
+        count, total = len(self.tolerances), len(keys)
         normal = np.zeros((self.windows.count, total, total))
         right = np.zeros((self.windows.count, total))
         normal[:, :count, :count] = self._square
         right[:, :count] = self.fixed.product(misfit)[:, :, 0]
-        if fresh:
-            columns = self.whitened(fresh, values)
-            at = [list(keys).index(k) for k in fresh]
-            cross = self.fixed.product(columns)
-            own = columns.product(columns)
-            for a, i in enumerate(at):
-                normal[:, :count, i] = cross[:, :, a]
-                normal[:, i, :count] = cross[:, :, a]
-                right[:, i] = columns.product(misfit)[:, a, 0]
-            for a, i in enumerate(at):
-                for b, j in enumerate(at):
-                    normal[:, i, j] = own[:, a, b]
         level = misfit.product(misfit)[:, 0, 0]
         at_values = np.array([values[k] for k in keys])
         centre = np.zeros(total)
         if self.windows.delay and DELAY in keys:
             # these windows follow a late sensor: its delay is theirs, and held
             held = list(keys).index(DELAY)
-            normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0
+            _silence(normal, right, held)
             centre[held] = self.windows.delay
         penalty = float(np.sum(precision * (at_values - centre) ** 2))
-        return Fit(
+        fit = Fit(
             freed=tuple(freed),
             keys=tuple(keys),
             values=dict(values),
@@ -250,6 +246,31 @@ class Fitter:
             centre=centre,
             penalty=penalty,
         )
+        return fit, misfit
+
+    def _with_freed(self, fit: Fit, misfit: Whitened) -> Fit:
+        """The same with the equations of the freed factors, in place."""
+        fresh, count = list(fit.freed), len(self.tolerances)
+        if not fresh:
+            return fit
+        columns = self.whitened(fresh, fit.values)
+        at = [fit.keys.index(k) for k in fresh]
+        cross, own = self.fixed.product(columns), columns.product(columns)
+        for a, i in enumerate(at):
+            fit.normal[:, :count, i] = cross[:, :, a]
+            fit.normal[:, i, :count] = cross[:, :, a]
+            fit.right[:, i] = columns.product(misfit)[:, a, 0]
+        for a, i in enumerate(at):
+            for b, j in enumerate(at):
+                fit.normal[:, i, j] = own[:, a, b]
+        if self.windows.delay and DELAY in fit.keys:
+            _silence(fit.normal, fit.right, fit.keys.index(DELAY))
+        return fit
+
+
+def _silence(normal: Floats, right: Floats, held: int) -> None:
+    """Take one factor out of the equations."""
+    normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0
 
 
 def newton_step(fit: Fit) -> tuple[Floats, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fit, Fitter
@@ -102,10 +103,10 @@ def search(
         if tried[0].score - calm < best.score + asked:
             break
         best = tried[0]
-        if len(best.candidates) > 1:
-            best = exchanged(problem, nominal, best, rounds[0])
         if len(best.candidates) == 2:
-            best = paired(problem, nominal, best, rounds[0], processes=processes)
+            best = paired(nominal, best, rounds[0], processes=processes)
+        elif len(best.candidates) > 2:
+            best = exchanged(nominal, best, rounds[0], processes=processes)
     return Search(nominal=nominal, best=best, rounds=tuple(rounds))
 
 
@@ -270,12 +271,14 @@ _DELAY_STEPS = (3e-3, 1e-3, 3e-4)
 
 
 def exchanged(
-    problem: Problem,
     nominal: Hypothesis,
     best: Hypothesis,
     singles: Sequence[Hypothesis],
+    *,
+    processes: int = 1,
 ) -> Hypothesis:
-    """Try other effects in place of each one that was found."""
+    """Try other effects in place of each one that was found but the last."""
+    jobs = []
     for k in range(len(best.candidates) - 1):
         others = best.candidates[:k] + best.candidates[k + 1 :]
         for single in singles[:5]:
@@ -283,36 +286,55 @@ def exchanged(
             if candidate.name in {c.name for c in best.candidates}:
                 continue
             values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
-            keys = keys_of((*others, candidate))
-            fit = best.fitter.fit(keys, start={x: values[x] for x in keys})
-            rival = scored((*others, candidate), fit, best.fitter, nominal)
-            if rival.score > best.score + 1.0:
-                best = rival
+            jobs.append(((*others, candidate), values))
+    for candidates, fit in fitted(best.fitter, jobs, processes):
+        rival = scored(candidates, fit, best.fitter, nominal)
+        if rival.score > best.score + 1.0:
+            best = rival
     return best
 
 
+Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
+
+
+def fitted(
+    fitter: Fitter, jobs: Sequence[Job], processes: int
+) -> list[tuple[tuple[Candidate, ...], Fit]]:
+    """Fit several models from values at hand."""
+
+    def work(job: Job) -> Fit:
+        keys = keys_of(job[0])
+        return fitter.fit(keys, start={k: job[1][k] for k in keys})
+
+    return [(job[0], fit) for job, fit in zip(jobs, spread(work, jobs, processes), strict=True)]
+
+
 def paired(
-    problem: Problem,
     nominal: Hypothesis,
     best: Hypothesis,
     singles: Sequence[Hypothesis],
     *,
     processes: int = 1,
 ) -> Hypothesis:
-    """Fit the likeliest effects two by two: a pair may hide behind a third effect."""
+    """Fit the likeliest effects two by two: a pair may hide behind a third effect.
+
+    The effect that was found beside the first joins them.
+    """
     top = [h for h in singles[:PAIRED] if h.score > 0.0]
+    second = best.candidates[-1].label
+    top += [h for h in singles[PAIRED:] if h.candidates[-1].label == second]
     pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
     known = set(best.names)
     pairs = [(a, b) for a, b in pairs if {*a.names, *b.names} != known]
     fitter = nominal.fitter
-
-    def work(pair: tuple[Hypothesis, Hypothesis]) -> Fit:
-        keys = keys_of((*pair[0].candidates, *pair[1].candidates))
-        start = {k: h.fit.values[k] for h in pair for k in h.fit.freed}
-        return fitter.fit(keys, start=start)
-
-    for pair, fit in zip(pairs, spread(work, pairs, processes), strict=True):
-        candidates = (*pair[0].candidates, *pair[1].candidates)
+    jobs = [
+        (
+            (*a.candidates, *b.candidates),
+            {k: h.fit.values[k] for h in (a, b) for k in h.fit.freed},
+        )
+        for a, b in pairs
+    ]
+    for candidates, fit in fitted(fitter, jobs, processes):
         rival = scored(candidates, fit, fitter, nominal)
         if rival.score > best.score + 1.0:
             best = rival
@@ -320,7 +342,7 @@ def paired(
 
 
 def rivals_of(
-    problem: Problem, search: Search, best: Hypothesis, index: int
+    search: Search, best: Hypothesis, index: int, *, processes: int = 1
 ) -> tuple[Hypothesis, ...]:
     """Models with another effect in the place of one of the chosen, best first."""
     own = best.candidates[index]
@@ -331,13 +353,15 @@ def rivals_of(
     taken = {c.name for c in best.candidates}
     pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
     ranked = sorted(pool.values(), key=lambda h: -h.score)
-    found: list[Hypothesis] = []
+    jobs: list[Job] = []
     for single in ranked:
         candidate = single.candidates[-1]
-        if candidate.name in taken or len(found) >= RIVALS:
+        if candidate.name in taken or len(jobs) >= RIVALS:
             continue
         values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
-        keys = keys_of((*others, candidate))
-        fit = best.fitter.fit(keys, start={k: values[k] for k in keys})
-        found.append(scored((*others, candidate), fit, best.fitter, search.nominal))
+        jobs.append(((*others, candidate), values))
+    found = [
+        scored(candidates, fit, best.fitter, search.nominal)
+        for candidates, fit in fitted(best.fitter, jobs, processes)
+    ]
     return tuple(sorted(found, key=lambda h: -h.score))

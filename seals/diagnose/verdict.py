@@ -114,8 +114,8 @@ class Answer:
     blind: tuple[str, ...] = ()
 
 
-def judge(problem: Problem, search: Search) -> Answer:
-    """Turn a search into an answer."""
+def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
+    """Turn a search into an answer; the processes share the fits of the rivals."""
     best = search.best
     left = unrest(best)
     floor = _floor(search)
@@ -141,7 +141,7 @@ def judge(problem: Problem, search: Search) -> Answer:
         return Answer(
             verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
         )
-    claims = [_claim(problem, search, best, k) for k in range(len(best.candidates))]
+    claims = [_claim(search, best, k, processes) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > SURE)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
@@ -199,9 +199,9 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     )
 
 
-def _claim(problem: Problem, search: Search, best: Hypothesis, index: int) -> Claim:
+def _claim(search: Search, best: Hypothesis, index: int, processes: int) -> Claim:
     """Confidence in one effect against what could stand in its place."""
-    rivals = rivals_of(problem, search, best, index)
+    rivals = rivals_of(search, best, index, processes=processes)
     name = best.candidates[index].name
     odds: dict[str, float] = {}
     for rival in rivals:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.config.fields import vars_of
 from seals.config.robot import HullSettings
 from seals.config.run import RunSettings
 from seals.dynamics.tree import forward
@@ -148,7 +149,22 @@ def _environment(settings: RunSettings) -> dict[str, Any]:
         "air_density": e.air_density,
         "water_density": float(column.density[0]),
         "wave": None if settings.wave is None else _plugin("wave", settings.wave),
+        **_solids(settings),
     }
+
+
+def _solids(settings: RunSettings) -> dict[str, Any]:
+    """Shore and obstacles, where there are any."""
+    e, out = settings.environment, {}
+    if e.shore.slope is not None:
+        out["shore"] = vars_of(e.shore)
+    if e.obstacles:
+        out["obstacles"] = {
+            name: {key: value for key, value in vars_of(o).items() if value is not None}
+            | {"type": o.type.value}
+            for name, o in e.obstacles.items()
+        }
+    return out
 
 
 def _effect(name: str, effect: Any) -> dict[str, Any]:

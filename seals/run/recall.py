@@ -109,8 +109,8 @@ def _same_object(folder: Path, name: str, noted: Any) -> None:
         ) from cause
     if changed:
         raise RobotError(
-            f"repeat={folder}: {', '.join(changed[:3])} of the object '{name}' in {home} changed or "
-            "vanished since.\nRestore the files as they were, or run anew."
+            f"repeat={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
+            "or vanished since.\nRestore the files as they were, or run anew."
         )
 
 

@@ -6,6 +6,7 @@ well. The same checks run from a shell: ``python -m seals.testing effect my_effe
 
 from seals.testing.backend import BackendReport, check_backend
 from seals.testing.contract import ContractError
+from seals.testing.control import ControlReport, check_controller, check_guide
 from seals.testing.effect import EffectReport, check_effect
 from seals.testing.reader import ReaderReport, check_reader
 from seals.testing.robot import RobotReport, check_robot
@@ -15,13 +16,16 @@ from seals.testing.waves import WavesReport, check_waves
 __all__ = [
     "BackendReport",
     "ContractError",
+    "ControlReport",
     "EffectReport",
     "ReaderReport",
     "RobotReport",
     "SensorReport",
     "WavesReport",
     "check_backend",
+    "check_controller",
     "check_effect",
+    "check_guide",
     "check_reader",
     "check_robot",
     "check_sensor",

@@ -10,7 +10,9 @@ from seals import registry
 from seals.errors import ConfigError, SealsError, suggestion
 from seals.testing import (
     check_backend,
+    check_controller,
     check_effect,
+    check_guide,
     check_reader,
     check_robot,
     check_sensor,
@@ -30,6 +32,8 @@ CHECKS: dict[str, Callable[[str], Any]] = {
     "reader": check_reader,
     "robot": check_robot,
     "sensor": check_sensor,
+    "guide": check_guide,
+    "controller": check_controller,
     "wave": check_waves,
 }
 """The check of each kind of plug-in."""

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from seals.config.fields import check_fields, vars_of
 from seals.effects.effect import Effect
-from seals.schema import check_parameters, parameters_of
+from seals.schema import parameters_of
 from seals.testing.contract import require
 
 HEADINGS = (
@@ -75,7 +76,7 @@ def check_declaration(name: str, cls: type, *, headings: bool = True) -> None:
         f"{', '.join(bare)} have no unit and bounds",
         "Declare them with seals.schema.param().",
     )
-    check_parameters(cls(), where=name)
+    check_fields(cls, vars_of(cls()), where=name)
     if headings:
         _check_docstring(name, cls)
 

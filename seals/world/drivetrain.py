@@ -129,7 +129,7 @@ class Drivetrain:
         """
         if command is not None:
             limit = self.response.limit
-            self._commands.give(time, np.clip(self._checked(command), -limit, limit))
+            self._commands.give(time, _within(self._checked(command), limit))
         self._share = share
         at = time if self._time is None else self._time
         held, self._time = self._commands.now, time
@@ -160,7 +160,7 @@ class Drivetrain:
             return wanted
         held = joints if self._held is None else self._held
         most = self._speeds * step
-        self._held = held + np.clip(wanted - held, -most, most)
+        self._held = held + _within(wanted - held, most)
         return self._held
 
     def _follow(self, drive: Floats | None, held: Floats | None, span: float) -> Floats | None:
@@ -171,7 +171,7 @@ class Drivetrain:
         state = np.zeros_like(held) if drive is None else drive
         if self._share < 1.0:
             limit = self.response.limit * max(self._share, 0.0) ** self.response.power
-            held = np.clip(held, -limit, limit)
+            held = _within(held, limit)
         if self._two:
             lag = np.where(np.abs(held) < np.abs(state), self.response.fall, lag)
         if self._lagging:
@@ -232,6 +232,12 @@ def timing_of(effects: EffectSet) -> Timing:
     for b in effects.timings:
         total += [float(np.reshape(x, -1)[0]) for x in b.hooks.timing(b.params)]
     return Timing(*total.tolist())
+
+
+def _within(values: Floats, limit: Floats) -> Floats:
+    """Values between -limit and limit; np.clip takes three times as long."""
+    held: Floats = np.minimum(np.maximum(values, -limit), limit)
+    return held
 
 
 def _same(a: Floats | None, b: Floats | None) -> bool:

@@ -142,7 +142,7 @@ def test_targets_keep_what_the_aim_leaves_out_and_stay_within_limits() -> None:
 def test_an_aim_for_a_limb_that_is_not_there_is_refused() -> None:
     """The refusal names the nearest arm."""
     robot = robot_of("aam")
-    with pytest.raises(ConfigError, match="no arm 'amr'.\nDid you mean 'arm'"):
+    with pytest.raises(ConfigError, match=r"no arm 'amr'\.\nDid you mean 'arm'"):
         joint_targets(Aim(joints={"amr": np.zeros(3)}), stowed(robot), robot)
 
 

@@ -13,6 +13,7 @@ from seals.config.compose import compose
 from seals.config.run import RunSettings, build_run
 from seals.config.source import find_robot
 from seals.errors import ConfigError
+from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.run.assembly import build_world
 from seals.run.folder import write_log
@@ -48,6 +49,17 @@ def test_a_run_keeps_the_objects_in_log_meta_and_ledger(tmp_path: Path) -> None:
     assert record.log.meta["objects"]["cube"]["mass"] == pytest.approx(0.1)
     np.testing.assert_allclose(ledger["cube/gravity.base.force_z"], -0.981, rtol=1e-6)
     assert ledger["cube/gravity.base.force_z"].size == ledger["t"].size
+
+
+def test_the_log_says_what_stands_in_the_scene(tmp_path: Path) -> None:
+    """Shore and obstacles are part of the metadata, and the log is written and read with them."""
+    ground = ["environment.ground_level=0.5", "environment.shore.slope=0.2"]
+    block = "+environment.obstacles.block={size: [1, 1, 1], position: [9, 9, 0]}"
+    run = settings(*ground, block, "time.duration=0.02")
+    write_log(tmp_path, simulate(run), run)
+    around = read_native(tmp_path).meta["environment"]
+    assert around["shore"]["slope"] == 0.2
+    assert around["obstacles"]["block"]["type"] == "box"
 
 
 def test_mass_and_effects_of_an_object_can_be_set() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -9,7 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
+from seals.config.compose import compose
+from seals.config.run import build_run
 from seals.effects import MediumKind
+from seals.experiments.flight_energy import OVERRIDES, draw, figures
+from seals.experiments.flight_energy import fly as fly_manipulator
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.battery import Battery, cell_voltage
 from seals.plugins.effects.quadratic_drag import DragQuadratic
@@ -132,3 +137,17 @@ def test_a_tired_battery_limits_the_climb(bench: Bench) -> None:
     rest = CELLS * cell_voltage(charge)
     assert np.allclose(voltage, rest - RESISTANCE * current)
     assert current.max() > 1.3 * current.min()
+
+
+def test_the_manipulator_balances_its_energy_in_a_controlled_flight(tmp_path: Path) -> None:
+    """The experiment's table, on a climb of 3 s: all three balances within 2 %."""
+    words = [*OVERRIDES, "time.duration=5.0"]
+    balance = fly_manipulator(build_run(compose(words)))
+    found = figures(balance)
+    off = {name: value for name, value in found.items() if name.endswith("[%]")}
+    print(off)
+    assert len(off) == 3
+    assert all(abs(value) < 2.0 for value in off.values())
+    assert found["gain of kinetic and potential energy [J]"] > 20.0
+    draw(tmp_path / "figure.png", balance)
+    assert (tmp_path / "figure.png").stat().st_size > 1000

@@ -225,3 +225,24 @@ def test_gains_beyond_the_step_are_refused_with_their_bound(bench: Bench) -> Non
     build_world(bench.settings(hand(bench), {"servos": servo}, step=0.99 * longest)).close()
     with pytest.raises(ConfigError, match="too stiff"):
         build_world(bench.settings(hand(bench), {"servos": servo}, step=1.05 * longest))
+
+
+def test_a_snapshot_holds_what_the_servos_know(bench: Bench) -> None:
+    """Restored in mid-motion, a stiff hand takes the same way again, bit for bit."""
+    servo = Servos(kp_each=[20.0, 2.0], kd_each=[1.0, 0.02], speed_limit=[3.0], armature=1e-6)
+    world = build_world(bench.settings(hand(bench), {"servos": servo}, weight=False))
+    try:
+        actor = world.actors["robot"]
+        actor.joint_command = np.array([[0.4, -0.6]])
+        for _ in range(20):
+            world.step()
+        kept, ways = world.snapshot(), []
+        for _ in range(2):
+            for _ in range(30):
+                world.step()
+            ways.append(np.concatenate(actor.body.read()))
+            world.restore(kept)
+    finally:
+        world.close()
+    assert np.array_equal(*ways)
+    assert abs(ways[0][13]) > 0.05

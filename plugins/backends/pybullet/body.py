@@ -101,7 +101,7 @@ class PybulletBody:
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
-        origins, rotations = self._posing.read(*self._com_pose(), self._com)
+        origins, rotations = self._posing.read()
         return LinkPoses(
             origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None]
         )
@@ -111,10 +111,8 @@ class PybulletBody:
         if self._base == 0 or self._centred:
             return native
         speed: Floats = native.copy()
-        w, c = native[3:6], turn @ self._com
-        speed[0] -= w[1] * c[2] - w[2] * c[1]
-        speed[1] -= w[2] * c[0] - w[0] * c[2]
-        speed[2] -= w[0] * c[1] - w[1] * c[0]
+        (a, b, c), (x, y, z) = native[3:6].tolist(), (turn @ self._com).tolist()
+        speed[:3] -= (b * z - c * y, c * x - a * z, a * y - b * x)
         return speed
 
     def joint_positions(self) -> Floats:

@@ -26,43 +26,40 @@ class Posing:
     """
 
     def __init__(self, engine: Any, client: int, tree: Tree, loaded: Loaded) -> None:
-        """Find the fixed links and the link that carries each."""
+        """Find the link that carries each, and its place there."""
         self._p, self._client, self._body = engine, client, loaded.body
-        self._moving = [k for k in range(1, tree.links) if tree.joint[k] >= 0]
-        self._asked = [loaded.index[k] for k in self._moving]
-        self._fixed = [k for k in range(1, tree.links) if tree.joint[k] < 0]
-        self._rows = np.array([0, *self._moving])
-        self._count = tree.links
-        place = {k: (k, np.zeros(3), np.eye(3)) for k in (0, *self._moving)}
-        for k in self._fixed:
-            carrier, offset, turn = place[tree.parent[k]]
-            place[k] = (carrier, offset + turn @ tree.origin[k], turn @ tree.rotation[k])
-        self._carriers = [place[k][0] for k in self._fixed]
-        self._offsets = np.array([place[k][1] for k in self._fixed]).reshape(-1, 3, 1)
-        self._turns = np.array([place[k][2] for k in self._fixed]).reshape(-1, 3, 3)
+        moving = [k for k in range(1, tree.links) if tree.joint[k] >= 0]
+        self._asked = [loaded.index[k] for k in moving]
+        rows = {k: (row, np.zeros(3), np.eye(3)) for row, k in enumerate((0, *moving))}
+        for k in range(1, tree.links):
+            if k not in rows:
+                row, offset, turn = rows[tree.parent[k]]
+                rows[k] = (row, offset + turn @ tree.origin[k], turn @ tree.rotation[k])
+        table = [rows[k] for k in range(tree.links)]
+        self._row = np.array([row for row, _, _ in table])
+        self._offset = np.array([offset for _, offset, _ in table])[:, :, None]
+        self._turn = np.array([turn for _, _, turn in table])
+        self._all = len(moving) + 1 == tree.links
+        self._centre, self._base_turn = loaded.base_centre, matrix_of(loaded.base_turn)[0]
+        self._turned = bool(np.any(loaded.base_turn[0, :3]))
 
-    def read(self, position: Floats, quaternion: Floats, centre: Floats) -> tuple[Floats, Floats]:
-        """Return origins (L, 3) [m] and rotations (L, 3, 3) of all links.
-
-        Args:
-            position: centre of mass of the base, world [m], shape (3,).
-            quaternion: of the base link's frame, xyzw, shape (4,).
-            centre: centre of mass of the base in its frame [m], shape (3,).
-        """
-        table = [(*position, *quaternion)]
+    def read(self) -> tuple[Floats, Floats]:
+        """Return origins (L, 3) [m] and rotations (L, 3, 3) of all links."""
+        p, client = self._p, self._client
+        position, quaternion = p.getBasePositionAndOrientation(self._body, physicsClientId=client)
+        table = [position + quaternion]
         if self._asked:
-            states = self._p.getLinkStates(
-                self._body, self._asked, computeForwardKinematics=1, physicsClientId=self._client
+            states = p.getLinkStates(
+                self._body, self._asked, computeForwardKinematics=1, physicsClientId=client
             )
             table += [s[4] + s[5] for s in states]
         both = np.array(table)
         places, turns = both[:, :3], matrix_of(both[:, 3:])
-        places[0] -= turns[0] @ centre
-        if not self._fixed:
+        # the engine tells centre and principal axes of the base
+        if self._turned:
+            turns[0] = turns[0] @ self._base_turn
+        places[0] -= turns[0] @ self._centre
+        if self._all:
             return places, turns
-        origins, rotations = np.empty((self._count, 3)), np.empty((self._count, 3, 3))
-        origins[self._rows], rotations[self._rows] = places, turns
-        under = rotations[self._carriers]
-        origins[self._fixed] = origins[self._carriers] + (under @ self._offsets)[:, :, 0]
-        rotations[self._fixed] = under @ self._turns
-        return origins, rotations
+        carried = turns[self._row]
+        return places[self._row] + (carried @ self._offset)[:, :, 0], carried @ self._turn

@@ -53,15 +53,12 @@ class Inner(NamedTuple):
 
     Args:
         arm: motion of the joints; None before the first call.
-        drift: of the centre of gravity, with its rates, body axes.
-        momentum: of the joints, with its rates, body axes.
-        inertia: of the robot as a vector of nine, with its rate, body axes.
+        moved: with its rates, body axes: velocity of the centre of gravity, momentum of the
+            joints, and inertia of the robot as nine numbers.
     """
 
     arm: Reckoned | None
-    drift: Trend
-    momentum: Trend
-    inertia: Rate
+    moved: Trend
 
 
 @dataclass(kw_only=True)
@@ -117,7 +114,7 @@ class Cascade(CascadeSettings):
     def start(self) -> Memory:
         """Return zero sums; arms stowed, grippers open."""
         zero, flat = np.zeros(3), Trend.flat(3)
-        inner = Inner(None, flat, flat, Rate(None, np.zeros(9)))
+        inner = Inner(None, Trend.flat(15))
         return Memory(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
 
     def command(self, situation: Situation, aim: Aim, memory: Memory) -> tuple[Order, Memory]:
@@ -129,7 +126,7 @@ class Cascade(CascadeSettings):
         velocity = memory.velocity
         if gains.rate > 0.0:
             velocity = velocity.next(s.velocity, s.step, self.smoothing)
-        ahead = aim.acceleration + s.rotation @ inner.drift.ahead(self.lean_lead)
+        ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead)[:3]
         known = memory.known.next(ahead, s.step, self.smoothing)
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
         error = self._wanted(s, aim, gains) - s.velocity - s.rotation @ cross3(s.spin, s.centre)
@@ -177,13 +174,8 @@ class Cascade(CascadeSettings):
             return inner
         arm = inner.arm or Reckoned(s.joints, s.rates)
         arm = arm.next(targets, self._servo_lag, self.joint_speed, s.step)
-        smooth = self.smoothing
-        return Inner(
-            arm,
-            inner.drift.next(s.centre_map @ arm.rate, s.step, smooth),
-            inner.momentum.next(s.momentum_map @ arm.rate, s.step, smooth),
-            inner.inertia.next(s.inertia.reshape(9), s.step, smooth),
-        )
+        both = (s.centre_map @ arm.rate, s.momentum_map @ arm.rate, s.inertia.reshape(9))
+        return Inner(arm, inner.moved.next(np.concatenate(both), s.step, self.smoothing))
 
     def _wanted(self, s: Situation, aim: Aim, gains: Gains) -> Floats:
         if aim.position is None:
@@ -221,8 +213,8 @@ class Cascade(CascadeSettings):
         torque = inertia @ want + cross3(s.spin, s.inertia @ s.spin)
         if s.joints.size:
             torque = torque + cross3(s.spin, s.momentum_map @ s.rates)
-            torque = torque + inner.momentum.ahead(self.torque_lead)
-            torque = torque + inner.inertia.rate.reshape(3, 3) @ s.spin
+            torque = torque + inner.moved.ahead(self.torque_lead)[3:6]
+            torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.spin
         if s.buoyancy.force > 0.0:
             up = s.buoyancy.force * s.rotation[2]
             torque = torque - cross3(s.buoyancy.centre - s.centre, up)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,7 +53,8 @@ class Gains(NamedTuple):
             return air
         if wet >= 1.0:
             return water
-        return Gains(*(a + wet * (w - a) for a, w in zip(air, water, strict=True)))
+        pairs: Any = zip(air, water, strict=True)
+        return Gains(*(a + wet * (w - a) for a, w in pairs))
 
 
 @dataclass(kw_only=True)

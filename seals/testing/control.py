@@ -1,0 +1,211 @@
+"""The executable contract of guides and controllers."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.control import Aim, Controller, Guide, Order, Plant, Situation
+from seals.control.plant import build_plant
+from seals.run.assembly import ROBOT, build_world
+from seals.testing.contract import class_of, require
+from seals.testing.declaration import check_declaration
+from seals.world.pilot import Pilot
+
+STEPS = 12
+FALL = (
+    "water=fossen",
+    "initial.position=[0.1,0.2,0.05]",
+    "initial.rpy=[0.2,-0.1,0.4]",
+    "initial.angular_velocity=[0.5,0.2,-0.3]",
+)
+"""How the robot falls, turning, into water while guides and controllers are questioned."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlReport:
+    """What `check_guide` or `check_controller` found.
+
+    Args:
+        name: of the plug-in.
+        calls: times it was called.
+        rate: calls a second [Hz].
+    """
+
+    name: str
+    calls: int
+    rate: float
+
+    def table(self) -> str:
+        """Return the figures as text."""
+        return f"{self.name}: {self.calls} calls at {self.rate:g} Hz"
+
+
+def check_guide(
+    guide: str | type, *, robot: str = "aam", values: Mapping[str, Any] | None = None
+) -> ControlReport:
+    """Check that a guide keeps the contract of its kind.
+
+    It must repeat itself, leave its memory as it is, keep nothing to itself between calls, and aim
+    at finite velocities.
+
+    Args:
+        guide: name of an installed guide, or its class.
+        robot: that it leads, an installed robot or a folder.
+        values: fields of the guide.
+
+    Raises:
+        ContractError: a promise does not hold; also an AssertionError.
+    """
+    name, cls = class_of("guide", guide)
+    check_declaration(name, cls, headings=False)
+    made: Guide = cls(**(values or {}))
+    _require_rate(name, made)
+    course, plant = _course(robot)
+    made.bind(plant)
+    memory = made.start(course[0])
+    for situation in course:
+        aim, after = _pure(name, made.aim, situation, memory)
+        finite = all(np.all(np.isfinite(x)) for x in (aim.velocity, aim.acceleration, aim.yaw))
+        require(finite, name, f"aims at {aim}", "Return finite numbers.")
+        require(
+            made.finished(after) in (True, False, None) and isinstance(made.stage(after), str),
+            name,
+            "does not say whether it is finished, or at which stage it is",
+            "Return True, False or None, and a text.",
+        )
+        memory = after
+    return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
+
+
+def check_controller(
+    controller: str | type, *, robot: str = "aam", values: Mapping[str, Any] | None = None
+) -> ControlReport:
+    """Check that a controller keeps the contract of its kind.
+
+    It must repeat itself, leave its memory as it is, and command no drive beyond its limits.
+
+    Args:
+        controller: name of an installed controller, or its class.
+        robot: that it commands, an installed robot or a folder.
+        values: fields of the controller.
+
+    Raises:
+        ContractError: a promise does not hold; also an AssertionError.
+    """
+    name, cls = class_of("controller", controller)
+    check_declaration(name, cls, headings=False)
+    made: Controller = cls(**(values or {}))
+    _require_rate(name, made)
+    course, plant = _course(robot)
+    made.bind(plant)
+    memory, rng = made.start(), np.random.default_rng(0)
+    for situation in course:
+        aim = Aim(velocity=rng.normal(size=3), yaw=float(rng.normal()))
+        order, memory = _pure(name, made.command, situation, aim, memory)
+        _require_order(name, order, situation)
+    return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
+
+
+def _require_rate(name: str, made: Guide | Controller) -> None:
+    require(made.rate > 0.0, name, f"is called {made.rate} times a second", "Give it a rate.")
+
+
+def _require_order(name: str, order: Order, situation: Situation) -> None:
+    drive, slack = order.drive, 1e-9
+    inside = (drive <= situation.limit + slack) & (drive >= situation.low - slack)
+    require(
+        drive.shape == situation.limit.shape and bool(inside.all()),
+        name,
+        f"commands {drive} to drives from {situation.low} to {situation.limit}",
+        "Hold the commands within the limits of the situation.",
+    )
+    require(
+        order.joints.shape == situation.joints.shape and bool(np.isfinite(order.joints).all()),
+        name,
+        f"sends {order.joints} to {situation.joints.size} joints",
+        "Return one finite number a joint.",
+    )
+
+
+def _pure(name: str, call: Any, *given: Any) -> tuple[Any, Any]:
+    """Call twice and require equal results and untouched memory, which must be copyable."""
+    before = copy.deepcopy(given[-1])
+    first, second = call(*given), call(*given)
+    same = _same(first, second)
+    require(same, name, "gives two answers to one question", "Keep nothing outside the memory.")
+    kept = _same(given[-1], before)
+    require(kept, name, "changes the memory it is given", "Return a new memory instead.")
+    answer: tuple[Any, Any] = first
+    return answer
+
+
+def _same(a: Any, b: Any) -> bool:
+    return pickle.dumps(_plain(a)) == pickle.dumps(_plain(b))
+
+
+def _plain(thing: Any) -> Any:
+    """Values only: equal things may share their parts differently."""
+    if isinstance(thing, np.ndarray):
+        return thing.tolist()
+    if isinstance(thing, Mapping):
+        return {str(key): _plain(value) for key, value in thing.items()}
+    if isinstance(thing, tuple | list):
+        return [_plain(part) for part in thing]
+    return repr(thing)
+
+
+def _course(robot: str) -> tuple[list[Situation], Plant]:
+    """Return situations of a robot that falls, turning, into water, and its plant."""
+    settings = build_run(compose([f"robot={robot}", *FALL]))
+    world = build_world(settings)
+    actor = world.actors[ROBOT]
+    plant = build_plant(actor.robot, actor.effects, settings.environment)
+    watcher = _Watcher()
+    actor.pilot = Pilot(
+        plant,
+        watcher,
+        watcher,
+        volume=actor.evaluator.surroundings.volume,
+        step=settings.time.step,
+    )
+    for _ in range(STEPS):
+        world.step()
+    world.close()
+    return watcher.seen, plant
+
+
+class _Watcher:
+    """A guide and a controller that want nothing and remember what they saw."""
+
+    rate = 1e4
+    sense = "truth"
+
+    def __init__(self) -> None:
+        self.seen: list[Situation] = []
+
+    def bind(self, plant: Plant) -> None:
+        self._idle = Order(np.zeros(plant.layout.drives), np.zeros(plant.robot.tree.joints))
+
+    def start(self, situation: Situation | None = None) -> None:
+        return None
+
+    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
+        return Aim(), memory
+
+    def command(self, situation: Situation, aim: Aim, memory: Any) -> tuple[Order, Any]:
+        self.seen.append(situation)
+        return self._idle, memory
+
+    def finished(self, memory: Any) -> bool | None:
+        return None
+
+    def stage(self, memory: Any) -> str:
+        return ""

@@ -1,0 +1,63 @@
+"""Every installed guide and controller keeps the contract of its kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from seals import registry
+from seals.control import Aim, Order, Situation
+from seals.plugins.controllers.station import Station
+from seals.plugins.guides.hover import Hover
+from seals.testing import ContractError, check_controller, check_guide
+
+ROBOTS = {"station": "auv"}
+ALONE = ("hover", "oval", "waypoints")
+"""Guides that need nothing beside the robot: no object, no script."""
+
+
+@pytest.mark.parametrize("name", registry.names("controller"))
+def test_an_installed_controller_keeps_the_contract(name: str) -> None:
+    """Equal questions get equal answers, memory is left alone, commands stay within limits."""
+    assert check_controller(name, robot=ROBOTS.get(name, "aam")).calls > 20
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_an_installed_guide_keeps_the_contract(name: str) -> None:
+    """Equal questions get equal answers, memory is left alone, aims are finite."""
+    assert check_guide(name).calls > 20
+
+
+@dataclass(kw_only=True)
+class HoverForgetful(Hover):
+    """A guide that counts its calls in itself."""
+
+    calls: list[int] = field(default_factory=list)
+
+    def aim(self, situation: Situation, memory: object) -> tuple[Aim, object]:
+        """Return a velocity that grows with every call."""
+        self.calls.append(1)
+        return Aim(velocity=np.full(3, float(len(self.calls)))), memory
+
+
+@dataclass(kw_only=True)
+class StationWild(Station):
+    """A controller that knows no limits."""
+
+    def command(self, situation: Situation, aim: Aim, memory: object) -> tuple[Order, object]:
+        """Return twice what the thrusters can do."""
+        return Order(2.0 * situation.limit, situation.joints), memory
+
+
+def test_a_guide_with_a_memory_of_its_own_is_refused() -> None:
+    """State outside the memory would not be part of a snapshot."""
+    with pytest.raises(ContractError, match="two answers to one question"):
+        check_guide(HoverForgetful)
+
+
+def test_a_controller_that_commands_beyond_the_limits_is_refused() -> None:
+    """The refusal tells commands and limits."""
+    with pytest.raises(ContractError, match="to drives from"):
+        check_controller(StationWild, robot="auv")
