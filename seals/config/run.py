@@ -189,8 +189,8 @@ def _check(settings: RunSettings) -> None:
     _check_name(settings.name)
     if settings.guide is not None and settings.controller is None:
         raise ConfigError(
-            "guide is given, and no controller that follows it.\n"
-            f"Choose one: controller=NAME.  {suggestion('', names('controller'), label='Installed')}"
+            "guide is given, and no controller that follows it.\nChoose one: controller=NAME.  "
+            f"{suggestion('', names('controller'), label='Installed')}"
         )
 
 

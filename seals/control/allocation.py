@@ -54,10 +54,16 @@ class Allocation:
         self._layout, self._rows, self.saturation = layout, list(rows), saturation
         self._squared = np.array([kind == ROTOR for kind in layout.kind])
         self._all_rotors = bool(self._squared.all())
-        self._force = np.ascontiguousarray((layout.axis * layout.thrust_coefficient[:, None]).T)
-        self._arm = np.cross(layout.position, layout.axis) * layout.thrust_coefficient[:, None]
-        self._arm = np.ascontiguousarray(self._arm.T)
-        self._reaction = (layout.axis * layout.reaction_coefficient[:, None]).T
+        force = (layout.axis * layout.thrust_coefficient[:, None]).T
+        reaction = (layout.axis * layout.reaction_coefficient[:, None]).T
+        arm = np.cross(layout.position, layout.axis) * layout.thrust_coefficient[:, None]
+        self._about_origin = np.concatenate((force, arm.T + reaction))[self._rows]
+        # what a metre of the centre along x, y and z takes from every row
+        shift = np.zeros((3, 6, layout.drives))
+        for k, axis in enumerate(np.eye(3)):
+            shift[k, 3:] = np.cross(axis, force.T).T
+        self._shift = np.ascontiguousarray(shift[:, self._rows].reshape(3, -1))
+        self._bounds = self._squared_bounds(layout.limit, layout.low)
         # moving the centre adds rows to rows, it does not change their rank
         self._full = has_rank(self.matrix(layout.position.mean(axis=0)))
         self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
@@ -73,14 +79,7 @@ class Allocation:
             centre: of gravity, body axes [m], shape (3,).
             gain: of every drive, see `seals.control.Situation`; None for one.
         """
-        f, (x, y, z) = self._force, centre.tolist()
-        whole = np.empty((6, f.shape[1]))
-        whole[:3] = f
-        whole[3:] = self._arm + self._reaction
-        whole[3] -= y * f[2] - z * f[1]
-        whole[4] -= z * f[0] - x * f[2]
-        whole[5] -= x * f[1] - y * f[0]
-        a = whole[self._rows]
+        a: Floats = self._about_origin - (centre @ self._shift).reshape(self._about_origin.shape)
         return a if gain is None else a * gain
 
     def commands(
@@ -104,7 +103,9 @@ class Allocation:
         limit = self._layout.limit if limit is None else limit
         low = self._layout.low if low is None else low
         a = self.matrix(centre, gain)
-        high, least = self._squares(limit), self._squares(low)
+        if limit is not self._bounds[0] or low is not self._bounds[1]:
+            self._bounds = self._squared_bounds(limit, low)
+        high, least = self._bounds[2:]
         u = least_norm(a, wrench, full=self._full)
         if self.saturation is Saturation.paper:
             u = shrunk(u, least, high)
@@ -123,6 +124,10 @@ class Allocation:
         """Return the chosen rows of force and torque that commands make [N, N m]."""
         made: Floats = self.matrix(centre, gain) @ self._squares(command)
         return made
+
+    def _squared_bounds(self, limit: Floats, low: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Bounds as given, and squared: in air they are the same at every call."""
+        return limit, low, self._squares(limit), self._squares(low)
 
     def _squares(self, command: Floats) -> Floats:
         """Squared speeds with their sign, or forces; backwards they count for less."""

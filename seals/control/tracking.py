@@ -74,6 +74,7 @@ def minimum_jerk(start: Floats, end: Floats, duration: float, time: float) -> Pl
         Flash and Hogan 1985, Journal of Neuroscience 5(7).
 
     Example:
+        >>> import numpy as np
         >>> minimum_jerk(np.zeros(3), np.ones(3), 2.0, 1.0).position
         array([0.5, 0.5, 0.5])
     """

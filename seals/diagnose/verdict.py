@@ -46,6 +46,9 @@ CLOSE = 3.0
 """Score difference within which two hypotheses cannot be told apart."""
 ALIKE = 14.0
 """Score difference within which a hypothesis is mentioned beside the chosen one."""
+DISTANT = 4.0
+"""Factor on the three above for a log without pose: its model is linear about a course that was
+simulated, not measured, and the error of that weighs on all scores alike."""
 RESTLESS = 2.0
 """Factor on the gusts above which a force is missing: their level is good to a factor of two."""
 REST_GAIN = 30.0
@@ -141,7 +144,8 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         return Answer(
             verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
         )
-    claims = [_claim(search, best, k, processes) for k in range(len(best.candidates))]
+    heat = temperature(problem)
+    claims = [_claim(search, best, k, heat, processes) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > SURE)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
@@ -151,6 +155,11 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         unrest=left,
         explained=share,
     )
+
+
+def temperature(problem: Problem) -> float:
+    """Score difference by which the odds of two hypotheses change by e on this log."""
+    return TEMPERATURE if problem.samples.posed else DISTANT * TEMPERATURE
 
 
 def _floor(search: Search) -> float:
@@ -199,7 +208,7 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     )
 
 
-def _claim(search: Search, best: Hypothesis, index: int, processes: int) -> Claim:
+def _claim(search: Search, best: Hypothesis, index: int, heat: float, processes: int) -> Claim:
     """Confidence in one effect against what could stand in its place."""
     rivals = rivals_of(search, best, index, processes=processes)
     name = best.candidates[index].name
@@ -207,7 +216,7 @@ def _claim(search: Search, best: Hypothesis, index: int, processes: int) -> Clai
     for rival in rivals:
         other = rival.candidates[-1].name
         if other != name:
-            gap = (best.score - rival.score) / TEMPERATURE
+            gap = (best.score - rival.score) / heat
             odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
     confidence = 1.0 / (1.0 + sum(odds.values()))
     ordered = sorted(odds, key=lambda n: -odds[n])

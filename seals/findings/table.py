@@ -12,7 +12,7 @@ from seals.diagnose.hypothesis import Hypothesis, material
 from seals.diagnose.naming import FURTHER, ROUGH, THRESHOLD
 from seals.diagnose.rough import surface
 from seals.diagnose.screen import candidate_keys, linear_gain, screen
-from seals.diagnose.verdict import TEMPERATURE, Verdict
+from seals.diagnose.verdict import Verdict, temperature
 from seals.findings.gains import Gain, gain_over
 from seals.findings.naming import candidate_words, figure, points
 from seals.schema import parameters_of
@@ -192,7 +192,7 @@ def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gai
     full = gain_over(base, best)
     if gap <= 0.0:
         return f"alone it does as well as {name}, but the chosen effects together explain more"
-    odds = gap / TEMPERATURE / 2.302585
+    odds = gap / temperature(diagnosis.problem) / 2.302585
     sure = f"{10**odds:,.0f} to one" if odds < 6.0 else "more than a million to one"
     part = (
         f"removes {100.0 * max(gain.value, 0.0) / full.value:.0f} % of what {name} removes"

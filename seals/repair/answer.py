@@ -84,7 +84,8 @@ def read_answer(
         why = "; ".join(raw.get("reasons") or ())
         advice = "Only the effects of a named or ambiguous answer can be added."
         if raw.get("formula"):
-            advice = f"Take the formula found for it with accept={FORMULA}: {raw['formula']['text']}"
+            text = raw["formula"]["text"]
+            advice = f"Take the formula found for it with accept={FORMULA}: {text}"
         raise ConfigError(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
             f"{advice}"

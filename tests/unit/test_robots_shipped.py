@@ -43,9 +43,12 @@ def run_of(name: str, *more: str) -> RunSettings:
 def engine() -> Iterator[Any]:
     """Return a bare engine, without SEALS."""
     pybullet = pytest.importorskip("pybullet")
-    client = pybullet.connect(pybullet.DIRECT)
-    yield pybullet
-    pybullet.disconnect(client)
+    from pybullet_utils.bullet_client import BulletClient
+
+    # a client of its own: calls without one would go to whichever was opened first
+    client = BulletClient(pybullet.DIRECT)
+    yield client
+    client.disconnect()
 
 
 @pytest.mark.parametrize("name", MADE)

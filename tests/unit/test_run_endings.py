@@ -119,7 +119,7 @@ def start(folder: Path) -> subprocess.Popen[str]:
         if (folder / "run.json").exists() or process.poll() is not None:
             break
         time.sleep(0.05)
-    time.sleep(0.5)
+    time.sleep(1.5)
     return process
 
 
