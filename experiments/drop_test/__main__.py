@@ -3,5 +3,6 @@
 import sys
 
 from seals.experiments.drop_test import main
+from seals.experiments.ending import ended
 
-sys.exit(main())
+sys.exit(ended(main))

@@ -36,13 +36,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = {name: largest(log) for name, log in logs.items()}
     (out / "table.md").write_text(table(found), encoding="utf-8")
     place = start_of(logs["sweep"])
-    charts = [deviations(later(log), place, name) for name, log in logs.items()]
+    charts = [deviations(later(log), place, titled(name)) for name, log in logs.items()]
     write_picture(out / "figure.png", [*charts, joints(logs["sweep"])])
     ledger = records["sweep"].ledger
     picture = [forces(ledger, 2, "Forces along z of the body"), forces(ledger, 4, "Pitch torques")]
     write_picture(out / "ledger.png", picture)
     print((out / "table.md").read_text(encoding="utf-8"))
     return 0 if kept(found) else 1
+
+
+def titled(case: str) -> str:
+    """Return a case in words.
+
+    Example:
+        >>> titled("sweep_without")
+        'sweep, fixed centre of gravity'
+    """
+    return case.replace("_without", ", fixed centre of gravity")
 
 
 def start_of(log: Log) -> Floats:

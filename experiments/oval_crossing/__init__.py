@@ -20,6 +20,8 @@ WITHIN = 0.05
 """Root mean square deviation that all flights shall keep [m]."""
 LOST = 0.5
 """Deviation from which on control counts as lost [m]."""
+INK = "#1b2127"
+"""Colour of the course."""
 SETTLED = 4.0
 """From here on the course counts: the rotors have spun up [s]."""
 WEAK = ("+effect@effects.weak=thrust_coefficient", "effects.weak.relative_change=-0.05")
@@ -109,10 +111,12 @@ def figures(records: dict[str, Record], guide: Any) -> list[Chart]:
     """Return the path from the side, deviations, and the acceleration through one lap."""
     log = records["true_model"].log
     wanted = course(log, guide)
-    path = [Series(name="course", x=wanted[:, 0], y=wanted[:, 2], dashed=True)]
+    path = []
     for name, record in records.items():
         place = record.log.channel("position")
-        path.append(Series(name=name, x=place[:, 0], y=place[:, 2]))
+        path.append(Series(name=name.replace("_", " "), x=place[:, 0], y=place[:, 2]))
+    # last: the flights would hide it
+    path.append(Series(name="course", x=wanted[:, 0], y=wanted[:, 2], dashed=True, colour=INK))
     side = Chart(
         title="From the side",
         x_label="x [m]",
@@ -122,7 +126,8 @@ def figures(records: dict[str, Record], guide: Any) -> list[Chart]:
         equal=True,
     )
     away = [
-        deviations(record.log, course(record.log, guide), name) for name, record in records.items()
+        deviations(record.log, course(record.log, guide), name, after=SETTLED)
+        for name, record in records.items()
     ]
     return [side, *away, _acceleration(log, guide)]
 
@@ -134,9 +139,9 @@ def _acceleration(log: Log, guide: Any) -> Chart:
     time, height = log.time[rows], log.channel("position")[rows, 2]
     crossing = time[1:][np.diff(np.sign(height)) != 0.0]
     marks = tuple(Mark(at=float(t), label="surface") for t in crossing)
-    rise = Series(name="vertical acceleration", x=time, y=_upward(log)[rows])
+    rise = Series(name="vertical acceleration [m/s²]", x=time, y=_upward(log)[rows])
     wet = Series(name="height of the body [m]", x=time, y=height)
-    label = "acceleration [m/s²]"
+    label = "acceleration [m/s²], height [m]"
     title = "Through the surface and back"
     return Chart(title=title, y_label=label, series=(rise, wet), marks=marks)
 

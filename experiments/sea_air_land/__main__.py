@@ -2,6 +2,7 @@
 
 import sys
 
+from seals.experiments.ending import ended
 from seals.experiments.sea_air_land import main
 
-sys.exit(main())
+sys.exit(ended(main))

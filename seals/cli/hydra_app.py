@@ -94,6 +94,8 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.config.refusal import refusals
     from seals.config.source import install
 
+    # Hydra's parser takes no flag between two overrides
+    arguments = sorted(arguments, key=lambda word: word not in ("--multirun", "-m"))
     _refuse_flags(arguments)
     _refuse_other_verb(root, arguments)
     install()

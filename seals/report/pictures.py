@@ -14,6 +14,8 @@ from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
 """Width and height [inch] at 140 dots per inch."""
+ROW = 90
+"""Letters of title and legend that fit above a chart."""
 
 
 def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
@@ -57,9 +59,10 @@ def _draw(axes: Any, chart: Chart) -> None:
             _line(axes, thinned(line))
     for mark in chart.marks:
         (axes.axhline if mark.level else axes.axvline)(mark.at, color=MUTED, lw=0.8, ls=":")
-        where = (1.0, mark.at) if mark.level else (mark.at, 1.0)
+        # the label of a level stands at the left
+        where = (0.0, mark.at) if mark.level else (mark.at, 1.0)
         transform = axes.get_yaxis_transform() if mark.level else axes.get_xaxis_transform()
-        side = {"ha": "right", "va": "bottom"} if mark.level else {"ha": "left", "va": "top"}
+        side = {"ha": "left", "va": "bottom" if mark.level else "top"}
         axes.text(*where, f" {mark.label} ", transform=transform, fontsize=8, color=MUTED, **side)
     axes.set_title(chart.title, loc="left", fontsize=10, fontweight="bold")
     axes.set_xlabel(chart.x_label, fontsize=9)
@@ -71,7 +74,18 @@ def _draw(axes: Any, chart: Chart) -> None:
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8, frameon=False, ncols=4, loc="best")
+        _legend(axes, chart.title)
+
+
+def _legend(axes: Any, title: str) -> None:
+    """Set the legend beside the title, out of the way of the lines, where both fit in one row."""
+    names = axes.get_legend_handles_labels()[1]
+    # a key takes as much room as six letters
+    if len(names) <= 4 and len(title) + sum(len(name) + 6 for name in names) <= ROW:
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+    else:
+        place = {"loc": "best"}
+    axes.legend(fontsize=8, frameon=False, ncols=4, **place)
 
 
 def _line(axes: Any, line: Series) -> None:

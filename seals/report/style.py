@@ -5,7 +5,10 @@ from __future__ import annotations
 # after Okabe and Ito 2008, moved to middle lightness so that one set serves both backgrounds
 AXES = {"x": "#d8602a", "y": "#12966f", "z": "#2f80d0"}
 """Colours of the three axes, the same in every chart."""
-CYCLE = ("#2f80d0", "#d8602a", "#12966f", "#a765c2", "#c08a00", "#2fa3c4", "#cf5f8f", "#7a8791")
+CYCLE = (
+    *("#2f80d0", "#d8602a", "#12966f", "#a765c2", "#c08a00", "#2fa3c4", "#cf5f8f", "#7a8791"),
+    *("#8f5b3a", "#5a63c8", "#7d9a2b", "#b3394a"),
+)
 """Colours of named things, in order."""
 MUTED = "#7f8a94"
 """Colour of reference lines and totals."""

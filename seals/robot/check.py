@@ -13,6 +13,7 @@ from seals.medium.seawater import density_of
 from seals.robot.build import build_robot
 from seals.robot.check_drives import look_at_drives
 from seals.robot.check_joints import look_at_joints, look_at_servos
+from seals.robot.check_limbs import look_at_limbs
 from seals.robot.check_meshes import look_at_meshes
 from seals.robot.check_mimics import look_at_mimics
 from seals.robot.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
@@ -43,7 +44,8 @@ def check_robot(
     looks = (_mass, _inertia, _links, _floating)
     found = [finding for look in looks for finding in look(robot)]
     found += look_at_drives(robot, actuators or {})
-    found += [*look_at_joints(robot), *look_at_servos(robot, actuators or {})]
+    found += [*look_at_joints(robot), *look_at_limbs(robot)]
+    found += look_at_servos(robot, actuators or {})
     return [*found, *look_at_mimics(settings), *look_at_meshes(settings)]
 
 

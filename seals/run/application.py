@@ -9,6 +9,7 @@ from typing import Any
 from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, MissingExtra
 from seals.run.folder import write_config, write_end, write_log, write_start
+from seals.run.oversights import oversights
 from seals.run.provenance import provenance
 from seals.run.recall import recalled
 from seals.run.report import write_plots, write_report
@@ -73,7 +74,8 @@ def run_into(
 
     record = simulate(settings, label=settings.name, started=begin)
     write_log(folder, record, settings)
-    remarks = [] if original is None else _verdict(folder, original)
+    remarks = oversights(settings, overrides or [])
+    remarks += [] if original is None else _verdict(folder, original)
     views = views_of(record, settings)
     report = write_report(folder, record, settings, views, facts)
     try:

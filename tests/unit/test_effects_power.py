@@ -119,6 +119,19 @@ def test_a_battery_gives_no_more_than_it_can() -> None:
     assert_allclose(empty, 2.654, rtol=1e-9)
 
 
+def test_a_low_battery_weakens_held_thrust_by_its_sensitivity() -> None:
+    """At 90 % of the full voltage and a sensitivity of two, 80 % of thrust and torque are left."""
+    battery = Battery(cells=4.0, sensitivity=2.0)
+    full = 4.0 * float(cell_voltage(np.array(1.0)))
+    # the full cell of the law leaves out a term of e^-35
+    low = INPUTS._replace(voltage=np.array([[0.9 * full]]))
+    given: Any = (None, None)
+    found = Battery.actuation(rotors(), *given, low, params(battery))
+    assert_allclose(found.thrust, [[0.8 * 3.0, 0.8 * 5.0]], rtol=1e-9)
+    assert_allclose(found.torque, [[-0.8 * 0.03, 0.0]], rtol=1e-9)
+    assert_allclose(found.speed, [[400.0 * 0.8**0.5, 0.0]], rtol=1e-9)
+
+
 def train(*effects: Any, joints: int = 0) -> Drivetrain:
     """Return the drivetrain of some actuators."""
     named = {f"effect_{k}": effect for k, effect in enumerate(effects)}

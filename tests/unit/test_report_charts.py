@@ -77,3 +77,8 @@ def test_missing_matplotlib_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(MissingExtra, match="pip install matplotlib"):
         write_picture(tmp_path / "a.png", lines("A", "m", [0.0], {"z": [0.0]}))
+
+
+def test_twelve_effects_have_twelve_colours() -> None:
+    """A flying arm has more than eight effects; none shares its colour with another."""
+    assert len(set(colours_of([f"effect {k}" for k in range(12)]).values())) == 12

@@ -1,0 +1,33 @@
+"""What a run was told that has no effect on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from seals.config.run import RunSettings
+from seals.errors import suggestion
+from seals.registry import get, names
+
+
+def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
+    """Return a remark for each thing that was asked for and cannot show.
+
+    Args:
+        settings: of the run.
+        overrides: what the user wrote; a controller that the robot brings may rest unremarked.
+    """
+    found = []
+    asked = any(word.lstrip("+").startswith(("controller=", "controller.")) for word in overrides)
+    if asked and settings.controller is not None and settings.guide is None:
+        guides = suggestion("", names("guide"), label="Installed")
+        found.append(
+            "The controller rests: there is no guide that it could follow.\n"
+            f"Choose one: guide=NAME.  {guides}"
+        )
+    flat = settings.wave is None or type(settings.wave) is get("wave", "still").load()
+    if not flat and settings.environment.water_level is None:
+        found.append(
+            "The wave has no effect: there is no water.\n"
+            "Add it: water=fossen, or environment.water_level=0 for water without buoyancy."
+        )
+    return found

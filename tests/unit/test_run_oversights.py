@@ -1,0 +1,54 @@
+"""What a run was told in vain is said, and experiments refuse in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from seals.cli.main import main
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.errors import ConfigError
+from seals.experiments.ending import ended
+from seals.run.oversights import oversights
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["robot=aam", "controller=cascade"], ["The controller rests"]),
+        (["robot=aam", "controller=cascade", "guide=hover"], []),
+        (["robot=aam"], []),
+        (["robot=ball", "wave=airy"], ["The wave has no effect"]),
+        (["robot=ball", "wave=airy", "water=fossen"], []),
+        (["robot=ball", "wave=airy", "environment.water_level=0"], []),
+        (["robot=ball"], []),
+    ],
+)
+def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
+    """A controller without a guide and a wave without water; nothing else."""
+    found = oversights(build_run(compose(words)), words)
+    assert [remark.split(":")[0] for remark in found] == said
+    assert all(len(remark.splitlines()) == 2 for remark in found)
+
+
+def test_an_experiment_refuses_in_two_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    """A refusal ends an experiment with exit code 2 and no traceback."""
+
+    def refused(arguments: Sequence[str] | None) -> int:
+        assert arguments is None
+        raise ConfigError("guide.frquency is wrong.\nDid you mean 'frequency'?")
+
+    assert ended(refused) == 2
+    expected = "ConfigError: guide.frquency is wrong.\nDid you mean 'frequency'?\n"
+    assert capsys.readouterr().err == expected
+
+
+def test_multirun_may_stand_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The flag between two overrides runs every value all the same."""
+    monkeypatch.chdir(tmp_path)
+    line = ["run", "robot=ball", "--multirun", "initial.position=[0,0,1],[0,0,2]"]
+    assert main([*line, "time.duration=0.02"]) == 0
+    assert len(list(tmp_path.rglob("report.html"))) == 2
