@@ -26,7 +26,6 @@ ADDED = ("~effects.added_mass", "~effects.arm_added_mass")
 AAM = (
     "robot=aam",
     "water=fossen",
-    "controller=cascade",
     "guide=hover",
     "+sensor@sensors.touch_1=contact",
     "sensors.touch_1.link=tip_1",

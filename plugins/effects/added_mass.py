@@ -71,6 +71,7 @@ class AddedMass(Effect):
     coupling: list[list[float]] = field(default_factory=list)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
+    dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
 
     def __post_init__(self) -> None:
@@ -120,6 +121,9 @@ class AddedMass(Effect):
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
         """Impulse of wetting, -(ds/dt) M_A nu_r while s rises [N, N m]."""
+        if type(medium.submersion_rate) is np.ndarray and not (medium.submersion_rate > 0.0).any():
+            nothing = motion.velocity * 0.0
+            return Wrench(nothing, nothing), memory
         rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
         relative = motion.velocity - medium.velocity
         force, torque = momentum(_matrix(params), relative, motion.angular_velocity)
@@ -129,6 +133,12 @@ class AddedMass(Effect):
 def _matrix(params: Parameters) -> Array:
     """Diagonal and coupling joined, shape (1 or N, 6, 6)."""
     mass, inertia = params["mass"], params["inertia"]
+    if type(mass) is np.ndarray and mass.shape == inertia.shape == (1, 3):
+        out = np.array(params["coupling"])
+        diagonal = out.reshape(-1)[::7]
+        diagonal[:3] += mass[0]
+        diagonal[3:] += inertia[0]
+        return out
     xp = namespace(mass)
     if mass.shape[0] != inertia.shape[0]:
         # one of them is batched, the other stands for all

@@ -96,6 +96,7 @@ class DragAngular(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
+    dries: ClassVar[bool] = True
 
     @staticmethod
     def loads(

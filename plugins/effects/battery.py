@@ -122,7 +122,8 @@ def cell_voltage(left: Array) -> Array:
         # one battery, several times a step: numbers are faster than arrays
         s = float(left.flat[0])
         slope = 0.2156 - 0.1178 * s + 0.3201 * s * s
-        return np.full(left.shape, 3.685 + slope * s - 1.031 * math.exp(-35.0 * s))
+        value = 3.685 + slope * s - 1.031 * math.exp(-35.0 * s)
+        return np.array(value).reshape(left.shape)
     xp = namespace(left)
     slope = 0.2156 - 0.1178 * left + 0.3201 * left * left
     return 3.685 + slope * left - 1.031 * xp.exp(-35.0 * left)

@@ -51,6 +51,7 @@ class Buoyancy(Effect):
     medium: MediumKind = MediumKind.water
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
+    dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("payload",)
 
     def ambient(self) -> Effect | None:

@@ -70,6 +70,7 @@ class DragQuadratic(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
+    dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
 
     @staticmethod

@@ -71,26 +71,29 @@ class RotorMedium(Effect):
         """Thrusts [N], reaction torques [N m] and speeds [rad/s] in the medium at every disc."""
         xp = namespace(drives.thrust)
         bare = drives.radius <= 0.0
+        # most robots have no drive without a disc, and nothing to leave alone
+        discs = not bool(xp.any(bare))
         air = params["reference_density"] if medium.air_density is None else medium.air_density
         gain = push = air / params["reference_density"]
         depth = hub_depth(drives, motion, medium)
         # high above the water, most of the time, there is no disc to look at
         if depth is not None and not bool(xp.all(depth < -drives.radius)):
-            wet = wet_share(depth, xp.where(bare, 1.0, drives.radius))
+            wet = wet_share(depth, drives.radius if discs else xp.where(bare, 1.0, drives.radius))
             full = medium.water_density / params["reference_density"]
             gain = gain + wet * (full - gain)
             push = (1.0 - (1.0 - params["efficiency"]) * wet) * gain
         limit = params["torque_limit"]
         asked = xp.abs(drives.torque) * gain
         if push is gain and not bool(xp.any(asked > limit)):
-            gain = xp.where(bare, 1.0, gain)
+            gain = gain if discs else xp.where(bare, 1.0, gain)
             return drives._replace(thrust=drives.thrust * gain, torque=drives.torque * gain)
         held = limit / xp.maximum(asked, limit)
         speed = drives.speed
-        if speed is not None:
-            speed = speed * xp.where(bare, 1.0, xp.sqrt(held))
+        slower, push, gain = xp.sqrt(held), push * held, gain * held
+        if not discs:
+            slower, push, gain = (xp.where(bare, 1.0, x) for x in (slower, push, gain))
         return drives._replace(
-            thrust=drives.thrust * xp.where(bare, 1.0, push * held),
-            torque=drives.torque * xp.where(bare, 1.0, gain * held),
-            speed=speed,
+            thrust=drives.thrust * push,
+            torque=drives.torque * gain,
+            speed=None if speed is None else speed * slower,
         )

@@ -90,7 +90,7 @@ class MassGauge:
     ) -> tuple[Floats, Floats]:
         """Return linear and angular momentum for a unit rate of every joint, shape (J, 3)."""
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
-        count, centres = len(axes), np.broadcast_to(centre, anchors.shape)
+        count = len(axes)
         levers = np.concatenate((first - mass * anchors, anchors))
         both = _products(np.concatenate((axes, axes)), levers)
         push, swing = both[:count], both[count:]
@@ -101,8 +101,9 @@ class MassGauge:
             push = np.where(slide, mass * axes, push)
             spin = np.where(slide, 0.0, spin)
             swing = np.where(slide, -axes, swing)
-        arms = _products(np.concatenate((first, centres)), np.concatenate((swing, push)))
-        return push, spin - arms[:count] - arms[count:]
+        x, y, z = centre.tolist()
+        about = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        return push, spin - _products(first, swing) - push @ about
 
 
 class WaterGauge:

@@ -13,7 +13,7 @@ from seals.dynamics.rows import by_batch
 from seals.dynamics.servo import heavier
 from seals.dynamics.spatial import kirchhoff
 from seals.effects.evaluation import Evaluation, take_motion
-from seals.motion import Motion
+from seals.motion import AddedInertia, Motion
 
 
 class Assembly:
@@ -92,6 +92,8 @@ class Assembly:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
         total = self.inertia
         for _, rows, added, _ in found.inertias:
+            if weightless(added):
+                continue
             matrix = added.weight[:, :, None] * added.matrix
             total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
         return total
@@ -120,6 +122,8 @@ class Assembly:
             inertia = xp.reshape(each, (self.links * batch, 6, 6))
         force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
         for _, rows, added, medium in found.inertias:
+            if weightless(added):
+                continue
             more = added_terms(added, medium, take_motion(motion, rows))
             force = force + self._everywhere(more[0], rows, batch)
             torque = torque + self._everywhere(more[1], rows, batch)
@@ -136,6 +140,11 @@ class Assembly:
                 else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
             )
         return scatter(values, rows, count)
+
+
+def weightless(added: AddedInertia) -> bool:
+    """Whether an added inertia adds nothing anywhere; only NumPy is asked."""
+    return type(added.weight) is np.ndarray and not added.weight.any()
 
 
 def scatter(values: Array, rows: Any, count: int) -> Array:

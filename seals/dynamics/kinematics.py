@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
 from seals.dynamics.tree import Tree
@@ -58,9 +59,9 @@ class Kinematics:
         self._arm = origins - origins[:, :1, :]
         self._sliding = any(tree.prismatic)
         if tree.joints:
-            turned = self._of_links(rotations, tree.child)
-            self.axes = xp.matmul(turned, as_like(tree.axis[:, :, None], origins))[:, :, :, 0]
-            self._anchors = self._of_links(self._arm, tree.child)
+            turned = self._of_links(rotations, tree.children)
+            self.axes = xp.matmul(turned, as_like(tree.axis_columns, origins))[:, :, :, 0]
+            self._anchors = self._of_links(self._arm, tree.children)
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
@@ -97,10 +98,10 @@ class Kinematics:
             linear, angular = linear * (1.0 - slides) + angular * slides, angular * (1.0 - slides)
         return xp.permute_dims(linear, (0, 1, 3, 2)), xp.permute_dims(angular, (0, 1, 3, 2))
 
-    def _of_links(self, values: Array, links: tuple[int, ...]) -> Array:
+    def _of_links(self, values: Array, links: NDArray[np.int64]) -> Array:
         """Values (B, L, ...) of some links."""
         if type(values) is np.ndarray:
-            return values[:, links]
+            return values.take(links, axis=1)
         xp = namespace(values)
         return xp.take(values, xp.asarray(links, device=getattr(values, "device", None)), axis=1)
 
@@ -175,7 +176,7 @@ class Kinematics:
         """What the joints add to the bias, world axes, each (B, L, 3)."""
         xp, tree = namespace(rates), self.tree
         turning = self.axes * rates[:, :, None]
-        change = cross_last(self._of_links(moving.angular, tree.parent_of_joint), turning)
+        change = cross_last(self._of_links(moving.angular, tree.parents), turning)
         slide = None
         if self._sliding:
             slides = as_like(tree.slides, rates)
@@ -193,7 +194,7 @@ class Kinematics:
             spin = moving.speed[:, None, 3:6]
         inner = cross_last(
             xp.concat((change, turning, spin), axis=1),
-            xp.concat((anchors, self._of_links(moving.linear, tree.child), velocity), axis=1),
+            xp.concat((anchors, self._of_links(moving.linear, tree.children), velocity), axis=1),
         )
         linear = cross_last(angular, self._arm) - xp.matmul(as_like(tree.moves_twice, rates), inner)
         return (linear if slide is None else linear + xp.matmul(moves, slide)), angular

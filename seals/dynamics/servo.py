@@ -27,7 +27,9 @@ def summed(drives: list[JointDrive]) -> JointDrive:
     return total
 
 
-def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple[Array, Array]:
+def driven(
+    matrix: Array, right: Array, drive: JointDrive, gain: Array, inverse: Array | None = None
+) -> tuple[Array, Array]:
     """Solve the equations of motion with joint drives whose force falls with the acceleration.
 
     Equation:
@@ -40,6 +42,8 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
         right: generalised force of everything else [N, N m], shape (B, n).
         drive: force and limit of the drives, J of them.
         gain: of the acceleration [kg m^2 or kg], shape (1 or B, J).
+        inverse: of the matrix with the gain on its joints, where the caller keeps it and all
+            coordinates are joints, shape (J, J).
 
     Returns:
         Generalised acceleration, shape (B, n), and the drives' forces, shape (B, J).
@@ -47,7 +51,10 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     xp = namespace(matrix)
     force, limit = drive.force, drive.limit
     lead = matrix.shape[1] - force.shape[1]
-    change = _solve(matrix, right, force, gain)
+    # a symmetric matrix has a symmetric inverse
+    change = None if inverse is None else xp.matmul(right + force, inverse)
+    if change is None:
+        change = _solve(matrix, right, force, gain)
     wanted = force - gain * change[:, lead:]
     beyond = xp.abs(wanted) > limit
     if not xp.any(beyond):

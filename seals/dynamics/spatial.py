@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.frames import cross
+from seals.frames import FEW, cross, skew_last
 
 
 def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
@@ -67,6 +67,8 @@ def kirchhoff(
         weight: factor of the matrix, shape (N, 1).
     """
     xp = namespace(velocity)
+    if type(velocity) is np.ndarray and velocity.shape == spin.shape and len(velocity) < FEW:
+        return _few(matrix, velocity, spin, weight)
     linear, angular = momentum(matrix, velocity, spin)
     if weight is not None:
         linear, angular = weight * linear, weight * angular
@@ -78,3 +80,18 @@ def kirchhoff(
     right = xp.concat((linear.T, angular.T, linear.T), axis=1).T
     turned = cross(left, right)
     return turned[:n], turned[n : 2 * n] + turned[2 * n :]
+
+
+def _few(
+    matrix: Floats, velocity: Floats, spin: Floats, weight: Floats | None
+) -> tuple[Floats, Floats]:
+    """Kirchhoff terms of a few rows: small matrix products instead of column operations."""
+    twist = np.concatenate((velocity, spin), axis=1)
+    both = np.matmul(matrix, twist[:, :, None])
+    if weight is not None:
+        both = weight[:, :, None] * both
+    linear, angular = both[:, :3], both[:, 3:]
+    turning = skew_last(spin)
+    force = np.matmul(turning, linear)[:, :, 0]
+    torque = np.matmul(turning, angular) + np.matmul(skew_last(velocity), linear)
+    return force, torque[:, :, 0]

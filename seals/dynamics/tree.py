@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, as_like, namespace
 
@@ -51,6 +52,16 @@ class Tree:
         return tuple(self.joint.index(j) for j in range(self.joints))
 
     @cached_property
+    def children(self) -> NDArray[np.int64]:
+        """`child` as an array, shape (J,)."""
+        return np.array(self.child, dtype=np.int64)
+
+    @cached_property
+    def axis_columns(self) -> Floats:
+        """Joint axes as columns, shape (J, 3, 1)."""
+        return np.ascontiguousarray(self.axis[:, :, None])
+
+    @cached_property
     def moves(self) -> Floats:
         """1 where a joint lies between the base and a link, shape (L, J)."""
         table = np.zeros((self.links, self.joints))
@@ -77,9 +88,9 @@ class Tree:
         return np.zeros((1, self.links, 3, 3))
 
     @cached_property
-    def parent_of_joint(self) -> tuple[int, ...]:
-        """Link above each joint."""
-        return tuple(self.parent[link] for link in self.child)
+    def parents(self) -> NDArray[np.int64]:
+        """Link above each joint, shape (J,)."""
+        return np.array([self.parent[link] for link in self.child], dtype=np.int64)
 
     @cached_property
     def slides(self) -> Floats:

@@ -87,6 +87,9 @@ class Effect:
     stiff: ClassVar[bool] = False
     """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
 
+    dries: ClassVar[bool] = False
+    """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
+
     def ambient(self) -> Effect | None:
         """Return the effect as it acts on the scene's other bodies; None for one of this robot."""
         return None

@@ -93,6 +93,11 @@ class Evaluator:
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
         self._arms: dict[str, tuple[Array, Array, Array]] = {}
         self._bodies: dict[tuple[int, ...], tuple[Body, Body]] = {}
+        # a batch is wet somewhere; one robot in the air does without half of its effects
+        drying = {b.name for b in effects.bound if batch == 1 and vanishes_dry(b)}
+        self._wet_loads = tuple(b for b in effects.loads if b.name not in drying)
+        self._drying = drying
+        self._dry: dict[str, tuple[BoundEffect, Any, AddedInertia, Medium]] = {}
 
     def evaluate(
         self,
@@ -113,19 +118,16 @@ class Evaluator:
         if self.effects.flows:
             sample = self._with_flows(sample, motion, inputs, memory, new)
         seen: dict[Any, Any] = {}
-        loads, inertias, joint_loads = [], [], []
+        loads, joint_loads = [], []
+        dry = bool(self._drying) and is_dry(sample)
+        inertias = self._inertias(motion, sample, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
-        for b in self.effects.inertias:
-            rows, part, medium = self._seen(b, motion, sample, seen)
-            added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
-            inertias.append((b, rows, added, medium))
-            _keep(new, b, kept)
         for b in self.nominals:
             rows, part, medium = self._seen(b, motion, sample, seen)
             added, wrench = _nominal(b, part, medium)
             inertias.append((b, rows, added, _still(medium)))
             loads.append((b, rows, wrench))
-        for b in self.effects.loads:
+        for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
             wrench, kept = b.hooks.loads(part, medium, inputs, memory.get(b.name), b.params)
             loads.append((b, rows, wrench))
@@ -145,6 +147,30 @@ class Evaluator:
             joint_loads.append((b, force))
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new, joint_drives, running)
+
+    def _inertias(  # noqa: PLR0917  one instant of the scene
+        self,
+        motion: Motion,
+        sample: Sample,
+        inputs: Inputs,
+        memory: Memory,
+        new: dict[str, Array],
+        seen: dict[Any, Any],
+        dry: bool,
+    ) -> list[tuple[BoundEffect, Any, AddedInertia, Medium]]:
+        """Added inertias; those of no weight are found once and kept."""
+        out = []
+        for b in self.effects.inertias:
+            if dry and b.name in self._dry:
+                out.append(self._dry[b.name])
+                continue
+            rows, part, medium = self._seen(b, motion, sample, seen)
+            added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
+            out.append((b, rows, added, medium))
+            _keep(new, b, kept)
+            if dry and b.name in self._drying:
+                self._dry[b.name] = out[-1]
+        return out
 
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
@@ -234,6 +260,16 @@ class Evaluator:
         return Motion._make((*picked, kept[1])), take(sample, rows)
 
 
+def vanishes_dry(b: BoundEffect) -> bool:
+    """Whether nothing is left of an effect while nothing is submerged."""
+    return b.effect.dries and b.kind is MediumKind.water and not b.effect.memory_size
+
+
+def is_dry(sample: Sample) -> bool:
+    """Whether nothing is submerged."""
+    return type(sample.submersion) is np.ndarray and not sample.submersion.any()
+
+
 def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     """Electrical power of all drives [W], shape (batch, 1).
 
@@ -245,7 +281,10 @@ def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     for b, drives in running:
         if hasattr(b.effect, "power"):
             power = b.hooks.power(drives, b.params)
-            total = total + namespace(power).sum(power, axis=1, keepdims=True)
+            if type(power) is np.ndarray:
+                total = total + power.sum(axis=1, keepdims=True)
+            else:
+                total = total + namespace(power).sum(power, axis=1, keepdims=True)
     return total
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.motion import Drives, Medium, Motion
 
@@ -21,7 +23,11 @@ def wet_share(depth: Array, half_width: Array | float) -> Array:
         >>> wet_share(np.array([-0.2, 0.0, 0.2]), 0.1)
         array([0. , 0.5, 1. ])
     """
-    u = namespace(depth).clip((depth + half_width) / (2.0 * half_width), 0.0, 1.0)
+    u = (depth + half_width) / (2.0 * half_width)
+    if type(u) is np.ndarray:
+        u = np.minimum(np.maximum(u, 0.0), 1.0)
+    else:
+        u = namespace(depth).clip(u, 0.0, 1.0)
     return u * u * (3.0 - 2.0 * u)
 
 

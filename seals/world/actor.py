@@ -105,6 +105,7 @@ class Actor:
         self._now: tuple[Kinematics, Moving] | None = None
         self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
         self._still = np.zeros(3)
+        self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self._carriers = {
             name: carrier_of(name, sensor, robot) for name, sensor in self.sensors.items()
         }
@@ -136,7 +137,8 @@ class Actor:
             joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
         sample = self.evaluator.surroundings.sample(motion)
         if self.pilot is not None:
-            seen = Seen(time, kinematics, moving, motion, joints, sample, self._contacts())
+            felt = self._contacts() if self.pilot.due else {}
+            seen = Seen(time, kinematics, moving, motion, joints, sample, felt)
             self._obey(self.pilot.command(seen))
         inputs = self._inputs(time, step, joints)
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
@@ -158,11 +160,10 @@ class Actor:
 
     def _contacts(self) -> dict[str, float]:
         """Normal force of the last step on every gripper's tips [N]."""
-        tips = [tip for gripper in self.robot.grippers.values() for tip in gripper.tips]
-        if not tips:
+        if not self._tips:
             return {}
-        normals = self.body.contact_normals()
-        return {self.robot.links[k]: float(normals[k]) for k in tips}
+        normals = self.body.contact_normals().tolist()
+        return {name: normals[k] for k, name in self._tips}
 
     def supply(self) -> tuple[float, float, float]:
         """Return voltage [V], current [A] and state of charge [1] of the battery.
@@ -206,9 +207,8 @@ class Actor:
         for name, sensor in self.sensors.items():
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
-            felt = self._felt(time, step, kinematics, moving, k)._replace(
-                contact=wrenches[k], pressing=float(normals[k]), others=self.others
-            )
+            outside = (wrenches[k], float(normals[k]), self.others)
+            felt = self._felt((time, step), kinematics, moving, k, outside)
             reading, self._sense_memory[name] = sensor.sense(
                 felt, self._sense_memory[name], rng, due=due
             )
@@ -223,16 +223,23 @@ class Actor:
             self.pilot.hear(time, self.readings)
 
     def _felt(
-        self, time: float, step: float, kinematics: Kinematics, moving: Moving, link: int
+        self,
+        clock: tuple[float, float],
+        kinematics: Kinematics,
+        moving: Moving,
+        link: int,
+        outside: tuple[Floats, float, Mapping[str, Floats]],
     ) -> Felt:
         """Motion of one link with its mean accelerations over the last step."""
+        time, step = clock
         position, turn = kinematics.origins[0, link], kinematics.rotations[0, link]
         twist = moving.twists[0, link]
         force, rate = self.gravity * turn[2], self._still
         if self._before is not None and step > 0.0:
-            force = ((moving.linear - self._before.linear)[0, link] / step) @ turn + force
-            rate = ((moving.angular - self._before.angular)[0, link] / step) @ turn
-        return Felt(time, step, position, turn, twist[:3], twist[3:], force, rate)
+            before = self._before
+            force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
+            rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn
+        return Felt(time, step, position, turn, twist[:3], twist[3:], force, rate, *outside)
 
     def snapshot(self) -> Any:
         """Return memory of effects and sensors, commands, and the length of the ledger."""

@@ -68,11 +68,20 @@ class Ledger:
             wrench: about the link origins, link axes.
         """
         target = row[self._index[effect]]
-        picked = slice(None) if rows is None else rows
+        if rows is None or type(rows) is slice:
+            # a view: added to in place, not read and written back
+            part = target if rows is None else target[rows]
+            if wrench.force is not None:
+                force = part[:, :3]
+                force += wrench.force
+            if wrench.torque is not None:
+                torque = part[:, 3:]
+                torque += wrench.torque
+            return
         if wrench.force is not None:
-            target[picked, :3] += wrench.force
+            target[rows, :3] += wrench.force
         if wrench.torque is not None:
-            target[picked, 3:] += wrench.torque
+            target[rows, 3:] += wrench.torque
 
     def rewind(self, rows: int) -> None:
         """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""

@@ -19,6 +19,8 @@ from seals.robot.model import RobotModel
 FASTEST = 99.0
 """Speed above which motion is refused [m/s, rad/s]; the engine clamps silently at 100."""
 
+_NOTHING = [0.0, 0.0, 0.0]
+
 
 class _Step(NamedTuple):
     """Native generalised velocities: of the base's centre of mass, world axes, and of the joints.
@@ -64,6 +66,11 @@ class PybulletBody:
         self._touching = False
         self._contact = np.zeros((len(robot.links), 6))
         self._pressing = np.zeros(len(robot.links))
+        self._untouched = np.zeros_like(self._contact), np.zeros_like(self._pressing)
+        for zeros in self._untouched:
+            zeros.setflags(write=False)
+        lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
+        self._stops = list(zip(lower, upper, strict=True))
         self._began = np.zeros((len(robot.links), 3)), np.tile(np.eye(3), (len(robot.links), 1, 1))
         still = np.zeros(robot.degrees)
         self._step = _Step(still, None, np.zeros(robot.tree.joints))
@@ -140,12 +147,16 @@ class PybulletBody:
         both = np.matmul(wrench.reshape(-1, 2, 3), rotations.transpose(0, 2, 1)).tolist()
         points = origins.tolist()
         p, frame, client = self._p, self._p.WORLD_FRAME, self._client
+        push, twist = p.applyExternalForce, p.applyExternalTorque
         for k, link in enumerate(self._index):
             if k == 0 and self._base == 0:
                 continue
             force, torque = both[k]
-            p.applyExternalForce(self.body, link, force, points[k], frame, physicsClientId=client)
-            p.applyExternalTorque(self.body, link, torque, frame, physicsClientId=client)
+            # a frame of sensors weighs nothing: a call costs more than looking
+            if force != _NOTHING:
+                push(self.body, link, force, points[k], frame, physicsClientId=client)
+            if torque != _NOTHING:
+                twist(self.body, link, torque, frame, physicsClientId=client)
         if self._joints:
             p.setJointMotorControlArray(
                 self.body,
@@ -224,7 +235,7 @@ class PybulletBody:
         """Whether a joint stands at a limit."""
         if not self._limits:
             return False
-        return bool((q <= self.robot.lower + 1e-6).any() or (q >= self.robot.upper - 1e-6).any())
+        return any(x <= a or x >= b for x, (a, b) in zip(q.tolist(), self._stops, strict=True))
 
     def _com_pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the base, and attitude of the base link's own frame.
@@ -281,11 +292,11 @@ class PybulletBody:
 
         They act about the link origins and are given in link axes [N, N m].
         """
-        return self._contact if self._touching else np.zeros_like(self._contact)
+        return self._contact if self._touching else self._untouched[0]
 
     def contact_normals(self) -> Floats:
         """Return the sum of the normal forces on every link in the last step [N], shape (L,)."""
-        return self._pressing if self._touching else np.zeros_like(self._pressing)
+        return self._pressing if self._touching else self._untouched[1]
 
     def _sum_contacts(self, points: Any) -> tuple[Floats, Floats]:
         """Sum normal and friction forces per link, and the normal forces alone."""

@@ -14,9 +14,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.dynamics.equations import Assembly
+from seals.dynamics.equations import Assembly, weightless
 from seals.dynamics.servo import driven, heavier
-from seals.dynamics.spatial import kirchhoff, rigid_inertia
+from seals.dynamics.spatial import rigid_inertia
+from seals.effects.evaluation import Evaluation
+from seals.frames import skew_last
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.plugins.backends.pybullet.servo import Taken
 from seals.robot.model import RobotModel
@@ -42,7 +44,8 @@ class InertiaSplit:
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
         self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)
-        self._units: dict[str, tuple[Floats, Floats]] = {}
+        self._units: dict[str, tuple[bytes, Floats]] = {}
+        self._raised = False
 
     def snapshot(self) -> Any:
         """Return the isotropic parts held by the engine."""
@@ -52,6 +55,7 @@ class InertiaSplit:
         """Put the isotropic parts back."""
         for link in np.flatnonzero((kept != self._iso).any(axis=1)):
             self._set(int(link), *kept[link])
+        self._raised = bool(self._iso.any())
 
     def act(
         self, dynamics: Dynamics, contact: Floats | None, acting: Taken | None
@@ -71,15 +75,28 @@ class InertiaSplit:
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
         bias = kinematics.bias(moving)
-        terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
+        still = at_rest(dynamics.found)
+        turning = _turning(moving.twists[0])
+        if still:
+            # the terms are linear in the inertia: those of the sum are the sum
+            terms = _terms(turning, total[0], moving.twists[0])[None]
+        else:
+            terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
         load = dynamics.wrench - terms - _times(total, bias)
         seen = load if contact is None else load + contact[None]
         parts = self._assembly.system(kinematics, total, seen, dynamics.joint_force)
         acceleration, joint_force = _accelerations(*parts, dynamics.joint_force, acting)
+        if not self._raised and total is self._assembly.inertia:
+            # the engine holds the whole inertia: its own equations are the full ones
+            return dynamics.wrench[0], joint_force[0]
         change = kinematics.twists(acceleration)
-        engine = self._engine_inertia[None]
-        own = load - _times(total - engine, change) + _times(engine, bias)
-        return (own + self._gyroscopic(moving.twists))[0], joint_force[0]
+        engine = self._engine_inertia
+        if still:
+            rest = total[0] - engine
+            own = dynamics.wrench[0] - _terms(turning, rest, moving.twists[0])
+            return own - _times(rest, bias[0] + change[0]), joint_force[0]
+        own = load - _times(total - engine, change) + _times(engine[None], bias)
+        return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
 
     def joint_forces(self, dynamics: Dynamics, acting: Taken) -> Floats:
         """Return the joint forces of a first step, before which nothing is known, shape (J,)."""
@@ -91,24 +108,23 @@ class InertiaSplit:
         found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
         return found
 
-    def _gyroscopic(self, twists: Floats) -> Floats:
-        """Velocity terms of the engine's inertia at the given twists (1, L, 6)."""
-        rows = twists[0]
-        force, torque = kirchhoff(self._engine_inertia, rows[:, :3], rows[:, 3:])
-        both: Floats = np.concatenate((force, torque), axis=1)
-        return both[None]
-
     def _update(self, dynamics: Dynamics) -> None:
         """Set the engine's masses when the isotropic part of the added inertia has changed."""
+        carried = [x for x in dynamics.found.inertias if not weightless(x[2])]
+        if not carried and not self._raised:
+            return
         wanted = np.zeros_like(self._iso)
-        for b, rows, added, _ in dynamics.found.inertias:
+        for b, rows, added, _ in carried:
             picked = slice(None) if rows is None else rows
             wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
         if self._robot.tree.fixed_base:
             wanted[0] = 0.0  # the engine would let a base loose that is given a mass
         far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
+        if not far.any():
+            return
         for link in np.flatnonzero(far.any(axis=1)):
             self._set(int(link), *wanted[link])
+        self._raised = bool(self._iso.any())
 
     def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
         """Isotropic mass [kg] and moment [kg m^2] of an added inertia of weight one, shape (n, 2).
@@ -116,13 +132,13 @@ class InertiaSplit:
         They are kept until the matrix changes.
         """
         kept = self._units.get(name)
-        if kept is not None and (kept[0] is matrix or np.array_equal(kept[0], matrix)):
+        if kept is not None and kept[0] == matrix.tobytes():
             return kept[1]
         table = [
             _isotropic(matrix[k if len(matrix) > 1 else 0], self._robot.centre[link])
             for k, link in enumerate(links)
         ]
-        self._units[name] = (matrix.copy(), np.array(table))
+        self._units[name] = (matrix.tobytes(), np.array(table))
         return self._units[name][1]
 
     def _set(self, link: int, mass: float, moment: float) -> None:
@@ -163,6 +179,27 @@ def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:
 
 
 def _times(matrix: Floats, vectors: Floats) -> Floats:
-    """Matrices (1, L, 6, 6) times vectors (B, L, 6)."""
-    product: Floats = np.matmul(matrix, vectors[:, :, :, None])[:, :, :, 0]
+    """Matrices (..., 6, 6) times vectors (..., 6)."""
+    product: Floats = np.matmul(matrix, vectors[..., None])[..., 0]
     return product
+
+
+def _turning(twists: Floats) -> Floats:
+    """Matrices that make Kirchhoff terms of momenta, shape (L, 6, 6); twists (L, 6)."""
+    both = skew_last(twists.reshape(-1, 2, 3))
+    out = np.zeros((len(twists), 6, 6))
+    out[:, :3, :3] = out[:, 3:, 3:] = both[:, 1]
+    out[:, 3:, :3] = both[:, 0]
+    return out
+
+
+def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
+    """Velocity terms of inertias (L, 6, 6) at twists (L, 6), see `seals.dynamics.spatial`."""
+    terms: Floats = np.matmul(turning, np.matmul(inertia, twists[:, :, None]))[:, :, 0]
+    return terms
+
+
+def at_rest(found: Evaluation) -> bool:
+    """Whether the media of all added inertias are at rest."""
+    fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
+    return not any(x.any() for x in fields.values())

@@ -99,6 +99,7 @@ class JointServo:
         self._lead = 0 if robot.tree.fixed_base else 6
         self.felt: Felt | None = None
         self._known: tuple[Floats, Floats] | None = None
+        self._solved: tuple[Floats, Floats, Floats, Floats] | None = None
 
     def snapshot(self) -> Any:
         """Return what the joints did, and the inertia in use; none of it is ever written to."""
@@ -131,6 +132,14 @@ class JointServo:
             found = found - across.T @ np.linalg.solve(whole[:lead, :lead], across)
         return found[self._back[:, None], self._back]
 
+    def _inverse(self, inertia: Floats, matrix: Floats, gain: Floats) -> Floats:
+        """Inverse of the matrix with the gain on it, kept as long as the inertia and the gain."""
+        kept = self._solved
+        if kept is None or kept[0] is not inertia or kept[1].tolist() != gain.tolist():
+            inverse = np.linalg.inv(heavier(matrix[None], gain)[0])
+            kept = self._solved = (inertia, gain.copy(), matrix, inverse)
+        return kept[3]
+
     def forces(self, dynamics: Dynamics, acting: Taken, joints: Floats) -> Floats | None:
         """Return the forces to hand to the engine, shape (J,); None when the last step is unknown.
 
@@ -147,6 +156,7 @@ class JointServo:
         matrix = inertia[None]
         if dynamics.armature is not None:
             matrix = heavier(matrix, acting.armature[None])
-        change, pull = driven(matrix, right, acting.drive, acting.gain)
+        inverse = self._inverse(inertia, matrix[0], acting.gain)
+        change, pull = driven(matrix, right, acting.drive, acting.gain, inverse)
         given: Floats = (dynamics.joint_force + pull - acting.armature * change)[0]
         return given

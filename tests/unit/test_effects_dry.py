@@ -1,0 +1,84 @@
+"""One robot in the air: effects of water that are not asked would have given nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.dynamics.servo import driven, heavier
+from seals.effects.effect import MediumKind
+from seals.motion import JointDrive
+from seals.run import build_world
+from seals.run.simulation import simulate
+
+
+def evaluated(height: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
+    """Return the actor of a manipulator that moves at a height [m], and its last evaluation."""
+    words = ["robot=aam", "water=fossen", f"initial.position=[0,0,{height}]"]
+    world = build_world(build_run(compose([*words, "initial.velocity=[0.3,-0.2,-0.5]"])))
+    actor, seen = world.actors["robot"], []
+    evaluate = actor.evaluator.evaluate
+
+    def watched(*given: Any) -> Any:
+        seen.append(given)
+        return evaluate(*given)
+
+    monkeypatch.setattr(actor.evaluator, "evaluate", watched)
+    for _ in range(3):
+        world.step()
+    world.close()
+    return actor.evaluator, seen[-1]
+
+
+def test_effects_that_are_not_asked_in_the_air_would_give_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """High above the water drags and buoyancy are left out; asked, each gives zero exactly."""
+    evaluator, given = evaluated(5.0, monkeypatch)
+    brief = {b.name for b, *_ in evaluator.evaluate(*given).loads}
+    monkeypatch.setattr(evaluator, "_drying", set())
+    left_out = [(b, w) for b, _, w in evaluator.evaluate(*given).loads if b.name not in brief]
+    assert {"water_drag", "spin_drag", "arm_drag", "added_mass"} <= {b.name for b, _ in left_out}
+    for b, wrench in left_out:
+        assert b.kind is MediumKind.water
+        assert all(part is None or not np.any(part) for part in wrench)
+
+
+def test_everything_is_asked_at_the_surface(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot of which a part is wet gets all its effects."""
+    evaluator, given = evaluated(0.05, monkeypatch)
+    asked = {b.name for b, *_ in evaluator.evaluate(*given).loads}
+    assert {b.name for b in evaluator.effects.loads} <= asked
+
+
+def test_inertia_found_in_the_air_does_not_outlive_it() -> None:
+    """A robot that falls into the water ends as one whose evaluator never leaves effects out."""
+    words = ["robot=aam", "water=fossen", "initial.position=[0,0,0.5]", "time.duration=0.8"]
+    found = simulate(build_run(compose(words))).log.channel("position")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seals.effects.evaluation.vanishes_dry", lambda b: False)
+        always = simulate(build_run(compose(words))).log.channel("position")
+    assert found[-1, 2] < 0.0
+    np.testing.assert_allclose(found, always, rtol=0.0, atol=1e-12)
+
+
+def test_a_kept_inverse_gives_the_same_joints() -> None:
+    """Joint drives within and at their limits come out alike with and without the inverse."""
+    rng = np.random.default_rng(3)
+    root = rng.standard_normal((4, 4))
+    matrix = (root @ root.T + np.eye(4))[None]
+    gain, right = rng.uniform(0.1, 2.0, (1, 4)), rng.standard_normal((1, 4))
+    inverse = np.linalg.inv(heavier(matrix, gain)[0])
+    for limit in (100.0, 0.3):
+        force = rng.standard_normal((1, 4))
+        drive = JointDrive(force, gain, gain, np.full((1, 4), limit))
+        plain, kept = (
+            driven(matrix, right, drive, gain),
+            driven(matrix, right, drive, gain, inverse),
+        )
+        for a, b in zip(plain, kept, strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-13)
