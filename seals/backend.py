@@ -59,6 +59,8 @@ class Dynamics(NamedTuple):
         joint_drive: what drives the joints beside ``joint_force``, for a body that takes it
             implicitly; None for nothing.
         armature: inertia of the drives on the joints [kg m^2 or kg], shape (J,); None for none.
+        sudden: whether the wrench may be unlike that of the last step, as a fluid's is: what the
+            joints felt then does not foretell what they feel now.
     """
 
     kinematics: Kinematics
@@ -69,13 +71,16 @@ class Dynamics(NamedTuple):
     joint_force: Array
     joint_drive: JointDrive | None = None
     armature: Floats | None = None
+    sudden: bool = False
 
 
 class RigidBody(Protocol):
     """One robot in a backend's scene.
 
     A body that takes joint drives implicitly says so by an attribute ``implicit`` that is true; to
-    others they are part of ``joint_force``.
+    others they are part of ``joint_force``. A body that keeps velocities at half steps may have a
+    method ``middle_speed`` that returns the generalised velocity at the middle of the last step,
+    shape (1, n), or None where there was none.
     """
 
     robot: RobotModel

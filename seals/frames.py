@@ -35,6 +35,9 @@ def _forms() -> Floats:
 
 
 _FORMS = _forms()
+_FORMS_T = np.ascontiguousarray(_FORMS.T)
+FEW = 48
+"""Number of rows below which one small matrix product per row beats column operations."""
 
 
 def matrix_of(quaternion: Array) -> Array:
@@ -48,6 +51,9 @@ def matrix_of(quaternion: Array) -> Array:
     """
     q = quaternion.T
     rows = q.shape[1]
+    if type(q) is np.ndarray and rows < FEW:
+        forms = (quaternion[:, :, None] * quaternion[:, None, :]).reshape(rows, 16)
+        return (forms @ _FORMS_T).reshape(rows, 3, 3)
     if type(q) is np.ndarray:
         forms = (q[:, None, :] * q[None, :, :]).reshape(16, rows)
         return (_FORMS @ forms).reshape(3, 3, rows).transpose(2, 0, 1)
@@ -57,8 +63,8 @@ def matrix_of(quaternion: Array) -> Array:
     return xp.permute_dims(entries, (2, 0, 1))
 
 
-FEW = 48
-"""Number of rows below which one small matrix product per row beats column operations."""
+MANY = 256
+"""Number of rows from which a cross product is cheapest component by component."""
 
 
 def rotate(rotation: Array, vector: Array) -> Array:
@@ -92,7 +98,8 @@ for _i, _j, _k, _sign in (
 ):
     _LEVI_CIVITA[_k, 3 * _i + _j] = _sign
 
-_LEVI_CIVITA_T = np.ascontiguousarray(_LEVI_CIVITA.T)
+CROSS = np.ascontiguousarray(_LEVI_CIVITA.T)
+"""Nine products a_i b_j, in rows, times this make the cross product, shape (9, 3)."""
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -101,6 +108,10 @@ def cross(a: Array, b: Array) -> Array:
     All nine products at once, then one small matrix product: a third of the calls of the textbook
     form.
     """
+    if type(a) is np.ndarray and max(len(a), len(b)) >= MANY:
+        return _components(a, b, np.empty((3, max(len(a), len(b)))).T)
+    if type(a) is np.ndarray and max(len(a), len(b)) < FEW:
+        return (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
     outer = a.T[:, None, :] * b.T[None, :, :]
     if type(outer) is np.ndarray:
         return (_LEVI_CIVITA @ outer.reshape(9, -1)).T
@@ -110,25 +121,36 @@ def cross(a: Array, b: Array) -> Array:
 
 def cross_last(a: Array, b: Array) -> Array:
     """Cross product over the last axis of arrays of any shape (..., 3), with broadcasting."""
+    if type(a) is np.ndarray and max(a.size, b.size) >= 3 * MANY:
+        return _components(a, b, np.empty(np.broadcast_shapes(a.shape, b.shape)))
     outer = a[..., :, None] * b[..., None, :]
     flat = (*outer.shape[:-2], 9)
     if type(outer) is np.ndarray:
-        return outer.reshape(flat) @ _LEVI_CIVITA_T
+        return outer.reshape(flat) @ CROSS
     xp = namespace(a)
-    return xp.matmul(xp.reshape(outer, flat), as_like(_LEVI_CIVITA_T, a))
+    return xp.matmul(xp.reshape(outer, flat), as_like(CROSS, a))
+
+
+def _components(a: Floats, b: Floats, out: Floats) -> Floats:
+    """Cross product over the last axis, written component by component into ``out``."""
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        np.multiply(a[..., i], b[..., j], out=out[..., k])
+        out[..., k] -= a[..., j] * b[..., i]
+    return out
 
 
 def skew_last(vector: Array) -> Array:
     """Cross-product matrices, skew(a) b = a x b, shape (..., 3) to (..., 3, 3)."""
     xp = namespace(vector)
-    flat = xp.matmul(vector, as_like(_SKEW, vector))
+    flat = xp.matmul(vector, as_like(SKEW, vector))
     return xp.reshape(flat, (*vector.shape, 3))
 
 
-_SKEW = np.zeros((3, 9))
+SKEW = np.zeros((3, 9))
+"""A row vector times this are the nine entries of its cross-product matrix."""
 for _i in range(3):
     # skew(a)[k, j] = sum_i eps_kij a_i
-    _SKEW[_i] = _LEVI_CIVITA[:, 3 * _i : 3 * _i + 3].ravel()
+    SKEW[_i] = _LEVI_CIVITA[:, 3 * _i : 3 * _i + 3].ravel()
 
 
 def multiply(p: Array, q: Array) -> Array:

@@ -49,7 +49,11 @@ class Felt(NamedTuple):
 
 @runtime_checkable
 class Sensor(Protocol):
-    """A sensor: a keyword-only dataclass with explicit memory and a random state passed in."""
+    """A sensor: a keyword-only dataclass with explicit memory and a random state passed in.
+
+    One that reads neither ``specific_force`` nor ``spin_rate`` may say so by a class attribute
+    ``inertial`` that is false; they are zero for it then.
+    """
 
     link: str
     rate: float

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import datetime
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.experiments.fetching import vertical
@@ -31,21 +32,44 @@ OVERRIDES = (
 )
 """The drop test of the ball, with the manipulator over deeper water."""
 
+PARTICLES = (
+    "experiment=drop_test",
+    "robot=aam",
+    "water=particles",
+    "name=drop_test_particles",
+    "environment.tank_bottom=-1.0",
+    "environment.friction=0.8",
+    "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
+    "fluid.spacing=0.025",
+    "fluid.size=[0.8,0.8,1.0]",
+    "fluid.freeboard=1.0",
+    "time.duration=4",
+    "time.step=0.004",
+)
+"""The same over a tank of particles, a metre deep."""
+
+SMOOTH = 0.012
+"""Time over which the felt force is averaged before its peak is measured [s]."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
     parser = argparse.ArgumentParser(prog="python -m seals.experiments.drop_test")
     parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser.add_argument("--water", choices=("fossen", "particles"), default="fossen")
     parser.add_argument("overrides", nargs="*", help="as for seals run")
     given = parser.parse_args(arguments)
     stamp = datetime.datetime.now().astimezone()
     out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_drop_test_aam"
-    words = [*OVERRIDES, *given.overrides]
+    words = [*(PARTICLES if given.water == "particles" else OVERRIDES), *given.overrides]
     settings = build_run(compose(words))
     record = run_into(out, settings, overrides=words)
     found = measures(record.log)
+    if record.fluid:
+        found |= entry(record.log, record.ledger.of("particles")) | books(record.fluid)
     (out / "table.md").write_text(table(found), encoding="utf-8")
-    marks = (Mark(at=0.0, label="water", level=True), Mark(at=-1.5, label="bottom", level=True))
+    bottom = settings.environment.tank_bottom or 0.0
+    marks = (Mark(at=0.0, label="water", level=True), Mark(at=bottom, label="bottom", level=True))
     log = record.log
     named = {"x": "specific_force_x", "y": "specific_force_y", "z": "specific_force_z"}
     force = {key: np.nan_to_num(log.columns[name]) for key, name in named.items()}
@@ -57,7 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ],
     )
     write_picture(out / "ledger.png", vertical(record.ledger, 0, "body of the manipulator"))
-    times = {f"{t:g} s": t for t in (0.0, 0.3, 0.5, 0.8, 1.5, 3.0, 5.0, float(log.time[-1]))}
+    times = {f"{t:g} s": t for t in (0.0, 0.3, 0.5, 0.8, 1.5, 3.0, 5.0) if t < log.time[-1]}
+    times[f"{log.time[-1]:g} s"] = float(log.time[-1])
     pictures = draw_frames(log, settings, list(times.values()), View(pitch=-6.0))
     write_sheet(out / "stages.png", dict(zip(times, pictures, strict=True)))
     print((out / "table.md").read_text(encoding="utf-8"))
@@ -81,6 +106,51 @@ def measures(log: Log) -> dict[str, float]:
         "height at the end [m]": float(z[-1]),
         "speed at the end [m/s]": float(abs(speed[-1])),
     }
+
+
+def entry(log: Log, pushed: Floats) -> dict[str, float]:
+    """Return when the robot met the water and the floor, and how long the spike of entry was.
+
+    Args:
+        log: of the drop.
+        pushed: wrenches of the water on all links, shape (rows, links, 6).
+    """
+    rows = len(log.time)
+    force = np.linalg.norm(pushed[:rows, :, :3].sum(axis=1), axis=1)
+    touch = int(np.argmax(force > 1.0))
+    step = float(log.time[1] - log.time[0])
+    felt = np.linalg.norm(
+        [np.nan_to_num(log.columns[f"specific_force_{a}"]) for a in "xyz"], axis=0
+    )
+    width = max(1, round(SMOOTH / step))
+    smooth = np.convolve(felt, np.full(width, 1.0 / width), mode="same")
+    window = slice(touch, touch + round(0.6 / step))
+    peak = touch + int(np.argmax(smooth[window]))
+    above = smooth > 0.5 * smooth[peak]
+    first, last = peak, peak
+    while first > 0 and above[first - 1]:
+        first -= 1
+    while last + 1 < rows and above[last + 1]:
+        last += 1
+    z = log.columns["position_z"]
+    on_floor = int(np.argmax(z < z.min() + 0.01))
+    return {
+        "first touch of the water [s]": float(log.time[touch]),
+        "peak of the entry [s]": float(log.time[peak]),
+        "peak of the felt force [m/s^2]": float(smooth[peak]),
+        "duration of the spike at half height [s]": float(log.time[last] - log.time[first]),
+        "on the floor [s]": float(log.time[on_floor]),
+    }
+
+
+def books(figures: Mapping[str, Floats]) -> dict[str, float]:
+    """Return particles, largest mean compression, and the largest gap in the momentum."""
+    names = {
+        "particles": "particles [1]",
+        "mean compression [1]": "largest mean compression [1]",
+        "books gap [1]": "largest gap of momentum in a step [1]",
+    }
+    return {words: float(np.nanmax(figures[name])) for name, words in names.items()}
 
 
 def table(found: dict[str, float]) -> str:

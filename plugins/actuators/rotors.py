@@ -161,10 +161,11 @@ class Rotors(Effect):
         """Thrusts [N] and reaction torques [N m] of the rotors."""
         first, count = params["before"].shape[0], params["position"].shape[0]
         speed = inputs.drive[:, first : first + count]  # type: ignore[index]
-        square, ahead = speed * speed, speed >= 0.0
-        xp = namespace(speed)
-        push = xp.where(ahead, square, params["backward"] * square)
-        turn = xp.where(ahead, square, params["back_torque"] * square)
+        push = turn = square = speed * speed
+        if type(speed) is not np.ndarray or np.count_nonzero(speed < 0.0):
+            xp, ahead = namespace(speed), speed >= 0.0
+            push = xp.where(ahead, square, params["backward"] * square)
+            turn = xp.where(ahead, square, params["back_torque"] * square)
         return Drives(
             position=params["position"],
             axis=params["axis"],
@@ -179,5 +180,6 @@ class Rotors(Effect):
         """Electrical power of the rotors as they really run [W]."""
         xp = namespace(drives.torque)
         torque, speed = xp.abs(drives.torque), xp.abs(drives.speed)
-        lost = params["friction_torque"] * speed + params["copper_loss"] * torque * torque
-        return torque * speed + lost
+        return (torque + params["friction_torque"]) * speed + params[
+            "copper_loss"
+        ] * torque * torque

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.plugins.effects.battery_sag import sagged
@@ -83,6 +83,11 @@ class Battery(Effect):
     @staticmethod
     def state(memory: Array, params: Parameters) -> tuple[Array, Array, Array]:
         """Terminal voltage [V], current [A] and state of charge [1], shape (N, 1) each."""
+        if _one(memory, params):
+            left, voltage = _rest(memory, params)
+            current = memory.item(1)
+            voltage -= params["resistance"].item() * current
+            return np.array([[voltage]]), np.array([[current]]), np.array([[left]])
         left, current = _left(memory, params), memory[:, 1:2]
         open_circuit = params["cells"] * cell_voltage(left)
         return open_circuit - params["resistance"] * current, current, left
@@ -90,6 +95,8 @@ class Battery(Effect):
     @staticmethod
     def supply(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
         """New memory under the power [W] of the drives, shape (N, 1)."""
+        if _one(memory, params) and power.size == 1:
+            return _drained(power.item(), float(inputs.step), memory, params)
         xp = namespace(memory)
         total = power + params["electronics"]
         open_circuit = params["cells"] * cell_voltage(_left(memory, params))
@@ -118,12 +125,6 @@ def cell_voltage(left: Array) -> Array:
         >>> cell_voltage(np.array([0.0, 0.5, 1.0])).round(3)
         array([2.654, 3.803, 4.103])
     """
-    if type(left) is np.ndarray and left.size == 1:
-        # one battery, several times a step: numbers are faster than arrays
-        s = float(left.flat[0])
-        slope = 0.2156 - 0.1178 * s + 0.3201 * s * s
-        value = 3.685 + slope * s - 1.031 * math.exp(-35.0 * s)
-        return np.array(value).reshape(left.shape)
     xp = namespace(left)
     slope = 0.2156 - 0.1178 * left + 0.3201 * left * left
     return 3.685 + slope * left - 1.031 * xp.exp(-35.0 * left)
@@ -136,3 +137,29 @@ def _left(memory: Array, params: Parameters) -> Array:
     """State of charge [1], shape (N, 1)."""
     left = params["charge"] - memory[:, 0:1] / params["capacity"]
     return namespace(left).maximum(left, left * 0.0)
+
+
+_NUMBERS = ("cells", "capacity", "resistance", "charge", "electronics")
+
+
+def _one(memory: Array, params: Parameters) -> bool:
+    """Whether there is one battery: numbers are faster than arrays, several times a step."""
+    if type(memory) is not np.ndarray or len(memory) != 1:
+        return False
+    return all(params[key].size == 1 for key in _NUMBERS)
+
+
+def _rest(memory: Floats, params: Parameters) -> tuple[float, float]:
+    """State of charge [1] and open-circuit voltage [V] of one battery."""
+    s = max(params["charge"].item() - memory.item(0) / params["capacity"].item(), 0.0)
+    slope = 0.2156 - 0.1178 * s + 0.3201 * s * s
+    return s, params["cells"].item() * (3.685 + slope * s - 1.031 * math.exp(-35.0 * s))
+
+
+def _drained(power: float, step: float, memory: Floats, params: Parameters) -> Floats:
+    """`Battery.supply` of one battery."""
+    resistance = params["resistance"].item()
+    total, voltage = power + params["electronics"].item(), _rest(memory, params)[1]
+    root = math.sqrt(max(voltage * voltage - 4.0 * resistance * total, 0.0))
+    current = min(2.0 * total / (voltage + root), voltage / (2.0 * resistance + 1e-9))
+    return np.array([[memory.item(0) + current * step, current]])

@@ -76,7 +76,7 @@ def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:
         share: terminal voltage by full voltage [1], shape (1 or N, 1).
         sensitivity: loss of thrust for a loss of voltage [1], likewise.
     """
-    if type(sensitivity) is np.ndarray and not sensitivity.any():
+    if type(sensitivity) is np.ndarray and not np.count_nonzero(sensitivity):
         return drives
     gain = 1.0 - sensitivity * (1.0 - share)
     speed = drives.speed

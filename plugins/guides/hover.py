@@ -84,7 +84,7 @@ class Hover:
         """Refuse lists of wrong length."""
         if len(self.position) not in (0, 3) or len(self.yaw) not in (0, 1):
             raise ConfigError(
-                f"hover.position={self.position}, hover.yaw={self.yaw}: wrong numbers of values.\n"
+                f"guide.position={self.position}, guide.yaw={self.yaw}: wrong numbers of values.\n"
                 "Allowed: three and one, or none for where it starts."
             )
 

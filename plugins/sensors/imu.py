@@ -126,12 +126,14 @@ class SensorImu:
         self._aligned = not np.any(self.rpy)
         self._centred = not np.any(self.position)
         self._range = np.array([[self.accelerometer_range], [self.gyroscope_range]])
+        self._lowest = -self._range
         self._step = np.array([[self.accelerometer_step], [self.gyroscope_step]])
         self._coarse = int((self._step > 0.0).sum())
         self._grid = np.where(self._step > 0.0, self._step, 1.0)
         density = np.array([[self.accelerometer_noise], [self.gyroscope_noise]])
         self._sigma = density * math.sqrt(self.rate)
-        self._walk = np.array([[self.accelerometer_walk], [self.gyroscope_walk]])
+        walk = np.array([[self.accelerometer_walk], [self.gyroscope_walk]])
+        self._drift = walk * math.sqrt(1.0 / self.rate)
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""
@@ -165,11 +167,15 @@ class SensorImu:
             return None, _Memory(bias, filtered)
         true = self.ideal(felt) if true is None else true
         noise = rng.standard_normal((2, 2, 3))
-        bias = bias + self._walk * math.sqrt(1.0 / self.rate) * noise[0]
-        reading = true + bias + self._sigma * noise[1]
-        reading = np.minimum(np.maximum(reading, -self._range), self._range)
+        bias = bias + self._drift * noise[0]
+        reading = self._sigma * noise[1]
+        reading += bias
+        reading += true
+        np.maximum(reading, self._lowest, out=reading)
+        np.minimum(reading, self._range, out=reading)
         if self._coarse:
-            whole = np.rint(reading / self._grid) * self._grid
+            whole = np.rint(reading / self._grid)
+            whole *= self._grid
             reading = whole if self._coarse == 2 else np.where(self._step > 0.0, whole, reading)
         return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
             bias, filtered

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,6 +55,8 @@ class SensorLocator:
     farthest: float = param(
         20.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False
     )
+
+    inertial: ClassVar[bool] = False
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -63,6 +63,8 @@ class SensorOdometry:
         source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)",
         **_SIGMA,
     )
+
+    inertial: ClassVar[bool] = False
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -76,11 +76,27 @@ def _robot(plugin: registry.Plugin) -> str:
         f"  urdf    {settings.urdf}" + ("  (base fixed)" if settings.fixed_base else ""),
     ]
     lines += [f"  hull    {link}: {_shapes(hull)}" for link, hull in found.hulls.items()]
+    lines += [f"  arm     {name}: {_limb(arm)}" for name, arm in found.limbs["arms"].items()]
+    lines += [f"  gripper {name}: {_limb(hand)}" for name, hand in found.limbs["grippers"].items()]
     for section, parts in found.parts.items():
         for part, (name, values) in parts.items():
-            given = ", ".join(f"{key}={value}" for key, value in values.items())
+            plain = {k: v for k, v in values.items() if not _tabular(v)}
+            given = ", ".join(f"{key}={value}" for key, value in plain.items())
             lines.append(f"  {section}.{part}  {name}  {given}".rstrip())
+            for key in values.keys() - plain.keys():
+                lines.append(f"    {key}:")
+                lines += [f"      {list(row)}" for row in values[key]]
     return "\n".join(lines)
+
+
+def _limb(settings: Any) -> str:
+    """The entries of an arm or a gripper as they stand in robot.yaml."""
+    return ", ".join(f"{key}={value}" for key, value in settings.items() if value not in ("", []))
+
+
+def _tabular(value: Any) -> bool:
+    """Whether a value is a list of rows."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], list)
 
 
 def _shapes(hull: Any) -> str:

@@ -7,6 +7,7 @@ import io
 import os
 import shutil
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -102,6 +103,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     outcome = _Outcome(task)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
+    began = time.time()
     try:
         with _hydra_process(root, arguments), refusals(overrides, root=root):
             application(outcome)()
@@ -110,6 +112,9 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
             f"the run folder cannot be made: {error}.\n"
             "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."
         ) from error
+    except SealsError:
+        _discard_sweeps(arguments, began)
+        raise
     if outcome.error is not None:
         raise outcome.error
     return outcome.code
@@ -153,6 +158,22 @@ def discard(folder: Path) -> None:
             level.rmdir()
         except OSError:
             return
+
+
+def _discard_sweeps(arguments: list[str], began: float) -> None:
+    """Remove the folder of a sweep that was refused before anything was written into it."""
+    stated = [word.partition("=")[2] for word in arguments if word.startswith("hydra.sweep.dir=")]
+    places = [Path(stated[-1])] if stated else Path.cwd().glob("runs/*/*")
+    for folder in list(places):
+        note = folder / "multirun.yaml"
+        # file systems keep times to a second or two
+        if (
+            note.is_file()
+            and note.stat().st_mtime >= began - 2.0
+            and len(list(folder.iterdir())) == 1
+        ):
+            note.unlink()
+            discard(folder)
 
 
 def _run_task(config: Any) -> int | None:

@@ -132,6 +132,14 @@ VERBS = {
         "  effect    makes the package seals-NAME with a law, its test and its pyproject.toml\n"
         "exit code: 0 made, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
     ),
+    "validate": Verb(
+        target="seals.cli.validate:validate",
+        summary="run the validation of the particle water; write a page with table and plots",
+        usage="water [CASE ...] [--full] [--out FOLDER]\n"
+        "  seals validate water\n"
+        "  seals validate water hydrostatics standing_wave --full\n\n"
+        "exit code: 0 all figures with a bar are within it, 1 one is missed, 2 refused",
+    ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="say whether this machine and the installed plug-ins are sound",

@@ -124,4 +124,9 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield from (f"  {remark}" for remark in made.remarks)
     yield "Next:"
     yield f"  seals check robot={name}"
-    yield f"  seals run robot={name} water=fossen"
+    around = "water=fossen"
+    if drives is not None and drives.kind == "rotor":
+        around = "guide=hover controller=cascade initial.position=[0,0,2]"
+    elif drives is not None:
+        around = "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
+    yield f"  seals run robot={name} {around}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +21,13 @@ from seals.registry import get, names
 from seals.schema import param
 
 
+class DriveStart(enum.Enum):
+    """State of the rotors at the start: ``rest``, or ``carrying`` the robot in the air."""
+
+    rest = "rest"
+    carrying = "carrying"
+
+
 @dataclass(kw_only=True)
 class InitialSettings:
     """State at the start of a run.
@@ -31,6 +39,8 @@ class InitialSettings:
         angular_velocity: angular velocity in body axes [rad/s].
         joint_position: joint angles or travels in URDF order; empty means zeros [rad or m].
         joint_velocity: joint rates in URDF order; empty means zeros [rad/s or m/s].
+        drives: whether rotors stand still, so that a flight begins with a drop of some 0.1 m, or
+            run at the speed that carries the robot; only with a guide, in the air.
     """
 
     position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
@@ -42,6 +52,7 @@ class InitialSettings:
     )
     joint_position: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen")
     joint_velocity: list[float] = vector((), "rad/s or m/s", bounds=(-100, 100), source="chosen")
+    drives: DriveStart = DriveStart.rest
 
 
 @dataclass(kw_only=True)
@@ -74,6 +85,7 @@ class RunSettings:
         robot: the robot folder.
         backend: rigid-body backend.
         wave: water surface.
+        fluid: water that is simulated itself, or None.
         environment: what surrounds the robot.
         effects: physical effects by instance name, in order of declaration.
         sensors: sensors by instance name.
@@ -93,6 +105,7 @@ class RunSettings:
     robot: RobotSettings = field(default_factory=RobotSettings)
     backend: Any = None
     wave: Any = None
+    fluid: Any = None
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     effects: dict[str, Any] = field(default_factory=dict)
     sensors: dict[str, Any] = field(default_factory=dict)
@@ -108,7 +121,7 @@ class RunSettings:
 
 
 PLAIN = ("environment", "initial", "time", "robot")
-SINGLE = ("backend", "wave", "controller", "guide")
+SINGLE = ("backend", "wave", "fluid", "controller", "guide")
 SEVERAL = ("effects", "sensors", "actuators")
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import enum
+import math
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, Layout
+from seals.dynamics.linear import solved
 
 LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""
@@ -52,8 +54,9 @@ class Allocation:
     ) -> None:
         """Find what does not change with the centre."""
         self._layout, self._rows, self.saturation = layout, list(rows), saturation
-        self._squared = np.array([kind == ROTOR for kind in layout.kind])
-        self._all_rotors = bool(self._squared.all())
+        self._squared = [kind == ROTOR for kind in layout.kind]
+        self._all_rotors = all(self._squared)
+        self._reverse = layout.reverse.tolist()
         force = (layout.axis * layout.thrust_coefficient[:, None]).T
         reaction = (layout.axis * layout.reaction_coefficient[:, None]).T
         arm = np.cross(layout.position, layout.axis) * layout.thrust_coefficient[:, None]
@@ -64,6 +67,8 @@ class Allocation:
             shift[k, 3:] = np.cross(axis, force.T).T
         self._shift = np.ascontiguousarray(shift[:, self._rows].reshape(3, -1))
         self._bounds = self._squared_bounds(layout.limit, layout.low)
+        self._kept_gain: Floats | None = None
+        self._plain = True
         # moving the centre adds rows to rows, it does not change their rank
         self._full = has_rank(self.matrix(layout.position.mean(axis=0)))
         self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
@@ -80,7 +85,10 @@ class Allocation:
             gain: of every drive, see `seals.control.Situation`; None for one.
         """
         a: Floats = self._about_origin - (centre @ self._shift).reshape(self._about_origin.shape)
-        return a if gain is None else a * gain
+        if gain is not None and gain is not self._kept_gain:
+            # in air it is the very same array at every call
+            self._kept_gain, self._plain = gain, bool((gain == 1.0).all())
+        return a if gain is None or self._plain else a * gain
 
     def commands(
         self,
@@ -105,29 +113,28 @@ class Allocation:
         a = self.matrix(centre, gain)
         if limit is not self._bounds[0] or low is not self._bounds[1]:
             self._bounds = self._squared_bounds(limit, low)
-        high, least = self._bounds[2:]
+        high, least, high_, least_ = self._bounds[2:]
         u = least_norm(a, wrench, full=self._full)
         if self.saturation is Saturation.paper:
             u = shrunk(u, least, high)
-        elif (u > high).any() or (u < least).any():
+        elif any(x > b or x < a for x, a, b in zip(u.tolist(), least_, high_, strict=True)):
             # asking for more than there is would weigh against what matters more
             ends = a * least, a * high
             most = np.maximum(*ends).sum(axis=1), np.minimum(*ends).sum(axis=1)
             asked = np.minimum(np.maximum(wrench, most[1]), most[0])
             u = best_within(a, asked, least, high, self._weights)
-        if (u < 0.0).any():
-            u = np.where(u < 0.0, u / self._layout.reverse, u)
-        roots = np.copysign(np.sqrt(np.abs(u)), u)
-        return roots if self._all_rotors else np.where(self._squared, roots, u)
+        kinds = zip(u.tolist(), self._squared, self._reverse, strict=True)
+        return np.array([_command(x, r, rotor=rotor) for x, rotor, r in kinds])
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the chosen rows of force and torque that commands make [N, N m]."""
         made: Floats = self.matrix(centre, gain) @ self._squares(command)
         return made
 
-    def _squared_bounds(self, limit: Floats, low: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Bounds as given, and squared: in air they are the same at every call."""
-        return limit, low, self._squares(limit), self._squares(low)
+    def _squared_bounds(self, limit: Floats, low: Floats) -> tuple[Any, ...]:
+        """Bounds as given, and squared, as arrays and as lists: in air always the same."""
+        high, least = self._squares(limit), self._squares(low)
+        return limit, low, high, least, high.tolist(), least.tolist()
 
     def _squares(self, command: Floats) -> Floats:
         """Squared speeds with their sign, or forces; backwards they count for less."""
@@ -138,6 +145,12 @@ class Allocation:
             return u
         less: Floats = np.where(u < 0.0, u * self._layout.reverse, u)
         return less
+
+
+def _command(u: float, reverse: float, *, rotor: bool) -> float:
+    """Command of a drive for a squared speed or a force; backwards it makes less of it."""
+    u = u if u >= 0.0 else u / reverse
+    return math.copysign(math.sqrt(abs(u)), u) if rotor else u
 
 
 def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
@@ -153,14 +166,13 @@ def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
         array([1.5, 1.5])
     """
     if full and a.shape[0] == a.shape[1]:
-        exact: Any = np.linalg.solve(a, wrench)
-        return np.asarray(exact)
+        return solved(a, wrench)
     # rows of force and of yaw differ by orders of magnitude: level them
     size = np.sqrt((a * a).sum(axis=1))
     level = 1.0 / np.where(size > 0.0, size, 1.0)
     b, wanted = a * level[:, None], wrench * level
     if full:
-        smallest: Floats = b.T @ np.linalg.solve(b @ b.T, wanted)
+        smallest: Floats = b.T @ solved(b @ b.T, wanted)
         return smallest
     inverse: Any = np.linalg.pinv(b, rcond=RANK)
     nearest: Floats = inverse @ wanted
@@ -223,7 +235,7 @@ def _box(h: Floats, g: Floats) -> Floats:
     count = len(g)
     eye = np.eye(count)
     soft = h + SOFT * float(np.trace(h)) * eye
-    x = np.linalg.solve(soft, g)
+    x = solved(soft, g)
     bound = np.minimum(np.maximum(x, 0.0), 1.0)
     free = (bound == x).astype(float)
     fewest, patience = count + 1, 3
@@ -231,9 +243,9 @@ def _box(h: Floats, g: Floats) -> Floats:
         held = bound * (1.0 - free)
         # the rows and columns of held drives become those of the identity
         system = soft * (free[:, None] * free) + eye * (1.0 - free)
-        x = np.linalg.solve(system, free * (g - h @ held) + held)
+        x = solved(system, free * (g - h @ held) + held)
         # where H lacks rank the softening bends the rows: one refinement straightens them
-        x = x + np.linalg.solve(system, free * (g - h @ x))
+        x = x + solved(system, free * (g - h @ x))
         slope = h @ x - g
         off = np.where(bound > 0.5, slope, -slope)
         beyond = np.abs(x - 0.5) - 0.5

@@ -34,15 +34,16 @@ def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
     aside, most = math.hypot(x, y), math.tan(tilt)
     if aside > most:
         x, y = x * most / aside, y * most / aside
-    a = np.array([x, y, 1.0]) / math.sqrt(1.0 + x * x + y * y)
-    heading = (math.cos(yaw), math.sin(yaw))
+    size = math.sqrt(1.0 + x * x + y * y)
+    x, y, z = x / size, y / size, 1.0 / size
     # body y = z x heading, then body x = y x z
-    b = np.array([-a[2] * heading[1], a[2] * heading[0], a[0] * heading[1] - a[1] * heading[0]])
-    b /= math.sqrt(b @ b)
-    out = np.empty((3, 3))
-    out[:, 1], out[:, 2] = b, a
-    out[:, 0] = cross3(b, a)
-    return out
+    ahead, left = math.cos(yaw), math.sin(yaw)
+    u, v, w = -z * left, z * ahead, x * left - y * ahead
+    size = math.sqrt(u * u + v * v + w * w)
+    u, v, w = u / size, v / size, w / size
+    return np.array(
+        [[v * z - w * y, u, x], [w * x - u * z, v, y], [u * y - v * x, w, z]], dtype=float
+    )
 
 
 def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
@@ -55,15 +56,15 @@ def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
     References:
         Lee, Leok, McClamroch 2010, Geometric tracking control of a quadrotor UAV on SE(3), CDC.
     """
-    m = wanted.T @ rotation
-    e = 0.5 * np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sine = math.sqrt(e @ e)
-    cosine = 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
+    (a, b, c), (d, e, f), (g, h, i) = (wanted.T @ rotation).tolist()
+    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
+    sine = math.sqrt(x * x + y * y + z * z)
+    cosine = 0.5 * (a + e + i - 1.0)
     if sine < 1e-9:
         # half a turn has no direction of its own: any axis will do
-        return e if cosine > 0.0 else np.array([math.pi, 0.0, 0.0])
-    longer: Floats = e * (math.atan2(sine, cosine) / sine)
-    return longer
+        return np.array([x, y, z] if cosine > 0.0 else [math.pi, 0.0, 0.0])
+    longer = math.atan2(sine, cosine) / sine
+    return np.array([x * longer, y * longer, z * longer])
 
 
 def spin_of(now: Floats, before: Floats, step: float) -> Floats:

@@ -9,6 +9,9 @@ import numpy as np
 
 from seals.arrays import Floats
 
+NONE = 1e-9
+"""A lag of zero is one far shorter than any period [s]."""
+
 
 class Rate(NamedTuple):
     """Rate of change of a signal, smoothed by a first-order low-pass.
@@ -31,8 +34,7 @@ class Rate(NamedTuple):
         if self.value is None:
             return Rate(value, self.rate)
         keep = math.exp(-step / time_constant) if time_constant > 0.0 else 0.0
-        fresh = (value - self.value) / step
-        return Rate(value, keep * self.rate + (1.0 - keep) * fresh)
+        return Rate(value, keep * self.rate + ((1.0 - keep) / step) * (value - self.value))
 
 
 class Trend(NamedTuple):
@@ -54,12 +56,20 @@ class Trend(NamedTuple):
 
     def next(self, value: Floats, step: float, time_constant: float) -> Trend:
         """Return the trend after one more sample."""
-        first = self.first.next(value, step, time_constant)
-        return Trend(first, self.second.next(first.rate, step, time_constant))
+        first, second = self
+        if first.value is None or second.value is None:
+            grown = first.next(value, step, time_constant)
+            return Trend(grown, second.next(grown.rate, step, time_constant))
+        keep = math.exp(-step / time_constant) if time_constant > 0.0 else 0.0
+        fresh = (1.0 - keep) / step
+        rate = keep * first.rate + fresh * (value - first.value)
+        change = keep * second.rate + fresh * (rate - second.value)
+        return Trend(Rate(value, rate), Rate(rate, change))
 
-    def ahead(self, time: float) -> Floats:
-        """Return the rate expected some time [s] from now."""
-        expected: Floats = self.first.rate + time * self.second.rate
+    def ahead(self, time: float, first: int = 0, last: int | None = None) -> Floats:
+        """Return the rate expected some time [s] from now, of all numbers or of some."""
+        now, change = self.first.rate[first:last], self.second.rate[first:last]
+        expected: Floats = now + time * change
         return expected
 
 
@@ -72,12 +82,9 @@ class Lag:
     """
 
     def __init__(self, rise: Floats, fall: Floats) -> None:
-        """Find out whether there is any lag, and whether it differs."""
-        # a lag of zero is one far shorter than any period
-        self._rise, self._fall = np.maximum(rise, 1e-9), np.maximum(fall, 1e-9)
-        self._two = bool(np.any(rise != fall))
-        self._lagging = rise > 0.0
-        self._all = bool(self._lagging.all())
+        """Keep the lags of every drive."""
+        rises, falls = np.maximum(rise, NONE).tolist(), np.maximum(fall, NONE).tolist()
+        self._pairs = list(zip(rises, falls, strict=True))
 
     def quickened(
         self, wanted: Floats, state: Floats, quicker: float, bounds: tuple[Floats, Floats]
@@ -94,22 +101,21 @@ class Lag:
             quicker: at least 1 [1].
             bounds: lowest and highest commands.
         """
-        away = wanted - state
-        if self._two:
-            away = away * (self._of(wanted, state) / self._rise)
-        eager = state + quicker * away
-        if not self._all:
-            eager = np.where(self._lagging, eager, wanted)
-        command: Floats = np.minimum(np.maximum(eager, bounds[0]), bounds[1])
-        return command
+        goals, states = wanted.tolist(), state.tolist()
+        low, high = bounds[0].tolist(), bounds[1].tolist()
+        out = []
+        # a few numbers: faster one by one than as arrays
+        for w, x, (rise, fall), a, b in zip(goals, states, self._pairs, low, high, strict=True):
+            u = w
+            if rise > NONE:
+                u = x + quicker * (w - x) * ((fall if abs(w) < abs(x) else rise) / rise)
+            out.append(min(max(u, a), b))
+        return np.array(out)
 
     def followed(self, state: Floats, command: Floats, step: float) -> Floats:
         """Return the states after one period under a held command [s]."""
-        after: Floats = command + (state - command) * np.exp(-step / self._of(command, state))
-        return after
-
-    def _of(self, goal: Floats, state: Floats) -> Floats:
-        if not self._two:
-            return self._rise
-        found: Floats = np.where(np.abs(goal) < np.abs(state), self._fall, self._rise)
-        return found
+        out = []
+        for x, u, (rise, fall) in zip(state.tolist(), command.tolist(), self._pairs, strict=True):
+            lag = fall if abs(u) < abs(x) else rise
+            out.append(u + (x - u) * math.exp(-step / lag))
+        return np.array(out)

@@ -11,11 +11,9 @@ from seals.control.plant import Plant
 from seals.control.protocols import Buoyancy
 from seals.dynamics.kinematics import Kinematics
 from seals.dynamics.tree import forward
+from seals.frames import CROSS
 from seals.medium.sample import Sample
 from seals.robot.model import RobotModel
-
-_EYE = np.eye(3)
-_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 class MassNow(NamedTuple):
@@ -46,8 +44,8 @@ class MassGauge:
         """Make the pseudo-inertias of the base and of what hangs rigidly on every joint."""
         tree = self._tree = robot.tree
         # rigid groups: the base, then the child link of every joint with all that is fixed to it
-        self._group = [0, *tree.child]
-        self._pseudo = _grouped(robot, self._group)
+        self._group = np.array([0, *tree.child])
+        self._pseudo = _grouped(robot, self._group.tolist())
         self._place = np.zeros((len(self._group), 4, 4))
         self._place[:, 3, 3] = 1.0
         self._sums = np.concatenate((np.ones((1, tree.links)), tree.moves.T))[:, self._group]
@@ -66,20 +64,24 @@ class MassGauge:
         """Return the mass properties at one instant of one robot."""
         if self._rigid is not None:
             return self._rigid
-        turns, group = kinematics.rotations[0], self._group
+        turns, origins = kinematics.rotations[0], kinematics.origins[0]
         turn = turns[0]
-        arm = kinematics.origins[0, group] - kinematics.origins[0, 0]
-        return self._of(arm @ turn, turn.T @ turns[group], kinematics.axes[0] @ turn)
+        arm = origins.take(self._group, axis=0) - origins[0]
+        return self._of(
+            arm @ turn, turn.T @ turns.take(self._group, axis=0), kinematics.axes[0] @ turn
+        )
 
     def _of(self, origins: Floats, turns: Floats, axes: Floats) -> MassNow:
         place = self._place
         place[:, :3, 3], place[:, :3, :3] = origins, turns
         parts = place @ self._pseudo @ place.transpose(0, 2, 1)
         sums = (self._sums @ parts.reshape(-1, 16)).reshape(-1, 4, 4)
-        mass = float(sums[0, 3, 3])
-        centre = sums[0, :3, 3] / mass
-        second = sums[0, :3, :3] - mass * centre[:, None] * centre
-        inertia = float(second[0, 0] + second[1, 1] + second[2, 2]) * _EYE - second
+        (a, b, c, x), (_, d, e, y), (_, _, f, z), (_, _, _, mass) = sums[0].tolist()
+        # the second moments about the centre, then trace - S
+        a, b, c, d = a - x * x / mass, b - x * y / mass, c - x * z / mass, d - y * y / mass
+        e, f = e - y * z / mass, f - z * z / mass
+        centre = np.array([x / mass, y / mass, z / mass])
+        inertia = np.array([[d + f, -b, -c], [-b, a + f, -e], [-c, -e, a + d]])
         if not len(axes):
             return MassNow(mass, centre, inertia, np.zeros((3, 0)), np.zeros((3, 0)))
         push, spin = self._moved(sums[1:], axes, origins[1:], centre)
@@ -165,5 +167,5 @@ def _pseudo(robot: RobotModel, link: int) -> Floats:
 
 def _products(a: Floats, b: Floats) -> Floats:
     """Products of rows, shape (n, 3)."""
-    product: Floats = a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]
+    product: Floats = (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
     return product

@@ -75,18 +75,28 @@ class Reckoned(NamedTuple):
     position: Floats
     rate: Floats
 
-    def next(self, targets: Floats, lag: Floats, fastest: float, step: float) -> Reckoned:
+    def next(self, targets: Floats, way: Floats, fastest: float, step: float) -> Reckoned:
         """Return the motion one period later: a first-order lag at no more than a speed.
 
         Args:
             targets: of the servos [rad or m], shape (J,).
-            lag: time constants [s], shape (J,).
+            way: from `way_of`, for the same period [1/s], shape (J,).
             fastest: largest rate [rad/s or m/s].
             step: of the period [s].
         """
-        rate = (targets - self.position) * (-np.expm1(-step / lag) / step)
-        rate = np.minimum(np.maximum(rate, -fastest), fastest)
+        rate = np.minimum(np.maximum((targets - self.position) * way, -fastest), fastest)
         return Reckoned(self.position + step * rate, rate)
+
+
+def way_of(lag: Floats, step: float) -> Floats:
+    """Return the mean rate over a period for a unit of way left, under first-order lags [1/s].
+
+    Args:
+        lag: time constants [s], shape (J,).
+        step: of the period [s].
+    """
+    way: Floats = -np.expm1(-step / lag) / step
+    return way
 
 
 def servo_lag(plant: Plant, default: float) -> Floats:

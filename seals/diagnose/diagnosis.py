@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fit, solve_scaled
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.naming import Search, search
+from seals.diagnose.normal import Fit, solve_scaled
 from seals.diagnose.problem import Problem, prepare
 from seals.diagnose.verdict import Answer, Claim, judge
 from seals.logs.log import Log

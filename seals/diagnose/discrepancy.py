@@ -1,4 +1,4 @@
-"""What no law describes exactly: exponents of drag, hulls at the surface, a free wrench."""
+"""What no law describes exactly: exponents of drag, hulls at the surface, waves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, namespace
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.frames import cross
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
@@ -132,36 +132,6 @@ class AddedMassCentre(Effect):
         top = xp.concat((none, block), axis=2)
         below = xp.concat((xp.permute_dims(block, (0, 2, 1)), none), axis=2)
         return AddedInertia(xp.concat((top, below), axis=1), medium.share), memory
-
-
-@dataclass(kw_only=True)
-class FreeWrench(Effect):
-    """A constant wrench on the base, body axes: what any force could do.
-
-    Args:
-        force_x: [N].
-        force_y: [N].
-        force_z: [N].
-        torque_x: [N m].
-        torque_y: [N m].
-        torque_z: [N m].
-    """
-
-    force_x: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    force_y: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    force_z: float = param(0.0, "N", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    torque_x: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    torque_y: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    torque_z: float = param(0.0, "N m", bounds=(-1e6, 1e6), tolerance=0.0, source="free")
-    accounts_for: ClassVar[tuple[str, ...]] = ()
-
-    @staticmethod
-    def loads(
-        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[Wrench, Array]:
-        """The wrench [N, N m]."""
-        still = motion.velocity * as_like(0.0, motion.velocity)
-        return Wrench(params["force"] + still, params["torque"] + still), memory
 
 
 @dataclass(kw_only=True)

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fitter, solve_scaled
+from seals.diagnose.fit import Fitter
 from seals.diagnose.hypothesis import Hypothesis
+from seals.diagnose.normal import solve_scaled
 from seals.diagnose.screen import candidate_keys, screen
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
+from seals.diagnose.along import Along, Anchor
 from seals.diagnose.factors import Library
 from seals.diagnose.linearise import DELAY, Columns, Dynamics, columns_along, predict
+from seals.diagnose.normal import Fit, newton_step, reserve
 from seals.diagnose.plant import Plant
 from seals.diagnose.trajectory import Course
-from seals.diagnose.windows import Whitened, Windows
+from seals.diagnose.whitened import Whitened
+from seals.diagnose.windows import Windows
 
 _SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried."""
@@ -20,49 +23,26 @@ _SLOW = 3e-5
 """Share of the cost that a step must gain for another one to follow."""
 _COARSE = 3e-3
 """The same as a share of the misfit above a complete model's: far from one, digits are idle."""
+_AGAIN = 2
+"""Times that a fit is repeated about exact steps at its own values."""
+_ROUGH = 1e-2
+"""The same for steps about an anchor that will move."""
 _WIDE = 1.5
 """Prior width of a freed factor in units of its plausible size."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fit:
-    """A fit of some freed factors beside the tolerances.
+class Seen(NamedTuple):
+    """What windows saw of a model.
 
     Args:
-        freed: keys of the freed factors.
-        keys: of all factors that moved, tolerances first.
-        values: fitted changes by key.
-        cost: whitened misfit and prior penalty.
-        misfit: whitened misfit of every window, shape (W,).
-        normal: normal matrices of the windows, shape (W, p, p).
-        right: right sides at the fitted values, shape (W, p).
-        precision: prior precision of the keys, shape (p,).
-        centre: prior mean of the keys, shape (p,).
-        penalty: prior part of the cost.
+        windows: that saw it.
+        misfit: of the model.
+        columns: responses of the freed factors; None without any.
     """
 
-    freed: tuple[str, ...]
-    keys: tuple[str, ...]
-    values: Mapping[str, float]
-    cost: float
-    misfit: Floats
-    normal: Floats
-    right: Floats
-    precision: Floats
-    centre: Floats
-    penalty: float
-
-    @property
-    def covariance(self) -> Floats:
-        """Posterior covariance of the keys, shape (p, p)."""
-        matrix = self.normal.sum(axis=0) + np.diag(self.precision)
-        covariance: Floats = np.linalg.inv(matrix)
-        return covariance
-
-    def spread(self, key: str) -> float:
-        """Posterior 1-sigma of one factor."""
-        k = self.keys.index(key)
-        return float(np.sqrt(self.covariance[k, k]))
+    windows: Windows
+    misfit: Whitened
+    columns: Whitened | None
 
 
 class Fitter:
@@ -75,6 +55,9 @@ class Fitter:
         windows: of the log.
         at: parameters of the linearisation of the tolerances.
         columns: responses of the tolerances, when they are known.
+        along: the plant along the course, when it is known; it spares exact steps: those of a fit
+            are taken where it starts and where it ends.
+        fixed: whitened responses of the tolerances, when they are known.
     """
 
     def __init__(
@@ -86,23 +69,33 @@ class Fitter:
         *,
         at: Mapping[str, float] | None = None,
         columns: Columns | None = None,
+        along: Along | None = None,
+        fixed: Whitened | None = None,
     ) -> None:
         self.plant, self.course, self.dynamics, self.windows = plant, course, dynamics, windows
+        self.along = along
         self.library: Library = plant.library
         self.tolerances = self.library.tolerances
         self.at = dict(at or {})
         self.columns = columns or self._columns(self.tolerances, self.at)
-        self.fixed = windows.whiten(windows.responses(self.columns))
+        self.fixed = windows.whiten(windows.responses(self.columns)) if fixed is None else fixed
         self._square = self.fixed.product(self.fixed)
 
     def seen_through(self, windows: Windows) -> Fitter:
         """Return the same linearisation in other windows."""
         return Fitter(
-            self.plant, self.course, self.dynamics, windows, at=self.at, columns=self.columns
+            self.plant,
+            self.course,
+            self.dynamics,
+            windows,
+            at=self.at,
+            columns=self.columns,
+            along=self.along,
+            fixed=windows.again(self.fixed) if windows.like(self.windows) else None,
         )
 
     def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
-        return columns_along(self.plant, self.course, values, keys, self.dynamics)
+        return columns_along(self.plant, self.course, values, keys, self.dynamics, along=self.along)
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
         """Whitened responses of factors at given values."""
@@ -110,8 +103,27 @@ class Fitter:
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""
-        prediction = predict(self.plant, self.course, values, delay=self.windows.delay)
+        return self._misfit(values, None)
+
+    def _near(self, values: Mapping[str, float], anchor: Anchor | None) -> Whitened:
+        """The same, with steps to first order about those at an anchor."""
+        return self.misfit(values) if anchor is None else self._misfit(values, anchor)
+
+    def _misfit(self, values: Mapping[str, float], anchor: Anchor | None) -> Whitened:
+        prediction = predict(
+            self.plant,
+            self.course,
+            values,
+            delay=self.windows.delay,
+            along=self.along,
+            anchor=anchor,
+            dynamics=self.dynamics,
+        )
         return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
+
+    def _anchor(self, values: Mapping[str, float]) -> Anchor | None:
+        """Exact steps at some values, where the plant along the course is known."""
+        return None if self.along is None else self.along.anchor(values)
 
     def precision(self, keys: Sequence[str], freed: Sequence[str]) -> Floats:
         """Prior precision of factors: wide when freed, else the datasheet's."""
@@ -134,6 +146,7 @@ class Fitter:
         start: Mapping[str, float] | None = None,
         iterations: int = 6,
         tolerance: float = 0.3,
+        rough: bool = False,
     ) -> Fit:
         """Fit freed factors and all tolerances.
 
@@ -145,6 +158,7 @@ class Fitter:
             start: starting values of the freed factors.
             iterations: at most, in each of the two stages.
             tolerance: change of the cost at which to stop.
+            rough: whether `refined` is to follow for what is worth it.
         """
         more = [k for k in freed if k not in self.tolerances]
         keys = (*self.tolerances, *more)
@@ -153,14 +167,51 @@ class Fitter:
         first |= {k: float(v) for k, v in (start or {}).items() if k in freed}
         if self.windows.delay and DELAY in first:
             first[DELAY] = self.windows.delay
-        now = self._linear(keys, freed, first, precision)
+        anchor = self._anchor(self.at)
+        enough = tolerance, (0.0 if anchor is None else _ROUGH)
+        now = self._linear(keys, freed, first, precision, anchor)
         if freed:
-            now = self._descend(now, iterations, tolerance, set(freed))
-        return self._descend(now, iterations, tolerance, set(keys))
+            now = self._descend(now, iterations, enough, set(freed), anchor)
+        now = self._descend(now, iterations, enough, set(keys), anchor)
+        return now if rough else self.refined(now, iterations=iterations, tolerance=tolerance)
 
-    def again(self, fit: Fit) -> Fit:
-        """Misfit and equations of another fitter's fit in these windows."""
-        return self._linear(fit.keys, fit.freed, fit.values, fit.precision)
+    def refined(self, fit: Fit, *, iterations: int = 6, tolerance: float = 0.3) -> Fit:
+        """Repeat a fit about exact steps at its own values, until they hold.
+
+        Args:
+            fit: of this fitter.
+            iterations: at most, for each time.
+            tolerance: change of the cost at which to stop.
+        """
+        if self.along is None:
+            return fit
+        for _ in range(_AGAIN):
+            guessed, anchor = fit.cost, self._anchor(fit.values)
+            fit = self._linear(fit.keys, fit.freed, fit.values, fit.precision, anchor)
+            off, exact = abs(fit.cost - guessed), fit.cost
+            fit = self._descend(fit, iterations, (tolerance, 0.0), set(fit.keys), anchor)
+            if off < tolerance or exact - fit.cost < tolerance:
+                break
+        return fit
+
+    def again(self, fit: Fit, *, seen: Seen | None = None) -> Fit:
+        """Misfit and equations of another fitter's fit in these windows.
+
+        Args:
+            fit: of another fitter.
+            seen: what that fitter's windows saw, if they are like these.
+        """
+        if seen is None or not self.windows.like(seen.windows):
+            return self._linear(fit.keys, fit.freed, fit.values, fit.precision)
+        misfit = self.windows.again(seen.misfit)
+        columns = None if seen.columns is None else self.windows.again(seen.columns)
+        found, _ = self._standing(fit.keys, fit.freed, fit.values, fit.precision, misfit)
+        return self._with_freed(found, misfit, columns)
+
+    def seen(self, fit: Fit) -> Seen:
+        """Misfit and freed columns at the values of a fit."""
+        columns = self.whitened(fit.freed, fit.values) if fit.freed else None
+        return Seen(self.windows, self.misfit(fit.values), columns)
 
     def start(self, freed: Sequence[str]) -> Fit:
         """Equations where the tolerances were linearised, nothing fitted."""
@@ -169,8 +220,20 @@ class Fitter:
         values = {k: float(self.at.get(k, 0.0)) for k in keys}
         return self._linear(keys, freed, values, self.precision(keys, freed))
 
-    def _descend(self, now: Fit, iterations: int, tolerance: float, moving: set[str]) -> Fit:
-        """Gauss-Newton steps with step halving on the cost less what still frozen keys could do."""
+    def _descend(
+        self,
+        now: Fit,
+        iterations: int,
+        enough: tuple[float, float],
+        moving: set[str],
+        anchor: Anchor | None,
+    ) -> Fit:
+        """Gauss-Newton steps with step halving on the cost less what still frozen keys could do.
+
+        They end with one that gains less than enough: an amount, or a share of the misfit above a
+        complete model's.
+        """
+        tolerance, share_of_misfit = enough
         frozen = [i for i, k in enumerate(now.keys) if k not in moving]
         level = now.cost - reserve(now, frozen)
         for _ in range(iterations):
@@ -179,16 +242,17 @@ class Fitter:
                 return now
             step[frozen] = 0.0
             for share in _SHARES:
-                trial, misfit = self._standing(
-                    now.keys, now.freed, self._moved(now, step, share), now.precision
-                )
+                values = self._moved(now, step, share)
+                misfit = self._near(values, anchor)
+                trial, misfit = self._standing(now.keys, now.freed, values, now.precision, misfit)
                 reached = trial.cost - reserve(trial, frozen)
                 if reached < level:
                     break
             else:
                 return now
             gained, level, now = level - reached, reached, self._with_freed(trial, misfit)
-            whole = _COARSE * (level - self.windows.observed) if share == 1.0 else 0.0
+            above = level - self.windows.observed
+            whole = max(_COARSE if share == 1.0 else 0.0, share_of_misfit) * above
             if gained < max(tolerance, _SLOW * level, whole):
                 return now
         return now
@@ -207,9 +271,11 @@ class Fitter:
         freed: Sequence[str],
         values: Mapping[str, float],
         precision: Floats,
+        anchor: Anchor | None = None,
     ) -> Fit:
         """Misfit and normal equations at given values."""
-        return self._with_freed(*self._standing(keys, freed, values, precision))
+        misfit = self._near(values, anchor)
+        return self._with_freed(*self._standing(keys, freed, values, precision, misfit))
 
     def _standing(
         self,
@@ -217,9 +283,9 @@ class Fitter:
         freed: Sequence[str],
         values: Mapping[str, float],
         precision: Floats,
+        misfit: Whitened,
     ) -> tuple[Fit, Whitened]:
         """Misfit at given values with the equations of the tolerances alone: half the work."""
-        misfit = self.misfit(values)
         count, total = len(self.tolerances), len(keys)
         normal = np.zeros((self.windows.count, total, total))
         right = np.zeros((self.windows.count, total))
@@ -248,12 +314,12 @@ class Fitter:
         )
         return fit, misfit
 
-    def _with_freed(self, fit: Fit, misfit: Whitened) -> Fit:
+    def _with_freed(self, fit: Fit, misfit: Whitened, columns: Whitened | None = None) -> Fit:
         """The same with the equations of the freed factors, in place."""
         fresh, count = list(fit.freed), len(self.tolerances)
         if not fresh:
             return fit
-        columns = self.whitened(fresh, fit.values)
+        columns = self.whitened(fresh, fit.values) if columns is None else columns
         at = [fit.keys.index(k) for k in fresh]
         cross, own = self.fixed.product(columns), columns.product(columns)
         for a, i in enumerate(at):
@@ -271,31 +337,3 @@ class Fitter:
 def _silence(normal: Floats, right: Floats, held: int) -> None:
     """Take one factor out of the equations."""
     normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0
-
-
-def newton_step(fit: Fit) -> tuple[Floats, float]:
-    """Full Gauss-Newton step of all keys, shape (p,), and the fall of the cost it promises."""
-    at = np.array([fit.values[k] for k in fit.keys])
-    matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
-    gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
-    step = solve_scaled(matrix, gradient)
-    return step, float(step @ gradient)
-
-
-def reserve(fit: Fit, frozen: Sequence[int]) -> float:
-    """Fall of the cost that some keys alone would still give, to first order."""
-    if not frozen:
-        return 0.0
-    at = np.array([fit.values[fit.keys[i]] for i in frozen])
-    precision = fit.precision[frozen]
-    matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
-    gradient = fit.right.sum(axis=0)[frozen] - precision * (at - fit.centre[frozen])
-    return float(gradient @ solve_scaled(matrix, gradient))
-
-
-def solve_scaled(matrix: Floats, right: Floats) -> Floats:
-    """Solve a symmetric positive system after scaling its diagonal to one."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix * scale[:, None] * scale[None, :] + 1e-12 * np.eye(len(scale))
-    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
-    return solved

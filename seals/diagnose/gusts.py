@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.diagnose.fit import newton_step
 from seals.diagnose.hypothesis import Hypothesis, price
+from seals.diagnose.normal import newton_step
 from seals.diagnose.problem import rewindowed
 
 LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
@@ -33,10 +33,10 @@ class Unrest:
 def unrest(hypothesis: Hypothesis) -> Unrest:
     """Compare levels of the gusts at the values of a hypothesis."""
     fitter = hypothesis.fitter
-    scores = {}
+    scores, seen = {}, fitter.seen(hypothesis.fit)
     for level in LEVELS:
         other = rewindowed(fitter, gusts=level)
-        fit = other.again(hypothesis.fit)
+        fit = other.again(hypothesis.fit, seen=seen)
         promised = newton_step(fit)[1]
         scores[level] = fit.cost - promised + price(fit, other.library) + other.windows.volume
     best = min(scores, key=lambda s: scores[s])

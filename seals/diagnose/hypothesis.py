@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.diagnose.factors import Candidate, Library
-from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.fit import Fitter
+from seals.diagnose.normal import Fit
 
 TRACE = 0.02
 """Share of a plausible effect below which one is a trace."""

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats
-from seals.diagnose.discrepancy import FreeWrench
-from seals.diagnose.plant import Plant, nonzero, spread, tiled
-from seals.diagnose.trajectory import Course, difference
+from seals.arrays import Floats
+from seals.diagnose.along import Along, Anchor, accelerations, packed
+from seals.diagnose.plant import WAVES, Plant, nonzero
+from seals.diagnose.trajectory import Course
 from seals.frames import exponential, matrix_of, multiply
 from seals.motion import Reading
-from seals.twin import Rates, TwinState
+from seals.twin import TwinState
 
-WRENCH = "free_wrench"
 _ROWS = 24000
 """Rows of one batch: as many as stay in the cache."""
 _NUDGE = 1e-5
@@ -53,6 +52,13 @@ class Dynamics:
     sense: Floats
     feel: Floats
     slope: Floats
+    _kept: dict[float, Floats] = field(default_factory=dict)
+
+    def integral(self, step: float) -> Floats:
+        """Integral of the transition over a step [s], shape (T, n, n), see `discrete`."""
+        if step not in self._kept:
+            self._kept[step] = discrete(self.slope, step)[1]
+        return self._kept[step]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +77,14 @@ class Columns:
 
 
 def predict(
-    plant: Plant, course: Course, values: Mapping[str, float], *, delay: float = 0.0
+    plant: Plant,
+    course: Course,
+    values: Mapping[str, float],
+    *,
+    delay: float = 0.0,
+    along: Along | None = None,
+    anchor: Anchor | None = None,
+    dynamics: Dynamics | None = None,
 ) -> Prediction:
     """Take one step from every row of the course with the model.
 
@@ -80,24 +93,29 @@ def predict(
         course: where the steps start.
         values: changes by factor key.
         delay: of the inertial sensors that the windows take care of [s].
+        along: the plant along the course, where it is known.
+        anchor: exact steps at values nearby; the steps then follow from the accelerations at the
+            rows and from ``dynamics``, to first order in the change of both. Left out, the steps
+            are taken.
+        dynamics: derivatives along the course, with an anchor.
     """
     used = nonzero(values)
-    rows = np.arange(plant.samples.rows)
-    state = course.state(rows)
-    drive, torque = plant.drive(used), plant.friction(used, course.rates)
-    following = np.minimum(rows + 1, len(rows) - 1)
-    pair = None if torque is None else (torque, torque[following])
-    twin = plant.twin(used, len(rows), stiff=False)
-    after, rates = plant.advance(twin, state, rows, drive, pair)
-    if course.joints.shape[1]:
-        # a command reaches the joints after the reading of its row
-        twin = twin if torque is None else plant.twin(used, len(rows))
-        rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
-    reading = _stacked(plant.reading(state, rates, used))
+    along = Along(plant, course) if along is None else along
+    rates = along.response(used).rates
+    if anchor is None or dynamics is None:
+        defect = along.anchor(used).defect
+    else:
+        change = np.zeros_like(anchor.defect)
+        joints = course.joints.shape[1]
+        rate = accelerations(rates) - anchor.rate
+        change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
+        integral = dynamics.integral(plant.samples.step)
+        defect = anchor.defect + np.matmul(integral, _average(change)[:, :, None])[:, :, 0]
+    reading = _stacked(plant.reading(along.state, rates, used))
     late = used.get(DELAY, 0.0) - delay
     if late:
         reading = _late(plant, reading, late)
-    return Prediction(defect=difference(after, course.state(following)), reading=reading)
+    return Prediction(defect=defect, reading=reading)
 
 
 DELAY = "sensor_delay.delay"
@@ -113,31 +131,47 @@ def _late(plant: Plant, reading: Floats, delay: float) -> Floats:
     return out
 
 
-def dynamics_along(plant: Plant, course: Course, values: Mapping[str, float]) -> Dynamics:
+def dynamics_along(
+    plant: Plant, course: Course, values: Mapping[str, float], *, along: Along | None = None
+) -> Dynamics:
     """Derivatives by state and wrench at every row."""
-    plant.library.effects.setdefault(WRENCH, FreeWrench(correction=True))  # type: ignore[attr-defined]  # the library's mapping is a dict of its own
     used = nonzero(values)
     size, joints = course.size, course.joints.shape[1]
-    moves = [(k, _NUDGE) for k in range(size)]
     count = plant.samples.rows
+    along = Along(plant, course) if along is None else along
     base = _accelerations(plant, course, used, [None], stiff=False)[0]
     slope = np.zeros((count, size, size))
     sense = np.zeros((count, 3, size))
-    shifts = [_shift(size, k, s) for k, s in moves]
-    moved = _accelerations(plant, course, used, shifts, stiff=False)
-    for (k, step), rates in zip(moves, moved, strict=True):
-        change = (rates - base) / step
+    moved = [k for k in range(size) if k > 2 or k in _places(plant, used)]
+    shifts: list[Floats | None] = [_shift(size, k, _NUDGE) for k in moved]
+    found = _accelerations(plant, course, used, shifts, stiff=False)
+    for k, rates in zip(moved, found, strict=True):
+        change = (rates - base) / _NUDGE
         slope[:, 6:12, k] = change[:, :6]
         slope[:, 12 + joints :, k] = change[:, 9:]
         sense[:, :, k] = change[:, 6:9]
     _kinematics(slope, course)
-    keys = [f"{WRENCH}.{p}_{a}" for p in ("force", "torque") for a in "xyz"]
-    scale = [plant.vehicle.mass, plant.vehicle.mass * 0.01]
-    pushes = [(key, scale[i // 3]) for i, key in enumerate(keys)]
-    rate, feel = _wrench_columns(plant, course, used, pushes, base)
+    rate, feel = _wrench_columns(along, used)
     transition, integral = discrete(slope, plant.samples.step)
     kick = np.matmul(integral, _average(rate))
-    return Dynamics(transition=transition, kick=kick, sense=sense, feel=feel, slope=slope)
+    kept = {plant.samples.step: integral}
+    return Dynamics(
+        transition=transition, kick=kick, sense=sense, feel=feel, slope=slope, _kept=kept
+    )
+
+
+def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
+    """Components of the position on which accelerations depend at all."""
+    acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
+    laws = [type(plant.library.effects[n]).__module__ for n in acting & set(plant.library.effects)]
+    if WAVES in acting or any(law in _PLACED or not law.startswith("seals.") for law in laws):
+        return (0, 1, 2)
+    around = plant.vehicle.environment
+    return () if around.water_level is None and around.ground_level is None else (2,)
+
+
+_PLACED = ("seals.plugins.effects.tether", "seals.plugins.effects.formula")
+"""Laws that know where they are; those of strangers may."""
 
 
 def columns_along(
@@ -146,47 +180,46 @@ def columns_along(
     values: Mapping[str, float],
     keys: Sequence[str],
     dynamics: Dynamics,
+    *,
+    along: Along | None = None,
 ) -> Columns:
     """Derivatives by parameters at every row."""
     used = nonzero(values)
-    count, size = plant.samples.rows, course.size
-    push, reading = np.zeros((count, size, len(keys))), np.zeros((count, 6, len(keys)))
-    _, integral = discrete(dynamics.slope, plant.samples.step)
-    state = course.state(np.arange(count))
-    base = _accelerations(plant, course, used, [None])[0]
-    rates = _as_rates(base, state)
-    seen = _stacked(plant.reading(state, rates, used))
-    factors = plant.library.factors
-    timed = [k for k in keys if k.partition(".")[0] in ("command_delay", "rotor_lag")]
-    sensed = [k for k in keys if k.partition(".")[0] in _SENSOR_EFFECTS]
-    plain = [k for k in keys if k not in timed and k not in sensed]
+    count, size, joints = plant.samples.rows, course.size, course.joints.shape[1]
+    along = Along(plant, course) if along is None else along
     index = {key: i for i, key in enumerate(keys)}
-    jobs = [(k, factors[k].nudge) for k in plain]
-    changes = _parameter_changes(plant, course, used, jobs, base)
-    for key in timed:
-        step = factors[key].nudge
-        later = {**used, key: used.get(key, 0.0) + step}
-        moved = _accelerations(plant, course, used, [None], drive=plant.drive(later))[0]
-        changes[key] = (moved - base) / step
-    for key, change in changes.items():
+    rate = np.zeros((count, size, len(keys)))
+    reading = np.zeros((count, 6, len(keys)))
+    sensed = [k for k in keys if k.partition(".")[0] in _SENSOR_EFFECTS]
+    moving = [k for k in keys if k not in sensed]
+    for key, change in along.changes(used, moving).items():
         i = index[key]
-        rate = np.zeros((count, size))
-        joints = course.joints.shape[1]
-        rate[:, 6:12], rate[:, 12 + joints :] = change[:, :6], change[:, 9:]
-        push[:, :, i] = np.matmul(integral, _average(rate)[:, :, None])[:, :, 0]
+        rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
         # the faults of the sensors themselves change these responses only to second order
         reading[:, :, i] = _felt(plant, change)
-    for key in sensed:
-        if key == "sensor_delay.delay":
-            for first, last in plant.samples.runs:
-                slope = np.gradient(seen[first:last], plant.samples.step, axis=0)
-                reading[first:last, :, index[key]] = -slope
-            continue
-        step = factors[key].nudge
-        later = {**used, key: used.get(key, 0.0) + step}
-        moved = _stacked(plant.reading(state, rates, later))
-        reading[:, :, index[key]] = (moved - seen) / step
+    for key, change in _sensed(along, used, sensed).items():
+        reading[:, :, index[key]] = change
+    push = np.matmul(dynamics.integral(plant.samples.step), _average(rate))
     return Columns(keys=tuple(keys), push=push, reading=reading)
+
+
+def _sensed(along: Along, used: Mapping[str, float], keys: Sequence[str]) -> dict[str, Floats]:
+    """Derivatives of the readings by faults of the sensors, each (T, 6)."""
+    if not keys:
+        return {}
+    plant, rates = along.plant, along.response(used).rates
+    seen = _stacked(plant.reading(along.state, rates, used))
+    out = {}
+    for key in keys:
+        if key == DELAY:
+            runs = [seen[first:last] for first, last in plant.samples.runs]
+            slopes = [np.gradient(run, plant.samples.step, axis=0) for run in runs]
+            out[key] = -np.concatenate(slopes)
+            continue
+        step = plant.library.factors[key].nudge
+        later = {**used, key: used.get(key, 0.0) + step}
+        out[key] = (_stacked(plant.reading(along.state, rates, later)) - seen) / step
+    return out
 
 
 _SENSOR_EFFECTS = (
@@ -258,7 +291,7 @@ def _accelerations(
         state = _shifted(course.state(rows), np.repeat(_dense(chosen, course.size), count, axis=0))
         twin = plant.twin(dict(used), len(rows), stiff=stiff)
         rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
-        out += list(_packed(rates).reshape(len(chosen), count, -1))
+        out += list(packed(rates).reshape(len(chosen), count, -1))
     return out
 
 
@@ -282,73 +315,14 @@ def _shifted(state: TwinState, error: Floats) -> TwinState:
     return TwinState(*(np.asfortranarray(x) for x in parts))
 
 
-def _packed(rates: Rates) -> Floats:
-    parts = (rates.velocity, rates.spin, rates.specific_force, rates.rates)
-    return np.concatenate(parts, axis=1)
-
-
-def _as_rates(packed: Floats, state: TwinState) -> Rates:
-    still = np.zeros_like(state.velocity)
-    return Rates(
-        position=still,
-        quaternion=np.zeros_like(state.quaternion),
-        velocity=packed[:, :3],
-        spin=packed[:, 3:6],
-        joints=state.rates,
-        rates=packed[:, 9:],
-        specific_force=packed[:, 6:9],
-    )
-
-
-def _parameter_changes(
-    plant: Plant,
-    course: Course,
-    used: Mapping[str, float],
-    jobs: Sequence[tuple[str, float]],
-    base: Floats,
-    *,
-    stiff: bool = True,
-) -> dict[str, Floats]:
-    """Derivatives of accelerations and specific force by parameters of laws."""
-    count = plant.samples.rows
-    drive = plant.drive(used)
-    out: dict[str, Floats] = {}
-    batch = max(1, _ROWS // count)
-    for start in range(0, len(jobs), batch):
-        chosen = jobs[start : start + batch]
-        rows = np.tile(np.arange(count), len(chosen))
-        twin = plant.twin(_spread(used, chosen, count), len(rows), stiff=stiff)
-        state = tiled(course.state(np.arange(count)), len(chosen))
-        rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
-        packed = _packed(rates).reshape(len(chosen), count, -1)
-        for k, (key, step) in enumerate(chosen):
-            out[key] = (packed[k] - base) / step
-    return out
-
-
-def _spread(
-    used: Mapping[str, float], jobs: Sequence[tuple[str, float]], rows: int
-) -> dict[str, Array]:
-    """Batched values; keys that no job moves stay numbers."""
-    moved = {key for key, _ in jobs}
-    rest: dict[str, Array] = {k: float(v) for k, v in used.items() if k not in moved}
-    return rest | spread({k: v for k, v in used.items() if k in moved}, jobs, rows)
-
-
-def _wrench_columns(
-    plant: Plant,
-    course: Course,
-    used: Mapping[str, float],
-    pushes: Sequence[tuple[str, float]],
-    base: Floats,
-) -> tuple[Floats, Floats]:
+def _wrench_columns(along: Along, used: Mapping[str, float]) -> tuple[Floats, Floats]:
     """Rates of the state error and specific force by a wrench, (T, n, 6) and (T, 3, 6)."""
-    changes = _parameter_changes(plant, course, used, pushes, base, stiff=False)
-    count, size, joints = plant.samples.rows, course.size, course.joints.shape[1]
+    changes = along.response(used).pushed()
+    count, size, joints = len(along.rows), along.course.size, along.course.joints.shape[1]
     rate, feel = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
-    for i, (key, _) in enumerate(pushes):
-        rate[:, 6:12, i], rate[:, 12 + joints :, i] = changes[key][:, :6], changes[key][:, 9:]
-        feel[:, :, i] = changes[key][:, 6:9]
+    for i, change in enumerate(changes):
+        rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
+        feel[:, :, i] = change[:, 6:9]
     return rate, feel
 
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeAlias
+from dataclasses import dataclass, field, replace
 
+from seals.diagnose.drop import search_drops
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.fit import Fitter
 from seals.diagnose.gusts import ADMITTED, unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, material, scored
+from seals.diagnose.late import late_sensors
+from seals.diagnose.lateness import timed
 from seals.diagnose.linearise import DELAY
+from seals.diagnose.normal import Fit
 from seals.diagnose.parallel import spread
 from seals.diagnose.problem import Problem, followed, linearised, rewindowed
 from seals.diagnose.rough import surface
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
+from seals.diagnose.shortlist import Job, fitted, hopeful, refined
 from seals.diagnose.special import special_starts
 
 SURVIVORS = 7
@@ -78,6 +82,10 @@ def search(
         processes: that share the fits.
         tell: called with the number of rounds done.
     """
+    if problem.impact and not problem.samples.posed:
+        asked = threshold + ROUGH
+        nominal, best, tried = search_drops(problem, asked, processes=processes, tell=tell)
+        return Search(nominal=nominal, best=best, rounds=(tried,))
     nominal = settled(problem)
     fitter = nominal.fitter
     best, rounds = nominal, []
@@ -107,6 +115,11 @@ def search(
             best = paired(nominal, best, rounds[0], processes=processes)
         elif len(best.candidates) > 2:
             best = exchanged(nominal, best, rounds[0], processes=processes)
+    asked = threshold + ROUGH
+    late = late_sensors(problem, nominal, best, asked, processes=processes)
+    if late is not None and late.score > best.score + asked:
+        rounds[0] = (late, *(h for h in rounds[0] if h.names != late.names))
+        best = late
     return Search(nominal=nominal, best=best, rounds=tuple(rounds))
 
 
@@ -146,7 +159,7 @@ def extensions(
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
         keys = keys_of((*base.candidates, job[0]))
-        return _shifted(base.fitter, job[1]).fit(keys, start=job[1])
+        return _shifted(base.fitter, job[1]).fit(keys, start=job[1], rough=True)
 
     fits = spread(work, jobs, processes)
     chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
@@ -157,8 +170,10 @@ def extensions(
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
+    # the first round's runners-up are tried two by two later
+    out = refined(out, nominal, base, always=0 if base.candidates else PAIRED, processes=processes)
     out.sort(key=lambda h: -h.score)
-    return tuple(polished(problem, nominal, out))
+    return tuple(polished(problem, nominal, base, out))
 
 
 def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
@@ -216,12 +231,13 @@ def quick_look(
 
 
 def polished(
-    problem: Problem, nominal: Hypothesis, tried: Sequence[Hypothesis]
+    problem: Problem, nominal: Hypothesis, base: Hypothesis, tried: Sequence[Hypothesis]
 ) -> list[Hypothesis]:
     """Repeat the loud fits at the top where their own linearisation holds."""
     out = list(tried)
+    least = max(_LOUD, hopeful(out[0].score, base)) if out else _LOUD
     for i, hypothesis in enumerate(out[:POLISHED]):
-        if hypothesis.score > _LOUD:
+        if hypothesis.score > least:
             out[i] = relinearised(problem, nominal, hypothesis)
     return sorted(out, key=lambda h: -h.score)
 
@@ -234,6 +250,7 @@ def relinearised(
     if DELAY in keys and hypothesis.fitter.windows.delay:
         hypothesis = timed(nominal, hypothesis)
     fit, fitter = hypothesis.fit, hypothesis.fitter
+    known = fit.known
     for _ in range(rounds):
         at = dict(fit.values)
         if problem.samples.posed and not problem.impact:
@@ -244,30 +261,7 @@ def relinearised(
         before, fit = fit, fitter.fit(keys, start=fit.values)
         if abs(before.cost - fit.cost) < _SETTLED:
             break
-    return scored(hypothesis.candidates, fit, fitter, nominal)
-
-
-def timed(nominal: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:
-    """Find the delay of the inertial sensors by windows that follow it, with ever finer steps."""
-    best = hypothesis
-    for step in _DELAY_STEPS:
-        for _ in range(3):
-            at = best.fitter.windows.delay
-            near = [_delayed(nominal, best, at + side * step) for side in (-1.0, 1.0)]
-            if max(h.score for h in near) <= best.score:
-                break
-            best = max(near, key=lambda h: h.score)
-    return best
-
-
-def _delayed(nominal: Hypothesis, hypothesis: Hypothesis, delay: float) -> Hypothesis:
-    fitter = rewindowed(hypothesis.fitter, delay=delay)
-    fit = fitter.fit(hypothesis.fit.freed, start={**hypothesis.fit.values, DELAY: delay})
-    return scored(hypothesis.candidates, fit, fitter, nominal)
-
-
-_DELAY_STEPS = (3e-3, 1e-3, 3e-4)
-"""Steps of the search for a delay [s]."""
+    return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
 
 def exchanged(
@@ -287,26 +281,10 @@ def exchanged(
                 continue
             values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
             jobs.append(((*others, candidate), values))
-    for candidates, fit in fitted(best.fitter, jobs, processes):
-        rival = scored(candidates, fit, best.fitter, nominal)
+    for rival in fitted(best.fitter, jobs, nominal, best, processes=processes):
         if rival.score > best.score + 1.0:
             best = rival
     return best
-
-
-Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
-
-
-def fitted(
-    fitter: Fitter, jobs: Sequence[Job], processes: int
-) -> list[tuple[tuple[Candidate, ...], Fit]]:
-    """Fit several models from values at hand."""
-
-    def work(job: Job) -> Fit:
-        keys = keys_of(job[0])
-        return fitter.fit(keys, start={k: job[1][k] for k in keys})
-
-    return [(job[0], fit) for job, fit in zip(jobs, spread(work, jobs, processes), strict=True)]
 
 
 def paired(
@@ -334,8 +312,7 @@ def paired(
         )
         for a, b in pairs
     ]
-    for candidates, fit in fitted(fitter, jobs, processes):
-        rival = scored(candidates, fit, fitter, nominal)
+    for rival in fitted(fitter, jobs, nominal, best, processes=processes):
         if rival.score > best.score + 1.0:
             best = rival
     return best
@@ -360,8 +337,5 @@ def rivals_of(
             continue
         values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
         jobs.append(((*others, candidate), values))
-    found = [
-        scored(candidates, fit, best.fitter, search.nominal)
-        for candidates, fit in fitted(best.fitter, jobs, processes)
-    ]
+    found = fitted(best.fitter, jobs, search.nominal, best, processes=processes)
     return tuple(sorted(found, key=lambda h: -h.score))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Floats
 from seals.diagnose.drive import JITTER, respond
 from seals.diagnose.factors import Library
 from seals.diagnose.samples import Samples
@@ -19,11 +19,15 @@ from seals.effects.effect import Measure, Timed
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
 from seals.twin import Rates, Twin, TwinState
+from seals.twin.posture import Posture
 
 Values = Mapping[str, Any]
 """Changes by factor key: numbers, or arrays over the batch."""
 WAVES, WAVE_MOMENT = "waves", "wave_moment"
 _TIMED = ("command_delay.delay", "rotor_lag.time_constant_change")
+
+_KEPT = 12
+"""Timings of the actuators that are kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +71,8 @@ class Plant:
         delay, lag = (float(values.get(key, 0.0)) for key in _TIMED)
         key = (delay, lag)
         if key not in self._drives:
+            if len(self._drives) >= _KEPT:
+                del self._drives[next(iter(self._drives))]
             self._drives[key] = self._respond(delay, lag)
         return self._drives[key]
 
@@ -102,7 +108,7 @@ class Plant:
             used -= self._stiff
         bound = self._bound(frozenset(used & set(self.library.effects)))
         given = {
-            k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
+            k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
         }
         waves = self._waves(values, batch)
         return Twin(
@@ -122,7 +128,7 @@ class Plant:
             self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
         return self._sets[used]
 
-    def _total(self, key: str, change: Any) -> Any:
+    def total(self, key: str, change: Any) -> Any:
         """Value of a parameter: that of its instance and the change."""
         name, _, parameter = key.partition(".")
         nominal = float(getattr(self.library.effects[name], parameter))
@@ -166,6 +172,8 @@ class Plant:
         rows: Any,
         drive: Drive | None,
         torque: tuple[Floats, Floats] | None = None,
+        *,
+        posture: Posture | None = None,
     ) -> tuple[TwinState, Rates]:
         """States one row later, and the rates at the start.
 
@@ -176,6 +184,7 @@ class Plant:
             drive: states of the actuators.
             torque: of the joints from outside the twin at the start and the end of the step, each
                 (N, J); None for none.
+            posture: at the rows, where it is known.
         """
         step = self.samples.step / self.parts
         first: Rates | None = None
@@ -190,7 +199,8 @@ class Plant:
                         joint_torque=(1.0 - late) * torque[0] + late * torque[1]
                     )
                 at.append(inputs)
-            state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]))
+            known = None if part else posture
+            state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]), known)
             first = k1 if first is None else first
         assert first is not None
         return state, first
@@ -201,7 +211,7 @@ class Plant:
         if not used:
             return None
         chosen = {n: self.library.effects[n] for n in used}
-        given = {k: self._total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        given = {k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
         bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
             given, np.zeros(1), len(rates)
         )
@@ -234,33 +244,6 @@ class Plant:
         return reading
 
 
-def tiled(state: TwinState, times: int) -> TwinState:
-    """Repeat states, all rows once after the other."""
-    return TwinState(*(np.asfortranarray(np.tile(x, (times, 1))) for x in state))
-
-
 def nonzero(values: Mapping[str, float]) -> dict[str, float]:
     """Drop changes that are zero."""
     return {k: v for k, v in values.items() if v != 0.0}
-
-
-def spread(
-    base: Mapping[str, float], nudged: Iterable[tuple[str, float]], rows: int
-) -> dict[str, Any]:
-    """Values of a batch of jobs: every job moves one key by a step from the base.
-
-    Args:
-        base: changes common to all jobs.
-        nudged: key and step of each job.
-        rows: of each job.
-    """
-    jobs = list(nudged)
-    out: dict[str, Array] = {}
-    keys = dict.fromkeys([*base, *(key for key, _ in jobs)])
-    for key in keys:
-        column = np.full(len(jobs), float(base.get(key, 0.0)))
-        for k, (moved, step) in enumerate(jobs):
-            if moved == key:
-                column[k] += step
-        out[key] = np.repeat(column, rows)
-    return out

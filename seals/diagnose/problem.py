@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.diagnose.along import Along
 from seals.diagnose.catalogue import library_of
 from seals.diagnose.fit import Fitter
 from seals.diagnose.linearise import DELAY, Dynamics, dynamics_along, predict
@@ -100,10 +101,11 @@ def linearised(
     gusts: float = GUSTS,
 ) -> Fitter:
     """Linearise the model along a course and set up the windows."""
-    dynamics = dynamics_along(plant, course, at)
+    along = Along(plant, course)
+    dynamics = dynamics_along(plant, course, at, along=along)
     delay = at.get(DELAY, 0.0)
     windows = windows_of(plant, course, dynamics, window=window, gusts=gusts, delay=delay)
-    return Fitter(plant, course, dynamics, windows, at=at)
+    return Fitter(plant, course, dynamics, windows, at=at, along=along)
 
 
 def windows_of(
@@ -153,6 +155,8 @@ def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None
     """
     late = fitter.windows.delay if delay is None else delay
     level = gusts * fitter.windows.gusts
+    if late == fitter.windows.delay:
+        return fitter.seen_through(fitter.windows.under(level))
     windows = windows_of(fitter.plant, fitter.course, fitter.dynamics, gusts=level, delay=late)
     return fitter.seen_through(windows)
 
@@ -174,7 +178,7 @@ def followed(
     """
     for _ in range(rounds):
         fit = fitter.fit(freed, start=at, iterations=4)
-        prediction = predict(fitter.plant, fitter.course, fit.values)
+        prediction = predict(fitter.plant, fitter.course, fit.values, along=fitter.along)
         error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
         course = fitter.course.moved(error)
         fitter = linearised(fitter.plant, course, fit.values, gusts=fitter.windows.gusts)

@@ -9,8 +9,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fit, Fitter, solve_scaled
-from seals.diagnose.windows import Whitened
+from seals.diagnose.fit import Fitter
+from seals.diagnose.normal import Fit, solve_scaled
+from seals.diagnose.whitened import Whitened
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +68,7 @@ def _columns_of(fitter: Fitter, fit: Fit) -> Whitened:
     count = len(fitter.tolerances)
     if len(fit.keys) == count:
         return fitter.fixed
-    extra = fitter.whitened(fit.keys[count:], fit.values)
-    return Whitened(
-        outputs=np.concatenate([fitter.fixed.outputs, extra.outputs], axis=2),
-        absorbed=np.concatenate([fitter.fixed.absorbed, extra.absorbed], axis=2),
-    )
+    return fitter.fixed.beside(fitter.whitened(fit.keys[count:], fit.values))
 
 
 def linear_gain(

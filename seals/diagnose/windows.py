@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import copy
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from seals.diagnose.linearise import Columns, Dynamics, Prediction
 from seals.diagnose.samples import Samples
 from seals.diagnose.trajectory import Course
 from seals.diagnose.vehicle import Vehicle
+from seals.diagnose.whitened import Whitened
 from seals.frames import multiply, rotation_vector
 
 _KNOT = 0.35
@@ -69,9 +70,23 @@ class Windows:
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
         self._reference(blur)
-        self.gusts = gusts
+        self.gusts, self._extra = gusts, extra
         self._gusts(gusts * vehicle.gust, extra)
+        self._march()
         self._marginal()
+        self._weigh()
+
+    def under(self, gusts: float) -> Windows:
+        """The same windows under another level of the gusts, whose outputs stay what they are."""
+        other = copy.copy(self)
+        other.gusts = gusts
+        other._gusts(gusts * self.vehicle.gust, self._extra)
+        other._weigh()
+        return other
+
+    def like(self, other: Windows) -> bool:
+        """Whether outputs of other windows are outputs of these."""
+        return self._loose is other._loose
 
     def _reference(self, blur: Floats | None) -> None:
         """Measured values against the course, weights, and which state component each reads."""
@@ -148,67 +163,73 @@ class Windows:
             self._spread += float(np.linalg.slogdet(covariance)[1].sum())
         self._gust_precision = prior
 
+    def _march(self) -> None:
+        """Derivatives along the windows, in the order in which they are used."""
+        order = self.rows.T
+        self._steps = np.ascontiguousarray(self.dynamics.transition[order])
+        self._sense = np.ascontiguousarray(self.dynamics.sense[order])
+
     def _marginal(self) -> None:
-        """Columns of start states and gusts, and the factor of their normal matrix."""
+        """Outputs of start states and gusts, and their products."""
         n, m = self.size, 6 * self._knots
         free = 0 if self._bias is None else 6
         start = np.zeros((self.count, n, n + m + free))
         start[:, :, :n] = np.eye(n)
-        kick = self.dynamics.kick[self.rows]
-        feel = self.dynamics.feel[self.rows]
+        order = self.rows.T
         mean = 0.5 * (self.hats[1:] + self.hats[:-1])
-
-        def push(k: int) -> Floats:
-            out = np.zeros((self.count, n, n + m + free))
-            out[:, :, n : n + m] = _outer(kick[:, k], mean[k])
-            return out
-
-        def felt(k: int) -> Floats:
-            out = np.zeros((self.count, 6, n + m + free))
-            out[:, 3:, n : n + m] = _outer(feel[:, k], self.hats[k])
-            out[:, :, n + m :] = np.eye(6)[:, :free]
-            return out
-
+        push = np.zeros((self.length, self.count, n, n + m + free))
+        felt = np.zeros((self.length, self.count, 6, n + m + free))
+        push[:-1, :, :, n : n + m] = _outer(self.dynamics.kick[order[:-1]], mean)
+        felt[:, :, 3:, n : n + m] = _outer(self.dynamics.feel[order], self.hats)
+        felt[:, :, :, n + m :] = np.eye(6)[:, :free]
         self._loose = self._run(start, push, felt)
-        normal = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
-        normal[:, n : n + m, n : n + m] += self._gust_precision
-        if self._bias is not None:
-            last = range(n + m, n + m + free)
-            normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
+        self._products = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
         if self._stated is not None:
             self.observed += self.count * n
+
+    def _weigh(self) -> None:
+        """The factor of the normal matrix of start states and gusts."""
+        n, m = self.size, 6 * self._knots
+        normal = self._products.copy()
+        normal[:, n : n + m, n : n + m] += self._gust_precision
+        if self._bias is not None:
+            last = range(n + m, n + m + 6)
+            normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
         scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
         self._scale = scale
-        normal = normal * scale[:, :, None] * scale[:, None, :]
-        normal += 1e-11 * np.eye(n + m + free)
+        normal *= scale[:, :, None]
+        normal *= scale[:, None, :]
+        normal += 1e-11 * np.eye(normal.shape[1])
         self._factor = np.linalg.cholesky(normal)
         self._factor_inverse = np.linalg.inv(self._factor)
 
-    def _run(
-        self, start: Floats, push: Callable[[int], Floats], felt: Callable[[int], Floats]
-    ) -> Floats:
+    def _run(self, start: Floats, push: Floats, felt: Floats) -> Floats:
         """Carry state columns through the windows and read them off, whitened.
+
+        Args:
+            start: states at the first rows, shape (W, n, c).
+            push: what every step adds, shape (K, W, n, c); the last one is idle.
+            felt: what the inertial sensors read beside the states, shape (K, W, 6, c).
 
         Returns:
             Outputs of all rows and channels, shape (W, K * ny, c).
         """
-        state = start
         channels = len(self.channel_of)
+        states = np.empty((self.length, *start.shape))
+        states[0] = start
+        for k in range(self.length - 1):
+            np.matmul(self._steps[k], states[k], out=states[k + 1])
+            states[k + 1] += push[k]
         out = np.empty((self.count, self.length, channels, start.shape[2]))
-        transition = self.dynamics.transition[self.rows]
-        sense = self.dynamics.sense[self.rows]
-        reads = [(i, r) for i, r in enumerate(self._reads) if r is not None]
-        direct = ([i for i, _ in reads], [r for _, r in reads])
-        for k in range(self.length):
-            out[:, k, direct[0]] = state[:, direct[1]]
-            seen = felt(k)
-            spin = state[:, 9:12] + seen[:, :3]
-            force = np.matmul(sense[:, k], state) + seen[:, 3:]
-            for i in self._inertial:
-                axis = self._axis(i)
-                out[:, k, i] = (spin if _gyro(self.channel_of[i]) else force)[:, axis]
-            if k + 1 < self.length:
-                state = np.matmul(transition[:, k], state) + push(k)
+        for i, r in enumerate(self._reads):
+            if r is not None:
+                out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
+        force = np.matmul(self._sense, states)
+        for i in self._inertial:
+            axis = self._axis(i)
+            seen = states[:, :, 9 + axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
+            axis += 0 if _gyro(self.channel_of[i]) else 3
+            out[:, :, i] = (seen + felt[:, :, axis]).transpose(1, 0, 2)
         if self.delay:
             late = _shift(self.length, self.delay / self.samples.step)
             shape = out[:, :, self._inertial].shape
@@ -226,12 +247,11 @@ class Windows:
 
     def residual(self, prediction: Prediction) -> Floats:
         """Whitened misfit of the model without freedom, shape (W, K * ny)."""
-        defect = prediction.defect[self.rows]
-        reading = prediction.reading[self.rows]
+        order = self.rows.T
+        defect = prediction.defect[order][:, :, :, None]
+        reading = prediction.reading[order][:, :, :, None]
         start = np.zeros((self.count, self.size, 1))
-        model = self._run(start, lambda k: defect[:, k, :, None], lambda k: reading[:, k, :, None])[
-            :, :, 0
-        ]
+        model = self._run(start, defect, reading)[:, :, 0]
         measured = (self._values * self.weight).reshape(self.count, -1)
         if self._stated is not None:
             measured = np.concatenate([measured, self._stated[0] / self._stated[1]], axis=1)
@@ -240,9 +260,9 @@ class Windows:
 
     def responses(self, columns: Columns) -> Floats:
         """Whitened outputs by parameters, shape (W, K * ny, p)."""
-        push, reading = columns.push[self.rows], columns.reading[self.rows]
+        order = self.rows.T
         start = np.zeros((self.count, self.size, len(columns.keys)))
-        return self._run(start, lambda k: push[:, k], lambda k: reading[:, k])
+        return self._run(start, columns.push[order], columns.reading[order])
 
     @property
     def volume(self) -> float:
@@ -255,8 +275,16 @@ class Windows:
 
     def whiten(self, outputs: Floats) -> Whitened:
         """Outputs with what start states and gusts can absorb of them."""
-        cross = np.matmul(self._loose.transpose(0, 2, 1), outputs) * self._scale[:, :, None]
-        return Whitened(outputs=outputs, absorbed=np.matmul(self._factor_inverse, cross))
+        return self._absorbed(outputs, np.matmul(self._loose.transpose(0, 2, 1), outputs))
+
+    def again(self, seen: Whitened) -> Whitened:
+        """Outputs that windows like these whitened before."""
+        return self._absorbed(seen.outputs, seen.cross)
+
+    def _absorbed(self, outputs: Floats, cross: Floats) -> Whitened:
+        scaled = cross * self._scale[:, :, None]
+        absorbed = np.matmul(self._factor_inverse, scaled)
+        return Whitened(outputs=outputs, absorbed=absorbed, cross=cross)
 
     def explained(self, residual: Floats) -> tuple[Floats, Floats]:
         """Start states and gusts that best explain a misfit.
@@ -305,25 +333,6 @@ class Windows:
         return found
 
 
-@dataclass(frozen=True, kw_only=True)
-class Whitened:
-    """Whitened outputs of the windows and their part along start states and gusts.
-
-    Args:
-        outputs: shape (W, K * ny, c).
-        absorbed: shape (W, q, c).
-    """
-
-    outputs: Floats
-    absorbed: Floats
-
-    def product(self, other: Whitened) -> Floats:
-        """Marginalised inner products with other outputs, shape (W, c, c')."""
-        full = np.matmul(self.outputs.transpose(0, 2, 1), other.outputs)
-        table: Floats = full - np.matmul(self.absorbed.transpose(0, 2, 1), other.absorbed)
-        return table
-
-
 def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
     """Rows of all windows, of one common size, shape (W, K)."""
     spans = [(first + skip, last) for first, last in samples.runs]
@@ -351,9 +360,9 @@ def _shift(rows: int, late: float) -> Floats:
 
 
 def _outer(matrix: Floats, weights: Floats) -> Floats:
-    """Columns axis by axis, knot by knot: matrix (W, r, 6) times weights (m,)."""
-    out = matrix[:, :, :, None] * weights
-    return out.reshape(*matrix.shape[:2], -1)
+    """Columns axis by axis, knot by knot: matrix (K, W, r, 6) times weights (K, m)."""
+    out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
+    return out.reshape(*matrix.shape[:3], -1)
 
 
 def _imu(name: str) -> bool:

@@ -13,6 +13,7 @@ from seals.dynamics.rows import by_batch
 from seals.dynamics.servo import heavier
 from seals.dynamics.spatial import kirchhoff
 from seals.effects.evaluation import Evaluation, take_motion
+from seals.frames import FEW
 from seals.motion import AddedInertia, Motion
 
 
@@ -116,7 +117,8 @@ class Assembly:
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
         inertia = self.inertia[0]
-        if batch > 1 or self.inertia.shape[0] > 1:
+        alike = self.inertia.shape[0] == 1 and type(inertia) is np.ndarray and batch >= FEW
+        if not alike and (batch > 1 or self.inertia.shape[0] > 1):
             each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
             each = xp.broadcast_to(each, (self.links, batch, 6, 6))
             inertia = xp.reshape(each, (self.links * batch, 6, 6))

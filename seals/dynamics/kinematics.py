@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
+from seals.dynamics.single import Single
 from seals.dynamics.tree import Tree
 from seals.frames import cross_last, skew_last
 
@@ -55,13 +56,19 @@ class Kinematics:
         xp = namespace(origins)
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6
+        self._kept_bias: tuple[Moving, Array] | None = None
         self._back = xp.permute_dims(rotations, (0, 1, 3, 2))
         self._arm = origins - origins[:, :1, :]
-        self._sliding = any(tree.prismatic)
+        self._sliding = tree.sliding
+        self._single: Single | None = None
         if tree.joints:
             turned = self._of_links(rotations, tree.children)
             self.axes = xp.matmul(turned, as_like(tree.axis_columns, origins))[:, :, :, 0]
-            self._anchors = self._of_links(self._arm, tree.children)
+            if type(origins) is np.ndarray and len(origins) == 1 and not self._sliding:
+                levers = self._arm[0].take(tree.levers, axis=0)
+                self._single = Single(tree, rotations[0], self.axes[0], levers)
+            else:
+                self._anchors = self._of_links(self._arm, tree.children)
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
@@ -73,6 +80,8 @@ class Kinematics:
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
+        if self._single is not None:
+            return self._single.jacobian()[None]
         xp = namespace(self.origins)
         upper, lower = [], []
         if self._lead:
@@ -120,6 +129,9 @@ class Kinematics:
             base and the link; a sliding joint adds a_j q_j' to V only.
         """
         xp, tree, lead = namespace(speed), self.tree, self._lead
+        if self._single is not None:
+            both, twists = self._single.move(speed[0])
+            return Moving(speed, both[None, :, 0], both[None, :, 1], twists[None])
         base = speed[:, None, :]
         if not tree.joints:
             angular = base[:, :, 3:6] + self._arm * 0.0 if lead else self._arm * 0.0
@@ -161,7 +173,16 @@ class Kinematics:
             base; a sliding joint adds alpha_j to linear only. The term W x V of the world
             acceleration cancels against the change of the link axes.
         """
+        kept = self._kept_bias
+        if kept is None or kept[0] is not moving:
+            kept = self._kept_bias = (moving, self._bias(moving))
+        return kept[1]
+
+    def _bias(self, moving: Moving) -> Array:
         lead = self._lead
+        if self._single is not None:
+            m = moving
+            return self._single.bias(m.speed[0], m.linear[0], m.angular[0])[None]
         if self.tree.joints:
             linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
         elif lead:

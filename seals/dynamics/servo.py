@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Array, namespace
+from seals.dynamics.linear import solved
 from seals.motion import JointDrive
 
 
@@ -27,9 +28,7 @@ def summed(drives: list[JointDrive]) -> JointDrive:
     return total
 
 
-def driven(
-    matrix: Array, right: Array, drive: JointDrive, gain: Array, inverse: Array | None = None
-) -> tuple[Array, Array]:
+def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple[Array, Array]:
     """Solve the equations of motion with joint drives whose force falls with the acceleration.
 
     Equation:
@@ -42,8 +41,6 @@ def driven(
         right: generalised force of everything else [N, N m], shape (B, n).
         drive: force and limit of the drives, J of them.
         gain: of the acceleration [kg m^2 or kg], shape (1 or B, J).
-        inverse: of the matrix with the gain on its joints, where the caller keeps it and all
-            coordinates are joints, shape (J, J).
 
     Returns:
         Generalised acceleration, shape (B, n), and the drives' forces, shape (B, J).
@@ -51,13 +48,10 @@ def driven(
     xp = namespace(matrix)
     force, limit = drive.force, drive.limit
     lead = matrix.shape[1] - force.shape[1]
-    # a symmetric matrix has a symmetric inverse
-    change = None if inverse is None else xp.matmul(right + force, inverse)
-    if change is None:
-        change = _solve(matrix, right, force, gain)
+    change = _solve(matrix, right, force, gain)
     wanted = force - gain * change[:, lead:]
     beyond = xp.abs(wanted) > limit
-    if not xp.any(beyond):
+    if not (np.count_nonzero(beyond) if type(beyond) is np.ndarray else xp.any(beyond)):
         return change, wanted
     at_limit = xp.astype(beyond, wanted.dtype)
     held = at_limit * xp.sign(wanted) * limit + (1.0 - at_limit) * force
@@ -86,7 +80,7 @@ def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
         # one robot, every step of the simulator: no diagonal matrix, no batch
         both = right[0].copy()
         both[lead:] += force[0]
-        return np.linalg.solve(heavier(matrix, gain)[0], both)[None]
+        return solved(heavier(matrix, gain)[0], both)[None]
     both = xp.concat((right[:, :lead], right[:, lead:] + force), axis=1)
     return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
 

@@ -34,7 +34,8 @@ def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]
     """Linear and angular momentum, matrix times [velocity, spin].
 
     Args:
-        matrix: shape (1 or N, 6, 6).
+        matrix: shape (1 or N, 6, 6); on NumPy also one for each of several links of equal many
+            rows, shape (L, 6, 6).
         velocity: [m/s], shape (N, 3).
         spin: [rad/s], shape (N, 3).
 
@@ -47,7 +48,11 @@ def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]
         both = xp.matmul(matrix[0], twist)
         return both[:3].T, both[3:].T
     twist = xp.concat((velocity, spin), axis=1)
-    both = xp.matmul(matrix, twist[:, :, None])[:, :, 0]
+    if matrix.shape[0] < twist.shape[0]:
+        rows = twist.reshape(matrix.shape[0], -1, 6)
+        both = np.matmul(rows, matrix.transpose(0, 2, 1)).reshape(-1, 6)
+    else:
+        both = xp.matmul(matrix, twist[:, :, None])[:, :, 0]
     return both[:, :3], both[:, 3:]
 
 

@@ -78,6 +78,36 @@ class Tree:
         return np.concatenate((self.moves, self.moves, base), axis=1)
 
     @cached_property
+    def levers(self) -> NDArray[np.int64]:
+        """All links, then `child`: where the arms of links and joints stand, shape (L + J,)."""
+        return np.concatenate((np.arange(self.links), self.children))
+
+    @cached_property
+    def sweep(self) -> Floats:
+        """Velocities of the links by cross products of links and joints, and of the base.
+
+        Shape (L, L + J + 1): the product of the link's own spin and arm, less those of the joints
+        between the base and the link, and the velocity of a free base.
+        """
+        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
+        return np.concatenate((np.eye(self.links), -self.moves, base), axis=1)
+
+    @cached_property
+    def drift(self) -> Floats:
+        """What cross products of links, of joints twice and of the base add to the bias.
+
+        Shape (L, L + 2 J + 1).
+        """
+        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
+        return np.concatenate((np.eye(self.links), -self.moves, -self.moves, -base), axis=1)
+
+    @cached_property
+    def spins(self) -> Floats:
+        """1 where a joint, or a free base in the last column, turns a link, shape (L, J + 1)."""
+        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
+        return np.concatenate((self.moves, base), axis=1)
+
+    @cached_property
     def identity(self) -> Floats:
         """Identity for every link, shape (1, L, 3, 3)."""
         return np.tile(np.eye(3), (1, self.links, 1, 1))
@@ -91,6 +121,11 @@ class Tree:
     def parents(self) -> NDArray[np.int64]:
         """Link above each joint, shape (J,)."""
         return np.array([self.parent[link] for link in self.child], dtype=np.int64)
+
+    @cached_property
+    def sliding(self) -> bool:
+        """Whether any joint slides."""
+        return any(self.prismatic)
 
     @cached_property
     def slides(self) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -60,6 +61,7 @@ class EffectSet:
     def __init__(self, bound: Sequence[BoundEffect]) -> None:
         """Sort bound effects by the hooks they define."""
         self.bound = tuple(bound)
+        self._as_bound = True
         self.flows = self._having(FlowField)
         self.inertias = self._having(Inertia)
         self.loads = self._having(Loads)
@@ -117,12 +119,41 @@ class EffectSet:
                     f"'{key}' is not a parameter of this model.\n{suggestion(key, keys)}"
                 )
             chosen[name][parameter] = value
-        return EffectSet(
+        plain = self._as_bound and type(like) is np.ndarray and like.dtype == np.float64
+        return self._with(
             [
-                replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch))
+                b
+                if plain and not chosen[b.name]
+                else replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch))
                 for b in self.bound
             ]
         )
+
+    def _with(self, bound: Sequence[BoundEffect]) -> EffectSet:
+        """The same effects with other parameters: sorted as these are."""
+        other = copy.copy(self)
+        other.bound, other._as_bound = tuple(bound), False
+        for kind in _KINDS:
+            own = getattr(self, kind)
+            setattr(other, kind, tuple(other.bound[self.index[b.name]] for b in own))
+        return other
+
+
+_KINDS = (
+    "flows",
+    "inertias",
+    "loads",
+    "joint_loads",
+    "joint_drives",
+    "joint_others",
+    "actuators",
+    "actuations",
+    "drive_loads",
+    "supplies",
+    "nominals",
+    "measures",
+    "timings",
+)
 
 
 def has_hook(effect: object, hook: type) -> bool:
@@ -136,12 +167,17 @@ def _defines(effect: Any, hook: Any) -> bool:
     return all(callable(getattr(effect, n, None)) for n in names)
 
 
-def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectSet:
+def bind_effects(
+    effects: Mapping[str, Effect],
+    links: Sequence[str],
+    others: Mapping[str, Sequence[str]] | None = None,
+) -> EffectSet:
     """Bind effects to the links of a robot.
 
     Args:
         effects: plug-in objects by instance name.
         links: link names of the scene; the first is the root.
+        others: further owners of phenomena, see `refuse_double_counting`.
 
     Raises:
         ConfigError: a link is unknown, or two effects own one phenomenon on one link.
@@ -152,7 +188,7 @@ def bind_effects(effects: Mapping[str, Effect], links: Sequence[str]) -> EffectS
         kind = getattr(effect, "medium", None)
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
-    refuse_double_counting(bound, links)
+    refuse_double_counting(bound, links, others)
     return EffectSet(bound)
 
 

@@ -267,7 +267,7 @@ def vanishes_dry(b: BoundEffect) -> bool:
 
 def is_dry(sample: Sample) -> bool:
     """Whether nothing is submerged."""
-    return type(sample.submersion) is np.ndarray and not sample.submersion.any()
+    return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 
 def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
@@ -277,15 +277,16 @@ def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
         running: actuators and their drives as they really are.
         like: memory of the battery, shape (batch, k).
     """
-    total = like[:, 0:1] * 0.0
+    total = None
     for b, drives in running:
         if hasattr(b.effect, "power"):
             power = b.hooks.power(drives, b.params)
             if type(power) is np.ndarray:
-                total = total + power.sum(axis=1, keepdims=True)
+                power = np.add.reduce(power, axis=1, keepdims=True)
             else:
-                total = total + namespace(power).sum(power, axis=1, keepdims=True)
-    return total
+                power = namespace(power).sum(power, axis=1, keepdims=True)
+            total = power if total is None else total + power
+    return like[:, 0:1] * 0.0 if total is None else total
 
 
 def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:

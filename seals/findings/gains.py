@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.diagnosis import FOLDS
-from seals.diagnose.fit import solve_scaled
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.naming import Search
+from seals.diagnose.normal import solve_scaled
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Library
-from seals.diagnose.fit import Fitter, solve_scaled
+from seals.diagnose.fit import Fitter
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.linearise import DELAY
+from seals.diagnose.normal import solve_scaled
 from seals.diagnose.problem import Problem
 from seals.localise.free import FreeWindows
 

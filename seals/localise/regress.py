@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.diagnose.fit import solve_scaled
+from seals.diagnose.normal import solve_scaled
 from seals.localise.evidence import Evidence
 
 FOLDS = 5

@@ -62,15 +62,16 @@ class Sample(NamedTuple):
                 s * self.water_density + dry * self.air_density,
                 s * self.water_viscosity + dry * self.air_viscosity,
             )
+        # in the order of the fields: keywords cost as much as the arithmetic
         return Medium(
             *own,
-            submersion=s,
-            submersion_rate=self.submersion_rate,
-            buoyancy_centre=self.buoyancy_centre,
-            normal=self.normal,
-            sinking_speed=self.sinking_speed,
-            gravity=self.gravity,
-            depth=self.depth,
-            water_density=self.water_density,
-            air_density=self.air_density,
+            s,
+            self.submersion_rate,
+            self.buoyancy_centre,
+            self.normal,
+            self.sinking_speed,
+            self.gravity,
+            self.depth,
+            self.water_density,
+            self.air_density,
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace
-from seals.frames import cross, unrotate
+from seals.frames import FEW, cross, unrotate
 from seals.medium.sample import Sample
 from seals.medium.seawater import density_of, viscosity_of
 from seals.medium.wetting import Wetting
@@ -89,6 +89,8 @@ class Surroundings:
         self._none = as_like(np.zeros((1, 3)), volume)
         self._density = _Profile(column.depth, column.density, volume)
         self._viscosity = _Profile(column.depth, column.viscosity, volume)
+        self._wet_volume: Array = None
+        self._share: Array = None
         self._inverse_volume = 1.0 / namespace(volume).clip(volume, 1e-12, None)
 
     def sample(self, motion: Motion) -> Sample:
@@ -108,8 +110,11 @@ class Surroundings:
             turning = _dot(cross(motion.angular_velocity, wet.area_centre), normal)
             rate = (sinking - turning) * wet.area * self._inverse_volume
         depth = height if sea.normal is None else self.water_level - motion.position[:, 2:3]
+        if wet.volume is not self._wet_volume:
+            # those of the dry and of the submerged state are the very same arrays every time
+            self._wet_volume, self._share = wet.volume, wet.volume * self._inverse_volume
         return Sample(
-            submersion=wet.volume * self._inverse_volume,
+            submersion=self._share,
             submersion_rate=rate,
             buoyancy_centre=wet.centre,
             normal=normal,
@@ -174,5 +179,7 @@ class _Profile:
 
 def _dot(a: Array, b: Array) -> Array:
     """Inner products of rows, shape (N, 1)."""
+    if type(a) is np.ndarray and type(b) is np.ndarray and len(a) == len(b) < FEW:
+        return np.vecdot(a, b)[:, None]
     product = a * b
     return product[:, 0:1] + product[:, 1:2] + product[:, 2:3]

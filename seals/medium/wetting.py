@@ -55,6 +55,7 @@ class WettingExact:
         """Keep the hulls and the values of the fully submerged state."""
         self.hulls = tuple(hulls)
         self._reach = np.array([[h.reach] for h in hulls])
+        self._longest = float(self._reach.max())
         self._volume = np.array([[h.volume] for h in hulls])
         self._centre = np.array([h.centroid for h in hulls])
         self._submerged = Wet(self._volume, self._centre, None, None)
@@ -62,6 +63,11 @@ class WettingExact:
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; dry and submerged ones cost nothing."""
+        levels = level.ravel().tolist()
+        if max(levels) <= -self._longest:
+            return self._dry
+        if min(levels) >= self._longest:
+            return self._submerged
         under = level >= self._reach
         if under.all():
             return self._submerged

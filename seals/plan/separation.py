@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Candidate
-from seals.diagnose.fit import Fitter, solve_scaled
+from seals.diagnose.fit import Fitter
 from seals.diagnose.naming import THRESHOLD
+from seals.diagnose.normal import solve_scaled
 from seals.diagnose.verdict import TEMPERATURE
-from seals.diagnose.windows import Whitened
+from seals.diagnose.whitened import Whitened
 
 NOTHING = "nothing"
 """Name of the nominal model among the rivals of a single effect."""
@@ -109,10 +111,7 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
             extra += fresh
         signals.append(zero - fitter.misfit(values).outputs)
     parts.append(fitter.windows.whiten(np.concatenate(signals, axis=2)))
-    both = Whitened(
-        outputs=np.concatenate([p.outputs for p in parts], axis=2),
-        absorbed=np.concatenate([p.absorbed for p in parts], axis=2),
-    )
+    both = reduce(Whitened.beside, parts)
     keys = (*fitter.tolerances, *extra)
     return Gram(
         fitter=fitter,

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.diagnose.factors import Candidate, Library
-from seals.diagnose.fit import Fit
 from seals.diagnose.hypothesis import Hypothesis, material
+from seals.diagnose.normal import Fit
 from seals.diagnose.problem import Problem
 from seals.diagnose.screen import linear_gain, screen
 from seals.diagnose.special import special_starts

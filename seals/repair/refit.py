@@ -13,10 +13,11 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Candidate, Library
-from seals.diagnose.fit import Fit, Fitter
+from seals.diagnose.fit import Fitter
 from seals.diagnose.hypothesis import keys_of
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.naming import settled
+from seals.diagnose.normal import Fit
 from seals.diagnose.problem import Problem, followed, linearised, prepare, rewindowed, typical
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log

@@ -9,15 +9,19 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.backend import Configuration
-from seals.config.run import RunSettings
+from seals.config.run import DriveStart, RunSettings
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
-from seals.errors import ConfigError
+from seals.errors import ConfigError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.carrying import carrying
+from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
+from seals.run.origin import plugin_name
+from seals.run.resting import refuse_fluid, resting_effects, without
 from seals.twin import Twin, TwinState
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
@@ -30,11 +34,14 @@ ROBOT = "robot"
 def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
     """Build the robot and bind its effects and actuators.
 
+    What a fluid accounts for rests, see `seals.run.resting`.
+
     Raises:
         SealsError: one of them cannot be used, or an effect and an actuator share a name.
     """
     robot = build_robot(settings.robot)
-    return robot, bind_effects(acting(settings), robot.links)
+    effects = without(acting(settings), resting_effects(settings))
+    return robot, bind_effects(effects, robot.links, owners(settings.fluid))
 
 
 def acting(settings: RunSettings) -> dict[str, Any]:
@@ -61,7 +68,7 @@ def build_world(settings: RunSettings) -> World:
     robot, effects = build_model(settings)
     check_gains(robot, effects, settings.time.step)
     steps = step_count(settings)
-    settings.backend.open(settings.environment, settings.time.step)
+    settings.backend.open(surroundings(settings), settings.time.step)
     actor = Actor(
         robot,
         effects,
@@ -70,21 +77,27 @@ def build_world(settings: RunSettings) -> World:
         settings.environment,
         waves=settings.wave,
         steps=steps,
+        fluid=settings.fluid,
     )
     actor.pilot = build_pilot(settings, actor)
     objects = add_objects(settings, steps=steps)
+    sink(settings, [actor, *objects.values()])
     world = World(
         settings.backend,
         {ROBOT: actor, **objects},
         settings.environment,
         step=settings.time.step,
         seed=settings.seed,
+        fluid=settings.fluid,
     )
     places = {
         name: object_configuration(name, settings.objects[name], thing.robot)
         for name, thing in objects.items()
     }
-    world.reset({ROBOT: initial_configuration(settings, robot), **places})
+    start = initial_configuration(settings, robot)
+    if actor.pilot is not None and settings.initial.drives is DriveStart.carrying:
+        actor.drive_at_start = carrying(actor.pilot.plant, start)
+    world.reset({ROBOT: start, **places})
     return world
 
 
@@ -96,14 +109,28 @@ def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
     """
     if settings.guide is None:
         return None
+    _refuse_blind(settings)
     check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
     return Pilot(
-        build_plant(actor.robot, actor.effects, settings.environment),
+        build_plant(actor.robot, plant_effects(settings, actor), settings.environment),
         settings.controller,
         settings.guide,
         volume=actor.evaluator.surroundings.volume,
         step=settings.time.step,
     )
+
+
+def _refuse_blind(settings: RunSettings) -> None:
+    """Refuse a guide without the sensors that it names."""
+    missing = [n for n in getattr(settings.guide, "sensors", ()) if n not in settings.sensors]
+    if missing:
+        name = plugin_name("guide", type(settings.guide))
+        raise ConfigError(
+            f"guide={name} needs the sensor '{missing[0]}', which the robot does not have: without "
+            "it an object is not found.\n"
+            f"Add object and sensors, as experiment=grasp_lift does.  "
+            f"{suggestion(missing[0], settings.sensors, label='Sensors')}"
+        )
 
 
 def build_twin(
@@ -121,6 +148,7 @@ def build_twin(
         like: array whose library, type and device to use.
         values: parameters in place of the configured ones, see `seals.twin.Twin`.
     """
+    refuse_fluid(settings, "the twin")
     robot, effects = build_model(settings)
     twin = Twin(
         robot, effects, settings.environment, settings.wave, batch=batch, like=like, values=values

@@ -12,11 +12,19 @@ from seals.arrays import Floats
 from seals.config.fields import vars_of
 from seals.config.robot import HullSettings
 from seals.config.run import RunSettings
+from seals.control.plant import Layout
 from seals.dynamics.tree import forward
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.medium.surroundings import WaterColumn
 from seals.robot.model import RobotModel
+from seals.run.equipment import (
+    describe_battery,
+    describe_drives,
+    describe_servos,
+    held,
+    stowed,
+)
 from seals.run.origin import plugin_name
 from seals.schema import parameters_of
 
@@ -26,47 +34,63 @@ NOISE_FIELDS = {
 }
 """Field of a sensor that holds the noise density of a channel."""
 
+RESOLVED = {"position": 1e-3, "orientation": 1e-3, "joint_position": 1e-3}
+"""How well another integration of the same motion agrees with a truth of the log [m, rad, rad].
+
+Chosen: errors of steps of some milliseconds over a second; the truth itself has no noise.
+"""
+
 
 def describe_run(
-    settings: RunSettings, robot: RobotModel, sources: Mapping[str, str], initial: Mapping[str, Any]
+    settings: RunSettings,
+    robot: RobotModel,
+    layout: Layout | None,
+    sources: Mapping[str, str],
+    initial: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the metadata of a log.
 
     Args:
         settings: of the run.
         robot: as simulated.
+        layout: of its drives; None without a controller: they stand still.
         sources: sensor of each channel, ``""`` for the truth.
         initial: truth of the first row by channel.
     """
+    vehicle = describe_vehicle(settings, robot, layout)
+    effects = [_effect(name, effect) for name, effect in settings.effects.items()]
     return {
-        "vehicle": describe_vehicle(settings, robot),
+        "vehicle": vehicle,
         "environment": _environment(settings),
-        "baseline": [_effect(name, effect) for name, effect in settings.effects.items()],
+        "baseline": [*effects, *held(vehicle)],
         "sensors": _sensors(settings, sources),
+        "tolerance": _tolerance(settings) if layout is not None else {},
         "known_exactly": [channel for channel, sensor in sources.items() if not sensor],
         "initial_state": [{"segment": 0, **initial, "sigma": {}}],
         "simulated": {"seed": settings.seed, "step": settings.time.step, "run": settings.name},
     }
 
 
-def describe_vehicle(settings: RunSettings, robot: RobotModel) -> dict[str, Any]:
-    """Return the vehicle's mass properties at joint zero, its hulls and its arm."""
+def describe_vehicle(
+    settings: RunSettings, robot: RobotModel, layout: Layout | None
+) -> dict[str, Any]:
+    """Return the vehicle's mass properties at joint zero, its drives, hulls, arm and battery."""
     mass, centre, inertia = whole_body(robot)
     vehicle: dict[str, Any] = {
         "name": robot.name,
         "mass": mass,
         "inertia": inertia,
         "centre_of_gravity": centre,
-        "rotors": [],
-        "thrusters": [],
+        **describe_drives(settings, layout),
         "hull": _hull(settings, robot, 0),
         "arm": None,
-        "battery": None,
+        "battery": describe_battery(settings),
     }
     if robot.tree.joints:
         vehicle["base"] = _mass_of(robot, 0)
         links = [_link(settings, robot, k) for k in range(1, len(robot.links))]
-        vehicle["arm"] = {"links": links, "stowed": [0.0] * robot.tree.joints, "controller": None}
+        servos = None if layout is None else describe_servos(settings, robot)
+        vehicle["arm"] = {"links": links, "stowed": stowed(robot), "controller": servos}
     return vehicle
 
 
@@ -185,12 +209,30 @@ def _plugin(kind: str, plugin: Any) -> dict[str, Any]:
     return {"name": name, "parameters": values} if values else {"name": name}
 
 
+def _tolerance(settings: RunSettings) -> dict[str, Any]:
+    """What the steps of a simulation leave open of a log; all else is known exactly."""
+    step = settings.time.step
+    early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
+    late = "s, an accelerometer reads the mean over a step"
+    return {
+        "command_delay": {"sigma": 5e-4, "meaning": early},
+        "sensor_delay": {"sigma": 0.5 * step, "meaning": late},
+    }
+
+
 def _sensors(settings: RunSettings, sources: Mapping[str, str]) -> dict[str, Any]:
     """Mounting of the inertial sensor, noise and rate of every channel that a sensor read."""
     channels: dict[str, Any] = {}
     out: dict[str, Any] = {}
     for name, source in sources.items():
         if not source:
+            if name in RESOLVED:
+                rate = 1.0 / settings.time.step
+                channels[name] = {
+                    "rate": rate,
+                    "sigma": RESOLVED[name],
+                    "unit": CHANNELS[name].unit,
+                }
             continue
         sensor = settings.sensors[source]
         channel = name.removeprefix(f"{source}_")

@@ -36,6 +36,8 @@ def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
         more = {f"{name}/{column}": values for column, values in ledger.columns().items()}
         columns |= {key: values for key, values in more.items() if key != f"{name}/t"}
     write_table(folder / "ledger.parquet", columns)
+    if record.fluid:
+        write_table(folder / "fluid.parquet", {"t": record.log.time, **record.fluid})
 
 
 def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list[str]) -> None:

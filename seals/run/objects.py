@@ -16,9 +16,12 @@ from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion
+from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel, Surface
+from seals.run.immersed import owners
+from seals.run.resting import owned
 from seals.world import Actor
 
 DRIVEN = ("sensors", "actuators", "controller")
@@ -33,19 +36,20 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
     """
     return {
         name: Actor(
-            *build_object(name, thing, settings.effects),
+            *build_object(name, thing, settings.effects, settings.fluid),
             {},
             settings.backend,
             settings.environment,
             waves=settings.wave,
             steps=steps,
+            fluid=settings.fluid,
         )
         for name, thing in settings.objects.items()
     }
 
 
 def build_object(
-    name: str, settings: ObjectSettings, around: Mapping[str, Effect]
+    name: str, settings: ObjectSettings, around: Mapping[str, Effect], fluid: Fluid | None = None
 ) -> tuple[RobotModel, EffectSet]:
     """Build one object and bind its effects.
 
@@ -53,6 +57,7 @@ def build_object(
         name: of the object.
         settings: of the object.
         around: effects of the run; those of the surroundings act on the object, too.
+        fluid: that the object is in; what it accounts for rests in the folder's effects.
 
     Raises:
         SealsError: the robot, a value or an effect cannot be used.
@@ -63,14 +68,19 @@ def build_object(
     robot = build_robot(object_robot(found))
     ambient = {key: effect.ambient() for key, effect in around.items()}
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
-    effects |= _own_effects(name, found, settings)
+    own = _own_effects(name, found, settings)
+    if fluid is not None:
+        own = {key: effect for key, effect in own.items() if not owned(effect, fluid)}
+    effects |= own
     surface = Surface(
         friction=settings.friction,
         rolling=settings.rolling_friction,
         spinning=settings.spinning_friction,
         restitution=settings.restitution,
     )
-    return _weighed(robot, settings.mass, surface), bind_effects(effects, robot.links)
+    return _weighed(robot, settings.mass, surface), bind_effects(
+        effects, robot.links, owners(fluid)
+    )
 
 
 def object_robot(found: RobotFile) -> RobotSettings:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from seals.config.run import RunSettings
 from seals.errors import suggestion
 from seals.registry import get, names
+from seals.run.resting import resting_effects
 
 
 def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
@@ -29,5 +30,17 @@ def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
         found.append(
             "The wave has no effect: there is no water.\n"
             "Add it: water=fossen, or environment.water_level=0 for water without buoyancy."
+        )
+    station = type(settings.controller) is get("controller", "station").load()
+    if station and settings.guide is not None and settings.environment.water_level is None:
+        found.append(
+            "controller=station holds a robot that its water carries: there is no water.\n"
+            "Add it: water=fossen"
+        )
+    resting = resting_effects(settings)
+    if resting:
+        found.append(
+            f"{', '.join(resting)} of {settings.robot.name} rest: the {settings.fluid.name} make "
+            "these forces themselves."
         )
     return found

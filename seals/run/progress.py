@@ -15,14 +15,17 @@ _EVERY = 32
 
 
 @contextmanager
-def progress(label: str, total: int) -> Iterator[Callable[[int], None]]:
+def progress(
+    label: str, total: int, note: Callable[[], str] = str
+) -> Iterator[Callable[[int], None]]:
     """Yield a function that takes the number of steps done.
 
     Args:
         label: what is going on.
         total: number of steps.
+        note: further words about the present.
     """
-    bar = _Bar(label, total)
+    bar = _Bar(label, total, note)
     try:
         yield bar.tell if sys.stderr.isatty() else _nothing
     finally:
@@ -36,21 +39,25 @@ def _nothing(done: int) -> None:
 class _Bar:
     """A bar that appears only when the run turns out to be long."""
 
-    def __init__(self, label: str, total: int) -> None:
-        self.label, self.total = label, total
-        self._start = time.perf_counter()
+    def __init__(self, label: str, total: int, note: Callable[[], str]) -> None:
+        self.label, self.total, self.note = label, total, note
+        self._start = self._told = time.perf_counter()
         self._bar: Any = None
         self._task: Any = None
 
     def tell(self, done: int) -> None:
         """Show how far the run is; cheap enough to be called every step."""
-        if done % _EVERY and done < self.total:
+        now = time.perf_counter()
+        # a step of many particles takes long: then every one is worth a look
+        if done % _EVERY and done < self.total and now - self._told < QUIET_SECONDS:
             return
+        self._told = now
         if self._bar is None:
-            if time.perf_counter() - self._start < QUIET_SECONDS:
+            if now - self._start < QUIET_SECONDS:
                 return
             self._open()
-        self._bar.update(self._task, completed=done)
+        words = f"{self.label}  {self.note()}".rstrip()
+        self._bar.update(self._task, completed=done, description=words)
 
     def _open(self) -> None:
         from rich.console import Console

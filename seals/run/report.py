@@ -19,6 +19,7 @@ from seals.schema import parameters_of, vector_groups
 _FILES = (
     ("log.parquet, meta.yaml", "motion and readings, in the format of a measured log"),
     ("ledger.parquet", "force and torque of every effect on every link at every step"),
+    ("fluid.parquet", "particles, compression, books of momentum and gauges, with a fluid"),
     ("vehicle.urdf", "the robot as it ran"),
     ("run.json", "versions, seed, revision, time"),
     (".hydra/", "the configuration, resolved"),

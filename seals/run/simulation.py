@@ -23,6 +23,7 @@ from seals.run.assembly import ROBOT, build_world, step_count
 from seals.run.commands import Commands
 from seals.run.company import Company, describe_objects
 from seals.run.description import describe_run
+from seals.run.fluid_book import FluidBook
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
 from seals.run.stages import Stages
@@ -50,6 +51,7 @@ class Record:
         robot: as simulated.
         objects: ledgers of the objects by name.
         stages: of the guide, and how it ended.
+        fluid: what the fluid said of itself, one value a row of the log; empty without one.
         ending: how it ended.
         error: what stopped it, None when it is done.
         steps: steps that were completed.
@@ -61,6 +63,7 @@ class Record:
     robot: RobotModel
     objects: Mapping[str, Ledger]
     stages: Stages
+    fluid: Mapping[str, Floats]
     ending: Ending
     error: BaseException | None
     steps: int
@@ -106,6 +109,7 @@ class _Books(NamedTuple):
     stages: Stages
     aims: Aims
     commands: Commands
+    fluid: FluidBook
 
     def take(self, time: float) -> bool:
         """Record the present; return whether the run is over."""
@@ -113,6 +117,7 @@ class _Books(NamedTuple):
         self.aims.take(self.recorder.rows - 1)
         self.commands.take(self.recorder.rows - 1)
         self.company.take()
+        self.fluid.take()
         return self.stages.over(time)
 
 
@@ -132,6 +137,7 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
         Stages(actor.pilot),
         Aims(actor.pilot, steps=steps),
         Commands(actor, steps=steps),
+        FluidBook(world.fluid),
     )
     books.take(world.time)
     return books
@@ -163,6 +169,7 @@ def _stepped(
         robot=actor.robot,
         objects=company.ledgers,
         stages=stages,
+        fluid=books.fluid.columns(recorder.rows),
         ending=ending,
         error=error,
         steps=recorder.rows - 1,
@@ -175,7 +182,7 @@ def _until_over(
 ) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
     try:
-        with progress(label, steps) as tell:
+        with progress(label, steps, books.fluid.note) as tell:
             for done in range(1, steps + 1):
                 world.step()
                 over = books.take(world.time)
@@ -198,7 +205,9 @@ def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
     }
     wanted = ("position", "orientation", "velocity", "angular_velocity", "joint_position")
     initial = {name: first[name] for name in wanted if name in first}
-    meta: dict[str, Any] = describe_run(settings, robot, recorder.sources(), initial)
+    pilot = recorder.actor.pilot
+    layout = None if pilot is None else pilot.plant.layout
+    meta: dict[str, Any] = describe_run(settings, robot, layout, recorder.sources(), initial)
     if company.actors:
         meta["objects"] = describe_objects(settings, company.actors)
     columns = recorder.columns() | company.columns(recorder.rows)

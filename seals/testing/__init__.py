@@ -8,6 +8,7 @@ from seals.testing.backend import BackendReport, check_backend
 from seals.testing.contract import ContractError
 from seals.testing.control import ControlReport, check_controller, check_guide
 from seals.testing.effect import EffectReport, check_effect
+from seals.testing.fluid import FluidReport, check_fluid
 from seals.testing.reader import ReaderReport, check_reader
 from seals.testing.robot import RobotReport, check_robot
 from seals.testing.sensor import SensorReport, check_sensor
@@ -18,6 +19,7 @@ __all__ = [
     "ContractError",
     "ControlReport",
     "EffectReport",
+    "FluidReport",
     "ReaderReport",
     "RobotReport",
     "SensorReport",
@@ -25,6 +27,7 @@ __all__ = [
     "check_backend",
     "check_controller",
     "check_effect",
+    "check_fluid",
     "check_guide",
     "check_reader",
     "check_robot",

@@ -9,13 +9,15 @@ import numpy as np
 
 from seals.arrays import Array, as_like, namespace
 from seals.config.environment import EnvironmentSettings
+from seals.dynamics.equations import scatter
 from seals.dynamics.gears import fastest_drive
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator, take
+from seals.effects.evaluation import Evaluator, rows_of, take
 from seals.effects.rigid import changed
 from seals.medium.build import build_surroundings, tables_of
 from seals.motion import Body, Inputs
 from seals.robot.model import RobotModel
+from seals.twin.posture import Posture
 from seals.twin.rigid import RigidBody
 from seals.twin.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.twin.tree import TreeBody
@@ -76,9 +78,9 @@ class Twin:
         self.evaluator = Evaluator(
             self.effects, surroundings, links=links, batch=batch, folded=True
         )
-        change = nominal_change(self.effects, bodies, self.evaluator.rows)
+        change = nominal_change(self.effects, robot, like, batch)
         if change is not None:
-            bodies = changed(bodies, change)
+            bodies = changed(bodies, _everyone(change, bodies))
         single = len(robot.links) == 1 and not robot.tree.fixed_base
         self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(
             robot, self.evaluator, bodies, environment, change
@@ -99,16 +101,33 @@ class Twin:
         """Return a state of the batch from the given fields, see `TwinState.at_rest`."""
         return TwinState.at_rest(self.batch, self.robot.tree.joints, self.like, **values)
 
-    def rates(self, state: TwinState, time: Any, inputs: Inputs | None = None) -> Rates:
+    def posture(self, state: TwinState, time: Any) -> Posture:
+        """Return what the state alone decides, for twins with other parameters and equal waves.
+
+        Args:
+            state: of the batch.
+            time: [s], a number or an array (B, 1).
+        """
+        posture = self.body.posture(state, time)
+        return posture._replace(sample=self.evaluator.surroundings.sample(posture.motion))
+
+    def rates(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs | None = None,
+        posture: Posture | None = None,
+    ) -> Rates:
         """Return the time derivative of the state.
 
         Args:
             state: of the batch.
             time: [s], a number or an array (B, 1).
             inputs: joint torques and the time since the memory was updated.
+            posture: at the state, where it is known.
         """
         inputs = Inputs(0.0, self._torque) if inputs is None else inputs
-        return self.body.rates(state, time, inputs, self.memory)[0]
+        return self.body.rates(state, time, inputs, self.memory, posture)[0]
 
     def step(
         self, state: TwinState, time: float, step: float, joint_torque: Array | None = None
@@ -128,7 +147,12 @@ class Twin:
         return self.advance(state, time, step, (inputs, inputs, inputs))
 
     def advance(
-        self, state: TwinState, time: Any, step: Any, inputs: tuple[Inputs, Inputs, Inputs]
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        posture: Posture | None = None,
     ) -> tuple[TwinState, Rates]:
         """Advance the batch by one step under inputs known at its start, middle and end.
 
@@ -137,13 +161,14 @@ class Twin:
             time: [s], a number or an array (B, 1).
             step: [s], a number or an array (B, 1).
             inputs: at the start, in the middle and at the end of the step.
+            posture: at the start, where it is known.
 
         Returns:
             The state at ``time + step`` and the rates at ``time``.
         """
         if self._stiff(step):
-            return self._implicit(state, time, step, inputs)
-        k1, memory = self.body.rates(state, time, inputs[0], self.memory)
+            return self._implicit(state, time, step, inputs, posture)
+        k1, memory = self.body.rates(state, time, inputs[0], self.memory, posture)
         middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step
         k2, _ = self.body.rates(advance(state, k1, half).normal(), time + half, middle, self.memory)
@@ -157,32 +182,46 @@ class Twin:
         return self._rate > 0.0 and float(np.max(step)) * self._rate > STEEPEST
 
     def _implicit(
-        self, state: TwinState, time: Any, step: Any, inputs: tuple[Inputs, Inputs, Inputs]
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        posture: Posture | None,
     ) -> tuple[TwinState, Rates]:
         """Advance by one step that takes the joint drives implicitly, of second order."""
         body: Any = self.body
         ahead, end = GAMMA * step, inputs[2]._replace(step=0.0)
-        k1, memory = body.stage(state, time, inputs[0], self.memory, ahead=ahead)
+        k1, memory = body.stage(state, time, inputs[0], self.memory, ahead=ahead, posture=posture)
         moved = advance(state, k1, step).normal()
         k2, _ = body.stage(moved, time + step, end, self.memory, ahead=ahead, before=k1)
         self.memory = memory
         return rosenbrock(state, (k1, k2), step), k1
 
 
-def nominal_change(effects: EffectSet, bodies: Body, rows: Mapping[str, Any]) -> Array | None:
-    """Sum of all changes of rigid inertia, rows as the bodies', shape (N, 6, 6); None for none."""
-    total = None
+def _everyone(change: Array, bodies: Body) -> Array:
+    """One change per link as one for every row of the bodies."""
+    count, rows = change.shape[0], bodies.mass.shape[0]
+    if count in (1, rows) or rows % count or rows == 1:
+        return change
+    return namespace(change).repeat(change, rows // count, axis=0)
+
+
+def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: int) -> Array | None:
+    """Sum of all changes of rigid inertia, about the origins of the links.
+
+    Returns:
+        Rows link by link, shape (L B, 6, 6); one row per link, shape (L, 6, 6), when no change is
+        batched; None for none.
+    """
+    links, total = len(robot.links), None
+    single = all(len(x) == 1 for b in effects.nominals for x in b.params.values())
+    count = 1 if single else batch
+    bodies = robot.bodies(like, count)
     for b in effects.nominals:
-        part = take(bodies, rows[b.name])
-        matrix = b.hooks.nominal(part, b.params)
-        if rows[b.name] is not None:
-            xp = namespace(bodies.mass)
-            full = xp.zeros((bodies.mass.shape[0], 6, 6), dtype=bodies.mass.dtype)
-            # one-off, outside the hot path: an index by mask keeps torch and numpy alike
-            index = np.zeros(bodies.mass.shape[0], dtype=bool)
-            index[rows[b.name]] = True
-            picked = xp.asarray(np.cumsum(index) * index - index, dtype=xp.int64)
-            spread = xp.take(matrix + xp.zeros((int(index.sum()), 1, 1)), picked, axis=0)
-            matrix = full + spread * xp.asarray(index[:, None, None], dtype=bodies.mass.dtype)
+        rows = rows_of(b.links, links, count)
+        matrix = b.hooks.nominal(take(bodies, rows), b.params)
+        if rows is not None:
+            matrix = scatter(matrix, rows, links * count)
         total = matrix if total is None else total + matrix
     return total

@@ -16,6 +16,7 @@ from seals.effects.evaluation import Evaluation, Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate
 from seals.motion import Body, Inputs, Joints, Motion
 from seals.robot.model import RobotModel
+from seals.twin.posture import Posture
 from seals.twin.state import Rates, TwinState
 
 
@@ -45,10 +46,8 @@ class RigidBody:
             self._inertia = self._inertia + change
         self._used = set(_pattern(self._inertia))
 
-    def rates(
-        self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
-    ) -> tuple[Rates, dict[str, Array]]:
-        """Return the time derivative of the state and the new memory."""
+    def posture(self, state: TwinState, time: Any) -> Posture:
+        """Return poses and velocities at a state."""
         rotation = matrix_of(state.quaternion)
         motion = Motion(
             time=column_of(time, self.bodies.mass),
@@ -59,7 +58,35 @@ class RigidBody:
             angular_velocity=state.spin,
             body=self.bodies,
         )
-        found = self.evaluator.evaluate(motion, Joints(state.joints, state.rates), inputs, memory)
+        return Posture(rotation, motion)
+
+    def rates(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        posture: Posture | None = None,
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return the time derivative of the state and the new memory."""
+        rates, found = self.evaluated(state, time, inputs, memory, posture)
+        return rates, found.memory
+
+    def evaluated(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        posture: Posture | None = None,
+    ) -> tuple[Rates, Evaluation]:
+        """Return the time derivative of the state and the effects behind it."""
+        posture = self.posture(state, time) if posture is None else posture
+        rotation = posture.base
+        motion = posture.motion._replace(body=self.bodies)
+        found = self.evaluator.evaluate(
+            motion, Joints(state.joints, state.rates), inputs, memory, posture.sample
+        )
         force, torque = self._right_side(motion, found)
         linear, angular = self._accelerations(found, force, torque)
         felt = linear + cross(state.spin, state.velocity) + motion.up * self.gravity
@@ -72,7 +99,7 @@ class RigidBody:
             rates=state.rates,
             specific_force=felt,
         )
-        return rates, found.memory
+        return rates, found
 
     def _right_side(self, motion: Motion, found: Evaluation) -> tuple[Array, Array]:
         """Effects' wrenches less the velocity-dependent terms of body and added inertia."""
@@ -87,6 +114,14 @@ class RigidBody:
             more = added_terms(added, medium, motion)
             force, torque = force - more[0], torque - more[1]
         return force, torque
+
+    def inertia_with(self, found: Evaluation) -> Array:
+        """Inertia of the body with the added ones, shape (B, 6, 6)."""
+        batch = found.sample.normal.shape[0]
+        total = self._inertia + namespace(self._inertia).zeros((batch, 1, 1))
+        for _, _, added, _ in found.inertias:
+            total = total + added.weight[:, :, None] * added.matrix
+        return total
 
     def _accelerations(self, found: Evaluation, force: Array, torque: Array) -> tuple[Array, Array]:
         """Solve (M + sum s M_A) (v', w') = (force, torque)."""

@@ -19,6 +19,7 @@ from seals.effects.evaluation import Evaluation, Evaluator
 from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
 from seals.robot.model import RobotModel
+from seals.twin.posture import Posture
 from seals.twin.state import Rates, TwinState
 
 
@@ -50,15 +51,21 @@ class TreeBody:
             inertia = inertia + by_batch(change, len(robot.links))
         drives: Any = robot.tree.drive_inertia or armature_of(evaluator.effects, robot)
         armature = None if drives is None else as_like(np.asarray(drives), bodies.mass)
-        self._assembly = Assembly(inertia, armature)
+        self.assembly = Assembly(inertia, armature)
 
     def rates(
-        self, state: TwinState, time: Any, inputs: Inputs, memory: Mapping[str, Array]
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        posture: Posture | None = None,
     ) -> tuple[Rates, dict[str, Array]]:
         """Return the time derivative of the state and the new memory."""
-        base, found, (matrix, right) = self._system(state, time, inputs, memory, explicit=True)
+        posture = self.posture(state, time) if posture is None else posture
+        found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=True)
         change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        return self._state_rates(state, base, change), found.memory
+        return self.state_rates(state, posture.base, change), found.memory
 
     def stage(
         self,
@@ -69,6 +76,7 @@ class TreeBody:
         *,
         ahead: Any,
         before: Rates | None = None,
+        posture: Posture | None = None,
     ) -> tuple[Rates, dict[str, Array]]:
         """Return a stage of `seals.twin.state.rosenbrock`, implicit in the joint drives.
 
@@ -83,8 +91,10 @@ class TreeBody:
             memory: of the effects.
             ahead: gamma h [s], a number or an array (B, 1).
             before: first stage, None for none.
+            posture: at the state, where it is known.
         """
-        base, found, (matrix, right) = self._system(state, time, inputs, memory, explicit=False)
+        posture = self.posture(state, time) if posture is None else posture
+        found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=False)
         drive = summed([d for _, d in found.joint_drives])
         gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.rates * 0.0
         rate = state.rates if before is None else state.rates - 2.0 * before.joints
@@ -92,41 +102,49 @@ class TreeBody:
         if before is not None:
             force = force + 2.0 * gain * before.rates
         change, _ = driven(matrix, right, drive._replace(force=force), gain)
-        k = self._state_rates(state, base, change)
+        k = self.state_rates(state, posture.base, change)
         if before is not None:
             k = Rates(*(a - 2.0 * b for a, b in zip(k, before, strict=True)))
         return k._replace(joints=k.joints + ahead * k.rates), found.memory
 
-    def _system(
-        self,
-        state: TwinState,
-        time: Any,
-        inputs: Inputs,
-        memory: Mapping[str, Array],
-        *,
-        explicit: bool,
-    ) -> tuple[Array, Evaluation, tuple[Array, Array]]:
-        """Base rotation, effects, and the equations of motion, with joint drives if explicit."""
-        xp = namespace(state.position)
+    def posture(self, state: TwinState, time: Any) -> Posture:
+        """Return poses and velocities of all links at a state."""
         base = matrix_of(state.quaternion)
         kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
         world = rotate(base, state.velocity)
         spin = rotate(base, state.spin)
         lead = [] if self.tree.fixed_base else [world, spin]
-        speed = xp.concat([*lead, state.rates], axis=1)
+        speed = namespace(state.position).concat([*lead, state.rates], axis=1)
         moving = kinematics.move(speed)
         motion = link_motion(kinematics, moving, column_of(time, self.bodies.mass), self.bodies)
+        return Posture(base, motion, None, kinematics, moving)
+
+    def system(
+        self,
+        state: TwinState,
+        posture: Posture,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        explicit: bool,
+    ) -> tuple[Evaluation, tuple[Array, Array]]:
+        """Effects, and the equations of motion, with joint drives if explicit."""
+        xp = namespace(state.position)
+        kinematics, moving = posture.kinematics, posture.moving
+        assert kinematics is not None
+        assert moving is not None
+        motion = posture.motion._replace(body=self.bodies)
         joints = Joints(state.joints, state.rates)
-        found = self.evaluator.evaluate(motion, joints, inputs, memory)
+        found = self.evaluator.evaluate(motion, joints, inputs, memory, posture.sample)
         joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
         drives = {b.name for b, _ in found.joint_drives}
         for b, more in found.joint_loads:
             if explicit or b.name not in drives:
                 joint_force = joint_force + more
-        equations = self._assembly.equations(kinematics, moving, motion, found, joint_force)
-        return base, found, equations
+        equations = self.assembly.equations(kinematics, moving, motion, found, joint_force)
+        return found, equations
 
-    def _state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
+    def state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
         """Turn generalised accelerations (world) into the derivative of the state (base axes)."""
         up = base[:, 2, :]
         if self.tree.fixed_base:

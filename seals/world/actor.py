@@ -11,17 +11,20 @@ from seals.arrays import Array, Floats
 from seals.backend import Backend, Configuration, Dynamics
 from seals.config.environment import EnvironmentSettings
 from seals.control import Order
+from seals.dynamics.equations import Assembly
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import link_motion
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.errors import ConfigError, suggestion
+from seals.fluid import BodyStates, Fluid, SeaOfFluid
 from seals.medium.build import build_surroundings, exact_of
-from seals.motion import Inputs, Joints
+from seals.motion import Inputs, Joints, Wrench
 from seals.robot.model import RobotModel
 from seals.sensor import NOBODY, Felt, Sensor
 from seals.waves import Waves
 from seals.world.drivetrain import Drivetrain
+from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import Pilot, Seen
 from seals.world.readings import Past, ReadingChain
@@ -42,6 +45,7 @@ class Actor:
         environment: air, water, ground.
         waves: motion of the water surface.
         steps: rows to reserve in the ledger.
+        fluid: that the robot is in, or None; its surface stands for the waves then.
 
     Attributes:
         ledger: every effect's wrench at every step.
@@ -51,6 +55,7 @@ class Actor:
         command: of all drives, rotor speed [rad/s] or thruster force [N], shape (1, n); None while
             the caller sets ``drive`` itself.
         drive: states of all drives, in the unit of the command, shape (1, n); None for none.
+        drive_at_start: what ``drive`` is after a reset, None for standstill.
         voltage: of the battery [V], shape (1, 1); None when not known.
         others: origins of the scene's other bodies by name, world [m]; the world sets it.
         readings: last reading of every sensor, by sensor and channel.
@@ -67,12 +72,15 @@ class Actor:
         *,
         waves: Waves,
         steps: int,
+        fluid: Fluid | None = None,
     ) -> None:
         """Add the robot to the scene."""
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity = environment.gravity
         self.others: Mapping[str, Floats] = NOBODY
         self.body = backend.add(robot)
+        if fluid is not None:
+            waves = SeaOfFluid(fluid)
         surroundings = build_surroundings(
             robot, environment, waves, exact_of(robot, environment), like=np.zeros(1)
         )
@@ -85,13 +93,14 @@ class Actor:
             implicit=self.servos.implicit,
         )
         self._bodies = robot.bodies(np.zeros(1))
-        names = effects.wrenching
+        names = effects.wrenching if fluid is None else (*effects.wrenching, fluid.name)
         self.ledger = Ledger(names, robot.links, steps=steps)
         self.memory: Mapping[str, Array] = effects.zero_memory()
         self.joint_torque = np.zeros((1, robot.tree.joints))
         self.joint_command: Floats | None = None
         self.command: Floats | None = None
         self.drive: Floats | None = None
+        self.drive_at_start: Floats | None = None
         self.voltage: Floats | None = None
         self.drivetrain = Drivetrain(effects, robot.tree.joints)
         self.battery: Any = effects.supplies[0].effect if effects.supplies else None
@@ -106,6 +115,11 @@ class Actor:
         self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
         self._still = np.zeros(3)
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
+        self.immersion = None if fluid is None else Immersion(robot)
+        self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
+        self._due: tuple[Dynamics, Floats] | None = None
+        # accelerations are found for those that do not say they need none
+        self._inertial = {n: getattr(s, "inertial", True) for n, s in self.sensors.items()}
         self._carriers = {
             name: carrier_of(name, sensor, robot) for name, sensor in self.sensors.items()
         }
@@ -115,7 +129,8 @@ class Actor:
         self.body.reset(configuration)
         self.memory = self.effects.zero_memory()
         self.joint_torque = np.zeros_like(self.joint_torque)
-        self.joint_command = self.command = self.drive = self.voltage = None
+        self.joint_command = self.command = self.voltage = None
+        self.drive = self.drive_at_start
         self.drivetrain.reset()
         if self.pilot is not None:
             self.pilot.reset()
@@ -125,7 +140,7 @@ class Actor:
         # the first reading comes after one period: before it, nothing was felt
         self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
         self.readings = dict.fromkeys(self.sensors)
-        self._before, self._now = None, None
+        self._before, self._now, self._due = None, None, None
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger and hand the sum to the backend."""
@@ -146,10 +161,33 @@ class Actor:
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
         pushed = self.servos.push(found, inputs)
-        total = row.sum(axis=0)[None]
-        self.body.apply(Dynamics(kinematics, moving, motion, found, total, *pushed), step)
+        total = np.add.reduce(row, axis=0)[None]
+        due = Dynamics(kinematics, moving, motion, found, total, *pushed)
+        if self.immersion is None:
+            self.body.apply(due, step)
+        else:
+            self._due = due, row
         self.memory = found.memory
         self._before, self._now = moving, None
+
+    def immersed(self, step: float) -> BodyStates:
+        """Return the bodies of a robot in a fluid, after `load` and before `push`."""
+        assert self.immersion is not None
+        if self._due is None:
+            return self.immersion.placed(self.body.poses())
+        middle = getattr(self.body, "middle_speed", lambda: None)()
+        contact = self.body.contact_wrenches()
+        return self.immersion.states(self._due[0], middle, contact, self._assembly, step)
+
+    def push(self, impulses: Floats, step: float) -> None:
+        """Hand the fluid's impulses (K, 6), with all other loads, to the backend."""
+        assert self.immersion is not None
+        assert self._due is not None
+        due, row = self._due
+        wrench = self.immersion.wrenches(impulses, due, step)
+        self.ledger.write(row, self.ledger.effects[-1], None, Wrench(wrench[:, :3], wrench[:, 3:]))
+        whole = due._replace(wrench=due.wrench + wrench[None], sudden=True)
+        self.body.apply(whole, step)
 
     def _obey(self, order: Order) -> None:
         """Hand an order to the drives and servos the robot has."""
@@ -208,7 +246,7 @@ class Actor:
             due = time >= self._next[name] - 1e-9
             k = self._carriers[name]
             outside = (wrenches[k], float(normals[k]), self.others)
-            felt = self._felt((time, step), kinematics, moving, k, outside)
+            felt = self._felt((time, step, self._inertial[name]), kinematics, moving, k, outside)
             reading, self._sense_memory[name] = sensor.sense(
                 felt, self._sense_memory[name], rng, due=due
             )
@@ -224,18 +262,20 @@ class Actor:
 
     def _felt(
         self,
-        clock: tuple[float, float],
+        clock: tuple[float, float, bool],
         kinematics: Kinematics,
         moving: Moving,
         link: int,
         outside: tuple[Floats, float, Mapping[str, Floats]],
     ) -> Felt:
-        """Motion of one link with its mean accelerations over the last step."""
-        time, step = clock
+        """Motion of one link, for inertial sensors with its mean accelerations over the step."""
+        time, step, inertial = clock
         position, turn = kinematics.origins[0, link], kinematics.rotations[0, link]
         twist = moving.twists[0, link]
-        force, rate = self.gravity * turn[2], self._still
-        if self._before is not None and step > 0.0:
+        force = rate = self._still
+        if inertial:
+            force = self.gravity * turn[2]
+        if inertial and self._before is not None and step > 0.0:
             before = self._before
             force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
             rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,8 +101,10 @@ class Drivetrain:
         """Find lags, limits and the delay."""
         self.response = response_of(effects)
         self._lagging = bool(np.all(self.response.lag > 0.0) and np.all(self.response.fall > 0.0))
-        self._two = bool(np.any(self.response.fall != self.response.lag))
-        self._speeds = speeds_of(effects, joints)
+        columns = (self.response.lag, self.response.fall, self.response.limit, self.response.power)
+        self._drives = list(zip(*(c.tolist() for c in columns), strict=True))
+        speeds = speeds_of(effects, joints)
+        self._speeds: list[float] | None = None if speeds is None else speeds[0].tolist()
         self._joints = joints
         self.reset()
 
@@ -114,6 +117,7 @@ class Drivetrain:
         self._time: float | None = None
         self._held: Floats | None = None
         self._share = 1.0
+        self._asked: Any = None
 
     def drive(
         self, time: float, command: Floats | None, drive: Floats | None, share: float = 1.0
@@ -129,9 +133,10 @@ class Drivetrain:
         Raises:
             ConfigError: the command does not have one number a drive.
         """
-        if command is not None:
+        if command is not None and command.tolist() != self._asked:
             limit = self.response.limit
             self._commands.give(time, _within(self._checked(command), limit))
+            self._asked = command.tolist()
         self._share = share
         at = time if self._time is None else self._time
         held, self._time = self._commands.now, time
@@ -160,27 +165,32 @@ class Drivetrain:
         wanted = self._positions.take(time)
         if self._speeds is None or wanted is None:
             return wanted
-        held = joints if self._held is None else self._held
-        most = self._speeds * step
-        self._held = held + _within(wanted - held, most)
+        held, goal = (joints if self._held is None else self._held).tolist(), wanted.tolist()
+        if self._held is None or held != goal:
+            # a few numbers: faster one by one than as arrays
+            pairs = zip(held[0], goal[0], self._speeds, strict=True)
+            self._held = np.array([[h + min(max(g - h, -v * step), v * step) for h, g, v in pairs]])
         return self._held
 
     def _follow(self, drive: Floats | None, held: Floats | None, span: float) -> Floats | None:
         """States after ``span`` [s] under one held command."""
         if held is None or (span <= 0.0 and drive is not None and self._lagging):
             return drive
-        lag = self.response.lag
-        state = np.zeros_like(held) if drive is None else drive
-        if self._share < 1.0:
-            limit = self.response.limit * max(self._share, 0.0) ** self.response.power
-            held = _within(held, limit)
-        if self._two:
-            lag = np.where(np.abs(held) < np.abs(state), self.response.fall, lag)
-        if self._lagging:
-            return held + (state - held) * np.exp(-max(span, 0.0) / lag)
-        # a lag of zero keeps nothing, even over no time
-        decay = -max(span, 0.0) / np.where(lag > 0.0, lag, 1.0)
-        return held + (state - held) * np.where(lag > 0.0, np.exp(decay), 0.0)
+        state, r = [0.0] * len(self._drives) if drive is None else drive.tolist()[0], self._share
+        following = []
+        # a few numbers: faster one by one than as arrays
+        for x, u, (rise, fall, most, power) in zip(
+            state, held.tolist()[0], self._drives, strict=True
+        ):
+            limit = math.inf
+            if r < 1.0:
+                limit = most * max(r, 0.0) ** power
+            goal = min(max(u, -limit), limit)
+            lag = fall if abs(goal) < abs(x) else rise
+            # a lag of zero keeps nothing, even over no time
+            kept = math.exp(-max(span, 0.0) / lag) if lag > 0.0 else 0.0
+            following.append(goal + (x - goal) * kept)
+        return np.array([following])
 
     def _checked(self, command: Floats) -> Floats:
         count = len(self.response.lag)
@@ -199,6 +209,7 @@ class Drivetrain:
     def restore(self, kept: Any) -> None:
         """Put a snapshot back."""
         (self._time, self._held), lines = kept
+        self._asked = None
         for line, part in zip((self._commands, self._torques, self._positions), lines, strict=True):
             line.restore(part)
 

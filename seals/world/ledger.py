@@ -12,6 +12,8 @@ from seals.motion import Wrench
 
 COMPONENTS = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
 
+_FORCE, _TORQUE = slice(0, 3), slice(3, 6)
+
 
 class Ledger:
     """Wrenches about the link origins in link axes, one row a step.
@@ -33,6 +35,7 @@ class Ledger:
         self._time = np.zeros(max(steps, 1))
         self._table = np.zeros((max(steps, 1), len(self.effects), len(self.links), 6))
         self.rows = 0
+        self._written: set[int] = set()
 
     @property
     def time(self) -> Floats:
@@ -55,6 +58,7 @@ class Ledger:
             self._table = np.concatenate([self._table, np.zeros_like(self._table)])
         self._time[self.rows] = time
         row: Floats = self._table[self.rows]
+        self._written.clear()
         self.rows += 1
         return row
 
@@ -67,21 +71,18 @@ class Ledger:
             rows: links it acts on: None for all, a slice or an index array.
             wrench: about the link origins, link axes.
         """
-        target = row[self._index[effect]]
-        if rows is None or type(rows) is slice:
-            # a view: added to in place, not read and written back
-            part = target if rows is None else target[rows]
-            if wrench.force is not None:
-                force = part[:, :3]
-                force += wrench.force
-            if wrench.torque is not None:
-                torque = part[:, 3:]
-                torque += wrench.torque
-            return
-        if wrench.force is not None:
-            target[rows, :3] += wrench.force
-        if wrench.torque is not None:
-            target[rows, 3:] += wrench.torque
+        place = self._index[effect]
+        where: Any = slice(None) if rows is None else rows
+        again = place in self._written
+        self._written.add(place)
+        for values, part in ((wrench.force, _FORCE), (wrench.torque, _TORQUE)):
+            if values is None:
+                continue
+            if again:
+                row[place, where, part] += values
+            else:
+                # a new row is zero: setting is a third of the work of adding
+                row[place, where, part] = values
 
     def rewind(self, rows: int) -> None:
         """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""

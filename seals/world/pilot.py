@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -117,7 +118,7 @@ class Pilot:
         """Return the order for the coming step; called once a step, after `hear`."""
         kept = self._kept
         if not self.due and kept.order is not None:
-            self._kept = kept._replace(calls=kept.calls + 1)
+            self._kept = Kept(kept.calls + 1, *kept[1:])
             return kept.order
         situation = self._situation(seen, kept)
         guide, controller, aim = kept.guide, kept.controller, kept.aim
@@ -127,19 +128,17 @@ class Pilot:
             aim, guide = self.guide.aim(situation, guide)
         order, controller = self.controller.command(situation, aim, controller)
         self._refuse_wild(order)
-        self._kept = kept._replace(
-            calls=kept.calls + 1, guide=guide, controller=controller, aim=aim, order=order
-        )
+        heard = kept.readings, kept.estimate
+        self._kept = Kept(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
         """Take note of the readings that came in at ``time`` [s]."""
         fresh = {name: reading for name, reading in readings.items() if reading is not None}
         if fresh:
-            estimate = self._estimator.update(time, fresh, self._kept.estimate)
-            self._kept = self._kept._replace(
-                readings={**self._kept.readings, **fresh}, estimate=estimate
-            )
+            kept = self._kept
+            estimate = self._estimator.update(time, fresh, kept.estimate)
+            self._kept = Kept(*kept[:5], {**kept.readings, **fresh}, estimate)
 
     def _situation(self, seen: Seen, kept: Kept) -> Situation:
         mass = self._mass.now(seen.kinematics)
@@ -181,7 +180,7 @@ class Pilot:
     def _refuse_wild(self, order: Order) -> None:
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
         fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
-        if not fits or not np.isfinite(order.drive @ order.drive + order.joints @ order.joints):
+        if not fits or not math.isfinite(order.drive @ order.drive + order.joints @ order.joints):
             raise PhysicsError(
                 f"the controller orders drives {order.drive} and joints {order.joints}.\n"
                 f"Allowed: {drives} and {joints} finite numbers."

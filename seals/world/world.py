@@ -11,7 +11,9 @@ from seals.arrays import Floats
 from seals.backend import Backend, Configuration
 from seals.config.environment import EnvironmentSettings
 from seals.errors import PhysicsError
+from seals.fluid import Fluid
 from seals.world.actor import Actor
+from seals.world.immersion import joined
 
 
 class Snapshot(NamedTuple):
@@ -22,6 +24,7 @@ class Snapshot(NamedTuple):
     random: Mapping[str, Any]
     scene: Any
     actors: tuple[Any, ...]
+    fluid: Any = None
 
 
 class Others(Mapping[str, Floats]):
@@ -49,7 +52,8 @@ class World:
     """Robots under effects in one scene.
 
     One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the
-    sums to the backend, advance, then take the sensor readings that are due.
+    sums to the backend, advance, then take the sensor readings that are due. A fluid advances
+    between effects and backend, see `seals.fluid`.
 
     Args:
         backend: open rigid-body scene.
@@ -57,6 +61,7 @@ class World:
         environment: air, water, ground.
         step: [s].
         seed: of the world's random state.
+        fluid: open, that all robots are in, or None.
 
     Attributes:
         time: [s].
@@ -71,10 +76,11 @@ class World:
         *,
         step: float,
         seed: int,
+        fluid: Fluid | None = None,
     ) -> None:
         """Keep the parts; call `reset` before the first step."""
         self.backend, self.actors, self.environment = backend, dict(actors), environment
-        self.step_size, self.seed = step, seed
+        self.step_size, self.seed, self.fluid = step, seed, fluid
         self.time, self._count = 0.0, 0
         self.rng = np.random.default_rng(seed)
         for name, actor in self.actors.items():
@@ -93,11 +99,15 @@ class World:
         for name, actor in self.actors.items():
             _check(name, configurations[name])
             actor.reset(configurations[name], self.rng)
+        if self.fluid is not None:
+            self.fluid.fill(joined([a.immersed(self.step_size) for a in self.actors.values()]))
 
     def step(self) -> None:
         """Advance by one step."""
         for actor in self.actors.values():
             actor.load(self.time, self.step_size)
+        if self.fluid is not None:
+            self._exchange(self.fluid)
         self.backend.advance()
         self._count += 1
         # a product, not a running sum: ten thousand steps stay on the grid
@@ -105,11 +115,25 @@ class World:
         for actor in self.actors.values():
             actor.sense(self.time, self.step_size, self.rng)
 
+    def _exchange(self, fluid: Fluid) -> None:
+        """Advance the fluid and hand its impulses to the robots."""
+        states = [actor.immersed(self.step_size) for actor in self.actors.values()]
+        impulses, first = fluid.exchange(joined(states), self.time, self.step_size), 0
+        for actor, own in zip(self.actors.values(), states, strict=True):
+            last = first + len(own.inverse_mass)
+            actor.push(impulses[first:last], self.step_size)
+            first = last
+
     def snapshot(self) -> Snapshot:
         """Return a copy of everything that changes, effects' and sensors' memory included."""
         actors = tuple(actor.snapshot() for actor in self.actors.values())
         return Snapshot(
-            self.time, self._count, self.rng.bit_generator.state, self.backend.snapshot(), actors
+            self.time,
+            self._count,
+            self.rng.bit_generator.state,
+            self.backend.snapshot(),
+            actors,
+            None if self.fluid is None else self.fluid.snapshot(),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -119,10 +143,14 @@ class World:
         self.backend.restore(snapshot.scene)
         for actor, kept in zip(self.actors.values(), snapshot.actors, strict=True):
             actor.restore(kept)
+        if self.fluid is not None:
+            self.fluid.restore(snapshot.fluid)
 
     def close(self) -> None:
-        """Release the backend."""
+        """Release backend and fluid."""
         self.backend.close()
+        if self.fluid is not None:
+            self.fluid.close()
 
 
 def _check(name: str, configuration: Configuration) -> None:

@@ -15,7 +15,7 @@ from seals.control import Aim
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
 from seals.control.gauge import MassGauge
-from seals.control.limbs import Reckoned, joint_targets, stowed
+from seals.control.limbs import Reckoned, joint_targets, stowed, way_of
 from seals.control.reach import Reach
 from seals.control.tracking import minimum_jerk
 from seals.dynamics.tree import forward
@@ -118,9 +118,11 @@ def test_quickened_drives_settle_as_much_faster() -> None:
 def test_reckoned_joints_lag_and_keep_to_their_speed() -> None:
     """The motion reckoned from targets lags by the servo's time and never outruns its speed."""
     arm = Reckoned(np.zeros(1), np.zeros(1))
-    arm = arm.next(np.array([0.1]), np.array([0.05]), 100.0, 0.05)
+    arm = arm.next(np.array([0.1]), way_of(np.array([0.05]), 0.05), 100.0, 0.05)
     assert arm.position[0] == pytest.approx(0.1 * (1.0 - np.exp(-1.0)))
-    fast = Reckoned(np.zeros(1), np.zeros(1)).next(np.array([9.0]), np.array([0.05]), 6.0, 0.01)
+    fast = Reckoned(np.zeros(1), np.zeros(1)).next(
+        np.array([9.0]), way_of(np.array([0.05]), 0.01), 6.0, 0.01
+    )
     assert fast.rate[0] == 6.0
     assert fast.position[0] == pytest.approx(0.06)
 

@@ -21,6 +21,8 @@ from seals.run.oversights import oversights
         (["robot=aam", "controller=cascade"], ["The controller rests"]),
         (["robot=aam", "controller=cascade", "guide=hover"], []),
         (["robot=aam"], []),
+        (["robot=auv", "guide=hover"], ["controller=station holds a robot that its water carries"]),
+        (["robot=auv", "guide=hover", "water=fossen"], []),
         (["robot=ball", "wave=airy"], ["The wave has no effect"]),
         (["robot=ball", "wave=airy", "water=fossen"], []),
         (["robot=ball", "wave=airy", "environment.water_level=0"], []),
@@ -52,3 +54,27 @@ def test_multirun_may_stand_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyP
     line = ["run", "robot=ball", "--multirun", "initial.position=[0,0,1],[0,0,2]"]
     assert main([*line, "time.duration=0.02"]) == 0
     assert len(list(tmp_path.rglob("report.html"))) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("robot=aam", "guide=grasp"), "needs the sensor 'locator'"),
+        (("robot=ball", "guide=hover", "controller=cascade"), "has no rotors and no thrusters"),
+        (("robot=auv", "guide=hover", "initial.drives=carrying"), "robots with rotors"),
+    ],
+)
+def test_what_cannot_fly_is_refused(words: tuple[str, ...], said: str) -> None:
+    """A guide without its sensors, a controller without drives, thrusters asked to carry."""
+    from seals.run.assembly import build_world
+
+    with pytest.raises(ConfigError, match=said):
+        build_world(build_run(compose(list(words))))
+
+
+def test_a_refused_sweep_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether composing or building refuses, nothing stays behind."""
+    monkeypatch.chdir(tmp_path)
+    for words in (["robot=bal,box"], ["robot=ball", "time.duration=-1,-2"]):
+        assert main(["run", "--multirun", *words]) == 2
+        assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,7 @@ from seals.frames import conjugate, cross, matrix_of, multiply
 from seals.plugins.backends.pybullet.inertia import InertiaSplit
 from seals.plugins.backends.pybullet.loading import load_robot
 from seals.plugins.backends.pybullet.posing import Posing
-from seals.plugins.backends.pybullet.servo import Felt, JointServo, taken
+from seals.plugins.backends.pybullet.servo import Felt, JointServo
 from seals.robot.model import RobotModel
 
 FASTEST = 99.0
@@ -56,7 +56,7 @@ class PybulletBody:
         self.body, self._index = loaded.body, loaded.index
         self._joints = loaded.joints
         self._posing = Posing(engine, client, robot.tree, loaded)
-        self._order = loaded.order
+        self._order, self._back = loaded.order.tolist(), np.argsort(loaded.order).tolist()
         self._com, self._com_turn = loaded.base_centre, loaded.base_turn
         self._split = InertiaSplit(engine, client, robot, loaded)
         self._servo = JointServo(engine, client, robot, loaded)
@@ -79,7 +79,7 @@ class PybulletBody:
 
     def reset(self, configuration: Configuration) -> None:
         """Place the robot."""
-        c = configuration
+        c = configuration._replace(joints=np.asarray(configuration.joints, dtype=float))
         turn = matrix_of(np.asarray(c.quaternion, dtype=float)[None])[0]
         native = np.concatenate([c.velocity + np.cross(c.spin, turn @ self._com), c.spin, c.rates])
         if self._base == 0:
@@ -88,7 +88,7 @@ class PybulletBody:
             np.asarray(c.position, dtype=float), np.asarray(c.quaternion, dtype=float), c.joints
         )
         self._set_velocity(native, c.joints)
-        self._step = _Step(native, None, np.asarray(c.joints, dtype=float))
+        self._step = _Step(native, None, c.joints)
         self._contact = np.zeros_like(self._contact)
         self._pressing = np.zeros_like(self._pressing)
         self._touching = False
@@ -112,6 +112,17 @@ class PybulletBody:
         return LinkPoses(
             origins[None], rotations[None], self._speed(self._step.now, rotations[0])[None]
         )
+
+    def middle_speed(self) -> Floats | None:
+        """Return the generalised velocity at the middle of the last step, shape (1, n).
+
+        None after a start or a contact: the velocity is then the same at both instants.
+        """
+        if self._step.middle is None:
+            return None
+        if self._base == 0 or self._centred:
+            return self._step.middle[None]
+        return self._speed(self._step.middle, self._posing.read()[1][0])[None]
 
     def _speed(self, native: Floats, turn: Floats) -> Floats:
         """Generalised velocity about the base origin from native velocities."""
@@ -162,7 +173,7 @@ class PybulletBody:
                 self.body,
                 self._joints,
                 p.TORQUE_CONTROL,
-                forces=joint_force[self._order].tolist(),
+                forces=self._engine_order(joint_force),
                 physicsClientId=client,
             )
 
@@ -172,8 +183,8 @@ class PybulletBody:
         smooth = (
             None if last.middle is None else 2.0 * (last.now - last.middle)[self._base :] / step
         )
-        acting = taken(dynamics, step, smooth)
-        if dynamics.found.inertias:
+        acting = self._servo.taken(dynamics, step, smooth)
+        if dynamics.found.inertias or dynamics.sudden:
             contact = self._contact if self._touching else None
             wrench, joint_force = self._split.act(dynamics, contact, acting)
         else:
@@ -195,8 +206,9 @@ class PybulletBody:
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= FASTEST**2:
             self._refuse_speed(float(np.abs(raw).max()))
+        before, kick = self._step, raw - self._step.now
         if self._joints:
-            self._servo.felt = Felt((raw - self._step.now)[self._base :] / step, self._given)
+            self._servo.felt = Felt(kick[self._base :] / step, self._given)
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
         self._touching = len(points) > 0
         if self._touching:
@@ -204,8 +216,8 @@ class PybulletBody:
         if not self._second_order or self._touching or self._at_stop(joints):
             self._step = _Step(raw, None, joints)
             return
-        before, half = self._step, 0.5 * (raw - self._step.now)
-        middle = before.now + half if before.middle is None else before.middle + 2.0 * half
+        half = 0.5 * kick
+        middle = before.now + half if before.middle is None else before.middle + kick
         shift = step * (middle - raw)
         joints = joints + shift[self._base :]
         now = middle + half
@@ -269,23 +281,28 @@ class PybulletBody:
             self._p.resetJointStatesMultiDof(
                 self.body,
                 self._joints,
-                np.asarray(joints)[self._order, None].tolist(),
-                native[self._base :][self._order, None].tolist(),
+                [[q] for q in self._engine_order(joints)],
+                [[v] for v in self._engine_order(native[self._base :])],
                 physicsClientId=self._client,
             )
 
+    def _engine_order(self, values: Floats) -> list[float]:
+        """Values of the joints in the engine's order."""
+        given = values.tolist()
+        return [given[k] for k in self._order]
+
     def _raw(self) -> tuple[Floats, Floats]:
         """Native velocities that the engine holds, and joint positions."""
-        velocity, joints = np.empty(self.robot.degrees), np.zeros(self.robot.tree.joints)
+        velocity: list[float] = []
+        joints: list[float] = []
         if self._base:
-            velocity[:3], velocity[3:6] = self._p.getBaseVelocity(
-                self.body, physicsClientId=self._client
-            )
+            linear, spin = self._p.getBaseVelocity(self.body, physicsClientId=self._client)
+            velocity += linear + spin
         if self._joints:
             states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
-            joints[self._order] = [s[0] for s in states]
-            velocity[self._base + self._order] = [s[1] for s in states]
-        return velocity, joints
+            joints += [states[k][0] for k in self._back]
+            velocity += [states[k][1] for k in self._back]
+        return np.array(velocity), np.array(joints)
 
     def contact_wrenches(self) -> Floats:
         """Return the contact wrenches of the last step, shape (L, 6).

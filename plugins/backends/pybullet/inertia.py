@@ -15,6 +15,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.dynamics.equations import Assembly, weightless
+from seals.dynamics.linear import solved
 from seals.dynamics.servo import driven, heavier
 from seals.dynamics.spatial import rigid_inertia
 from seals.effects.evaluation import Evaluation
@@ -163,8 +164,7 @@ def _accelerations(
 ) -> tuple[Floats, Floats]:
     """Generalised acceleration (1, n) and forces on the joints (1, J)."""
     if acting is None:
-        free: Any = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        return free, joint_force
+        return solved(matrix[0], right[0])[None], joint_force
     whole = heavier(matrix, acting.armature[None])
     change, pull = driven(whole, right, acting.drive, acting.gain)
     turned = acting.armature * change[:, -len(acting.armature) :]
@@ -202,4 +202,4 @@ def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
 def at_rest(found: Evaluation) -> bool:
     """Whether the media of all added inertias are at rest."""
     fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
-    return not any(x.any() for x in fields.values())
+    return not any(np.count_nonzero(x) for x in fields.values())

@@ -37,8 +37,8 @@ class Posing:
                 rows[k] = (row, offset + turn @ tree.origin[k], turn @ tree.rotation[k])
         table = [rows[k] for k in range(tree.links)]
         self._row = np.array([row for row, _, _ in table])
-        self._offset = np.array([offset for _, offset, _ in table])[:, :, None]
-        self._turn = np.array([turn for _, _, turn in table])
+        # attitude and place on the carrier as one matrix of four columns
+        self._on = np.array([np.column_stack((turn, offset)) for _, offset, turn in table])
         self._all = len(moving) + 1 == tree.links
         self._centre, self._base_turn = loaded.base_centre, matrix_of(loaded.base_turn)[0]
         self._turned = bool(np.any(loaded.base_turn[0, :3]))
@@ -61,5 +61,5 @@ class Posing:
         places[0] -= turns[0] @ self._centre
         if self._all:
             return places, turns
-        carried = turns[self._row]
-        return places[self._row] + (carried @ self._offset)[:, :, 0], carried @ self._turn
+        both = turns.take(self._row, axis=0) @ self._on
+        return places.take(self._row, axis=0) + both[:, :, 3], both[:, :, :3]

@@ -14,6 +14,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
+from seals.dynamics.linear import solved
 from seals.dynamics.servo import driven, heavier
 from seals.motion import JointDrive
 from seals.plugins.backends.pybullet.loading import Loaded
@@ -52,33 +53,23 @@ class Felt(NamedTuple):
     given: Floats
 
 
-def taken(dynamics: Dynamics, step: float, last: Floats | None) -> Taken | None:
-    """Return the joint drive of a step; None where there is none.
+class _Prepared(NamedTuple):
+    """Inertia of the joints (J, J), gain (1, J), and the inertia with armature and gain on it."""
 
-    Equation:
-        Between contacts positions and velocities at the middle of the steps alternate (leapfrog):
-        force - kp h^2 a / 2 - kd h (a - a_last), of second order and stable at any gain. After a
-        start or a contact: the force at the end of the step, force - kp (h v + h^2 a) - kd h a.
+    inertia: Floats
+    gain: Floats
+    whole: Floats
 
-    Args:
-        dynamics: of the robot at the current time.
-        step: h [s].
-        last: acceleration of the joints in the last step while nothing touched, shape (J,); None
-            after a start or a contact.
-    """
-    drive = dynamics.joint_drive
-    if drive is None:
-        return None
-    none = np.zeros(drive.force.shape[1])
-    armature = none if dynamics.armature is None else dynamics.armature
-    if last is None:
-        rates = dynamics.moving.speed[:, -len(none) :]
-        force = drive.force - drive.stiffness * step * rates
-        gain = step * drive.damping + step * step * drive.stiffness
-    else:
-        force = drive.force + drive.damping * step * last
-        gain = step * drive.damping + 0.5 * step * step * drive.stiffness
-    return Taken(drive._replace(force=force), gain + none, armature)
+
+class _Gain(NamedTuple):
+    """Gain (1, J) and armature (J,) of a step, and what they were made of."""
+
+    stiffness: Floats
+    damping: Floats
+    armature: Floats | None
+    given: tuple[float, bool]
+    gain: Floats
+    turned: Floats
 
 
 class JointServo:
@@ -96,10 +87,59 @@ class JointServo:
         self._p, self._client, self._body = engine, client, loaded.body
         self._order = loaded.order
         self._back = np.argsort(loaded.order)
+        self._straight = loaded.order.tolist() == list(range(len(loaded.order)))
         self._lead = 0 if robot.tree.fixed_base else 6
         self.felt: Felt | None = None
         self._known: tuple[Floats, Floats] | None = None
-        self._solved: tuple[Floats, Floats, Floats, Floats] | None = None
+        self._solved: _Prepared | None = None
+        self._gain: _Gain | None = None
+
+    def taken(self, dynamics: Dynamics, step: float, last: Floats | None) -> Taken | None:
+        """Return the joint drive of a step; None where there is none.
+
+        Equation:
+            Between contacts positions and velocities at the middle of the steps alternate
+            (leapfrog): force - kp h^2 a / 2 - kd h (a - a_last), of second order and stable at any
+            gain. After a start or a contact: the force at the end of the step,
+            force - kp (h v + h^2 a) - kd h a.
+
+        Args:
+            dynamics: of the robot at the current time.
+            step: h [s].
+            last: acceleration of the joints in the last step while nothing touched, shape (J,);
+                None after a start or a contact.
+        """
+        drive = dynamics.joint_drive
+        if drive is None:
+            return None
+        if last is None:
+            rates = dynamics.moving.speed[:, self._lead :]
+            force = drive.force - drive.stiffness * step * rates
+        else:
+            force = drive.force + drive.damping * (step * last)
+        known = self._gains(drive, dynamics.armature, step, late=last is None)
+        late = JointDrive(force, drive.stiffness, drive.damping, drive.limit)
+        return Taken(late, known.gain, known.turned)
+
+    def _gains(
+        self, drive: JointDrive, armature: Floats | None, step: float, *, late: bool
+    ) -> _Gain:
+        """Gain of a step; kept as long as slopes and armature are the very same arrays."""
+        kept = self._gain
+        if (
+            kept is not None
+            and kept.damping is drive.damping
+            and kept.stiffness is drive.stiffness
+            and kept.armature is armature
+            and kept.given == (step, late)
+        ):
+            return kept
+        none = np.zeros(drive.force.shape[1])
+        share = 1.0 if late else 0.5
+        gain = step * drive.damping + share * step * step * drive.stiffness + none
+        turned = none if armature is None else armature
+        self._gain = _Gain(drive.stiffness, drive.damping, armature, (step, late), gain, turned)
+        return self._gain
 
     def snapshot(self) -> Any:
         """Return what the joints did, and the inertia in use; none of it is ever written to."""
@@ -117,8 +157,11 @@ class JointServo:
         Args:
             joints: positions [rad or m], shape (J,).
         """
-        if self._known is None or np.abs(joints - self._known[0]).max() > STALE:
-            self._known = (joints, self._inertia(joints))
+        if self._known is not None:
+            pairs = zip(joints.tolist(), self._known[0].tolist(), strict=True)
+            if max(abs(now - then) for now, then in pairs) <= STALE:
+                return self._known[1]
+        self._known = (joints, self._inertia(joints))
         return self._known[1]
 
     def _inertia(self, joints: Floats) -> Floats:
@@ -129,16 +172,16 @@ class JointServo:
         found: Floats = whole[lead:, lead:]
         if lead:
             across = whole[:lead, lead:]
-            found = found - across.T @ np.linalg.solve(whole[:lead, :lead], across)
-        return found[self._back[:, None], self._back]
+            found = found - across.T @ solved(whole[:lead, :lead], across)
+        return found if self._straight else found[self._back[:, None], self._back]
 
-    def _inverse(self, inertia: Floats, matrix: Floats, gain: Floats) -> Floats:
-        """Inverse of the matrix with the gain on it, kept as long as the inertia and the gain."""
+    def _prepared(self, inertia: Floats, acting: Taken) -> _Prepared:
+        """What belongs to an inertia and a gain, kept as long as they are."""
         kept = self._solved
-        if kept is None or kept[0] is not inertia or kept[1].tolist() != gain.tolist():
-            inverse = np.linalg.inv(heavier(matrix[None], gain)[0])
-            kept = self._solved = (inertia, gain.copy(), matrix, inverse)
-        return kept[3]
+        if kept is None or kept.inertia is not inertia or kept.gain is not acting.gain:
+            whole = inertia + np.diag(acting.armature + acting.gain[0])
+            kept = self._solved = _Prepared(inertia, acting.gain, whole)
+        return kept
 
     def forces(self, dynamics: Dynamics, acting: Taken, joints: Floats) -> Floats | None:
         """Return the forces to hand to the engine, shape (J,); None when the last step is unknown.
@@ -150,13 +193,14 @@ class JointServo:
         """
         if self.felt is None:
             return None
-        inertia = self.inertia(joints)
-        others = inertia @ self.felt.change - self.felt.given
-        right = others[None] + dynamics.joint_force
-        matrix = inertia[None]
-        if dynamics.armature is not None:
-            matrix = heavier(matrix, acting.armature[None])
-        inverse = self._inverse(inertia, matrix[0], acting.gain)
-        change, pull = driven(matrix, right, acting.drive, acting.gain, inverse)
-        given: Floats = (dynamics.joint_force + pull - acting.armature * change)[0]
+        known, drive = self._prepared(self.inertia(joints), acting), acting.drive
+        outer = dynamics.joint_force[0]
+        right = known.inertia @ self.felt.change - self.felt.given + outer
+        change = solved(known.whole, right + drive.force[0])
+        pull = drive.force[0] - acting.gain[0] * change
+        if np.count_nonzero(np.abs(pull) > drive.limit):
+            matrix = heavier(known.inertia[None], acting.armature[None])
+            both = driven(matrix, right[None], drive, acting.gain)
+            change, pull = both[0][0], both[1][0]
+        given: Floats = outer + pull - acting.armature * change
         return given

@@ -15,13 +15,15 @@ from seals.control.allocation import LIFT_ROWS, Allocation
 from seals.control.attitude import attitude_error, cross3, lean_for
 from seals.control.filters import Lag, Rate, Trend
 from seals.control.gauge import MassGauge
-from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed
+from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.plant import ROTOR
 from seals.errors import ConfigError
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
 """Importance of lift, roll, pitch and yaw where the rotors cannot do it all."""
+NEARLY = 1.0 - 1e-9
+"""Share of a limit from which a drive counts as being at it: roots of squares round."""
 SERVO_LAG = 0.05
 """Lag of joints that no servo drives [s]."""
 
@@ -109,6 +111,7 @@ class Cascade(CascadeSettings):
         self._rest = stowed(plant.robot)
         self._at_rest = MassGauge(plant.robot).at(self._rest)
         self._servo_lag = servo_lag(plant, SERVO_LAG)
+        self._way = 0.0, self._servo_lag
         self._media = self.gains(0), self.gains(1)
 
     def start(self) -> Memory:
@@ -126,7 +129,7 @@ class Cascade(CascadeSettings):
         velocity = memory.velocity
         if gains.rate > 0.0:
             velocity = velocity.next(s.velocity, s.step, self.smoothing)
-        ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead)[:3]
+        ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead, 0, 3)
         known = memory.known.next(ahead, s.step, self.smoothing)
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
         error = self._wanted(s, aim, gains) - s.velocity - s.rotation @ cross3(s.spin, s.centre)
@@ -148,7 +151,7 @@ class Cascade(CascadeSettings):
         drive = wanted if memory.drive is None else memory.drive
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
         total, turn_total = memory.sum, memory.turn_sum
-        if (wanted < s.limit).all():
+        if not np.count_nonzero(wanted >= NEARLY * s.limit):
             # what the rotors cannot do is not summed up
             total = summed(total, error, s.step, gains.sum_limit)
             turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
@@ -173,7 +176,9 @@ class Cascade(CascadeSettings):
         if not targets.size:
             return inner
         arm = inner.arm or Reckoned(s.joints, s.rates)
-        arm = arm.next(targets, self._servo_lag, self.joint_speed, s.step)
+        if self._way[0] != s.step:
+            self._way = s.step, way_of(self._servo_lag, s.step)
+        arm = arm.next(targets, self._way[1], self.joint_speed, s.step)
         both = (s.centre_map @ arm.rate, s.momentum_map @ arm.rate, s.inertia.reshape(9))
         return Inner(arm, inner.moved.next(np.concatenate(both), s.step, self.smoothing))
 
@@ -202,18 +207,28 @@ class Cascade(CascadeSettings):
         Only what is fed forward counts: the rate of a measured error is noise.
         """
         net = max(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
-        spin = cross3(axis, known.first.rate) / net + yaw_rate * axis
-        return spin @ s.rotation, (cross3(axis, known.second.rate) / net) @ s.rotation
+        first, second = known.first.rate.tolist(), known.second.rate.tolist()
+        x, y, z = axis.tolist()
+        both = [
+            [(y * c - z * b) / net, (z * a - x * c) / net, (x * b - y * a) / net]
+            for a, b, c in (first, second)
+        ]
+        turning = np.array(both) @ s.rotation
+        if yaw_rate != 0.0:
+            turning[0] += yaw_rate * (axis @ s.rotation)
+        return turning[0], turning[1]
 
     def _torque(self, s: Situation, want: Floats, inner: Inner) -> Floats:
         """Return the torque about the centre of gravity that the rotors shall make [N m]."""
         inertia = s.inertia
         if s.submersion > 0.0:
             inertia = inertia + s.submersion * self._added[3:, 3:]
-        torque = inertia @ want + cross3(s.spin, s.inertia @ s.spin)
+        swirl = s.inertia @ s.spin
         if s.joints.size:
-            torque = torque + cross3(s.spin, s.momentum_map @ s.rates)
-            torque = torque + inner.moved.ahead(self.torque_lead)[3:6]
+            swirl += s.momentum_map @ s.rates
+        torque = inertia @ want + cross3(s.spin, swirl)
+        if s.joints.size:
+            torque = torque + inner.moved.ahead(self.torque_lead, 3, 6)
             torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.spin
         if s.buoyancy.force > 0.0:
             up = s.buoyancy.force * s.rotation[2]
@@ -243,8 +258,9 @@ def refuse_unfit(plant: Plant) -> None:
     if layout.drives < 4 or any(kind != ROTOR for kind in layout.kind):
         raise ConfigError(
             f"controller=cascade needs four rotors or more; robot '{plant.robot.name}' has "
-            f"{layout.kind.count(ROTOR)} and {layout.drives - layout.kind.count(ROTOR)} thrusters."
-            "\nFor thrusters in all directions: controller=station"
+            f"{layout.kind.count(ROTOR) or 'no'} rotors and "
+            f"{layout.drives - layout.kind.count(ROTOR) or 'no'} thrusters.\n"
+            "For thrusters in all directions: controller=station"
         )
     if float(layout.axis[:, 2].min()) < 0.5:
         raise ConfigError(

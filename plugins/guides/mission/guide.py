@@ -68,6 +68,12 @@ class Mission:
         """Return the stages as mappings."""
         return self.stages
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the sensors without which it cannot work."""
+        reaches = any(isinstance(stage, Reach) for stage in self._stages)
+        return (*((self.locator,) if reaches else ()), *self.pads)
+
     def bind(self, plant: Plant) -> None:
         """Find arm and gripper.
 

@@ -1,0 +1,151 @@
+"""One scenario through both doors: water by coefficients and water as particles."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.logs import Log
+from seals.report.figures import Mark, lines
+from seals.report.pictures import write_picture
+from seals.run.application import run_into
+from seals.run.simulation import Record
+
+SCENARIO = (
+    "robot=ball",
+    "environment.tank_bottom=-0.5",
+    "initial.position=[0,0,0.4]",
+    "time.duration=2",
+    "time.step=0.002",
+)
+"""A ball falls into a tank; any other scenario is given as overrides."""
+
+WATERS = {
+    "fossen": ("water=fossen",),
+    "particles": (
+        "water=particles",
+        "fluid.spacing=0.02",
+        "fluid.size=[0.6,0.6,0.5]",
+        "fluid.freeboard=0.5",
+    ),
+}
+"""What makes each run's water."""
+
+
+class Both(NamedTuple):
+    """The two runs on one clock.
+
+    Args:
+        time: [s], shape (rows,).
+        fossen: water by coefficients.
+        particles: water as particles.
+        pushed: force of the particles in the vertical, link axes [N], shape (rows,).
+    """
+
+    time: Floats
+    fossen: Log
+    particles: Log
+    pushed: Floats
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiment from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m seals.experiments.water_compare")
+    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser.add_argument("overrides", nargs="*", help="of the scenario; fluid.* for the particles")
+    given = parser.parse_args(arguments)
+    stamp = datetime.datetime.now().astimezone()
+    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_water_compare"
+    records = {name: _run(out / name, name, given.overrides) for name in WATERS}
+    both = together(records)
+    found = differences(both)
+    (out / "table.md").write_text(table(found), encoding="utf-8")
+    draw(out / "figure.png", both)
+    print((out / "table.md").read_text(encoding="utf-8"))
+    return 0
+
+
+def _run(folder: Path, water: str, overrides: Sequence[str]) -> Record:
+    own = [w for w in overrides if water == "particles" or not w.lstrip("+").startswith("fluid.")]
+    words = [*SCENARIO, *WATERS[water], f"name=water_{water}", *own]
+    return run_into(folder, build_run(compose(words)), overrides=words)
+
+
+def together(records: Mapping[str, Record]) -> Both:
+    """Return both runs, cut to the shorter one."""
+    rows = min(len(record.log.time) for record in records.values())
+    push = np.zeros(rows)
+    wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
+    push[: len(wrench)] = wrench
+    fossen, particles = records["fossen"].log, records["particles"].log
+    return Both(fossen.time[:rows], fossen, particles, push)
+
+
+def differences(both: Both) -> dict[str, tuple[float, float]]:
+    """Return quantities of both runs by name, unit in the name: fossen, particles."""
+    out: dict[str, tuple[float, float]] = {}
+    rows = len(both.time)
+
+    def note(name: str, measure: object) -> None:
+        pair = [float(measure(log)) for log in (both.fossen, both.particles)]  # type: ignore[operator]
+        out[name] = (pair[0], pair[1])
+
+    z = "position_z"
+    note("lowest point [m]", lambda log: log.columns[z][:rows].min())
+    note("time of the lowest point [s]", lambda log: both.time[np.argmin(log.columns[z][:rows])])
+    note("height at the end [m]", lambda log: log.columns[z][:rows][-50:].mean())
+    note("largest felt force [m/s^2]", lambda log: _felt(log)[:rows].max())
+    note("speed one tenth of a second after the peak [m/s]", lambda log: _after(log, rows))
+    apart = both.fossen.columns[z][:rows] - both.particles.columns[z][:rows]
+    out["difference in height, rms and largest [m]"] = (
+        float(np.sqrt(np.mean(apart**2))),
+        float(np.abs(apart).max()),
+    )
+    return out
+
+
+def _felt(log: Log) -> Floats:
+    felt: Floats = np.linalg.norm(
+        [np.nan_to_num(log.columns[f"specific_force_{axis}"]) for axis in "xyz"], axis=0
+    )
+    return felt
+
+
+def _after(log: Log, rows: int) -> float:
+    peak = int(np.argmax(_felt(log)[:rows]))
+    step = float(log.time[1] - log.time[0])
+    at = min(peak + round(0.1 / step), rows - 2)
+    z = log.columns["position_z"]
+    return float((z[at + 1] - z[at - 1]) / (2.0 * step))
+
+
+def draw(path: Path, both: Both) -> None:
+    """Draw heights, what was felt, and the difference."""
+    rows = len(both.time)
+    runs = {"fossen": both.fossen, "particles": both.particles}
+    height = {name: log.columns["position_z"][:rows] for name, log in runs.items()}
+    felt = {name: _felt(log)[:rows] for name, log in runs.items()}
+    apart = {"particles - fossen": height["particles"] - height["fossen"]}
+    level = (Mark(at=0.0, label="water", level=True),)
+    write_picture(
+        path,
+        [
+            lines("Height", "z [m]", both.time, height, marks=level),
+            lines("What the inertial sensor felt", "[m/s²]", both.time, felt),
+            lines("Difference in height", "[m]", both.time, apart),
+        ],
+    )
+
+
+def table(found: Mapping[str, tuple[float, float]]) -> str:
+    """Return the figures as a table in Markdown."""
+    rows = [f"| {name} | {a:.4g} | {b:.4g} |" for name, (a, b) in found.items()]
+    return "\n".join(["| figure | fossen | particles |", "|---|---|---|", *rows]) + "\n"

@@ -1,0 +1,77 @@
+"""Validation of the particle water: cases against theory and measurements, and their page."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.errors import ConfigError, LogError, suggestion
+from seals.experiments.water_validation import (
+    archimedes,
+    dam_breaks,
+    entry,
+    flume,
+    heave,
+    hydrostatics,
+    standing_wave,
+)
+from seals.experiments.water_validation.case import Case, Outcome
+from seals.experiments.water_validation.page import Result, write_page
+
+CASES: tuple[Case, ...] = (
+    hydrostatics.CASE,
+    *archimedes.CASES,
+    *dam_breaks.CASES,
+    standing_wave.CASE,
+    flume.CASE,
+    heave.CASE,
+    entry.CASE,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the cases and write the page.
+
+    Returns:
+        0 when every figure with a bar is within it, 1 otherwise.
+    """
+    parser = argparse.ArgumentParser(prog="seals validate water")
+    parser.add_argument("cases", nargs="*", help="names; all of the mode when left out")
+    parser.add_argument("--full", action="store_true", help="finer, and the slow cases too")
+    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the page")
+    given = parser.parse_args(arguments)
+    results = []
+    for case in chosen(given.cases, full=given.full):
+        print(f"{case.title} ...", flush=True)
+        begun = time.perf_counter()
+        try:
+            outcome: Outcome | None = case.run(not given.full)
+            missing = ""
+        except LogError as absent:
+            outcome, missing = None, str(absent).splitlines()[0]
+        result = Result(case, outcome, time.perf_counter() - begun, missing)
+        results.append(result)
+        for line in result.words():
+            print(f"  {line}", flush=True)
+    path = write_page(given.out, results, full=given.full)
+    print(f"page: {path}")
+    return 0 if all(result.passed for result in results) else 1
+
+
+def chosen(names: Sequence[str], *, full: bool) -> list[Case]:
+    """Return the cases to run.
+
+    Raises:
+        ConfigError: there is no case of a name.
+    """
+    known = {case.name: case for case in CASES}
+    for name in names:
+        if name not in known:
+            raise ConfigError(
+                f"there is no case '{name}'.\n{suggestion(name, known, label='Cases')}"
+            )
+    if names:
+        return [known[name] for name in names]
+    return [case for case in CASES if full or case.quick]

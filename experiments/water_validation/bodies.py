@@ -1,0 +1,154 @@
+"""Bodies of one shape and any weight, in a tank of particles, moved by the rigid-body engine."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.run.assembly import build_world
+from seals.world import World
+
+_URDF = """<?xml version="1.0"?>
+<robot name="body"><link name="base">
+  <inertial><mass value="{mass}"/>
+    <inertia ixx="{i[0]}" iyy="{i[1]}" izz="{i[2]}" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry>{shape}</geometry></collision>
+</link></robot>
+"""
+
+
+class Shape(NamedTuple):
+    """A shape as the robot folder and the URDF spell it.
+
+    Args:
+        kind: sphere, box or cylinder.
+        size: as in ``robot.yaml`` [m].
+        volume: [m^3].
+        height: along z [m].
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    volume: float
+    height: float
+
+
+SHAPES = {
+    "sphere": Shape("sphere", (0.1,), 4.0 / 3.0 * np.pi * 0.1**3, 0.2),
+    "box": Shape("box", (0.24, 0.24, 0.2), 0.24 * 0.24 * 0.2, 0.2),
+    "cylinder": Shape("cylinder", (0.13, 0.2), np.pi * 0.13**2 * 0.2, 0.2),
+}
+"""Flat enough to float upright."""
+
+
+class Drift(NamedTuple):
+    """A body's way through the water.
+
+    Args:
+        time: [s], shape (rows,).
+        height: of its middle above the mean level of the water [m], shape (rows,).
+        felt: mean acceleration over each step and g, along z [m/s^2], shape (rows,).
+        gap: largest gap in a step's momentum [1].
+        particles: of water.
+        spacing: of them [m].
+    """
+
+    time: Floats
+    height: Floats
+    felt: Floats
+    gap: float
+    particles: int
+    spacing: float
+
+
+def drift(
+    shape: Shape,
+    mass: float,
+    *,
+    spacing: float,
+    tank: Sequence[float],
+    start: float,
+    until: float,
+    step: float = 0.004,
+    speed: float = 0.0,
+    more: Sequence[str] = (),
+) -> Drift:
+    """Follow a body that is let go at a height over still water.
+
+    Args:
+        shape: of the body.
+        mass: [kg].
+        spacing: of the particles [m].
+        tank: length, width, depth [m].
+        start: height of its middle [m].
+        until: time [s].
+        step: of the world [s].
+        speed: at the start, upwards [m/s].
+        more: further overrides.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        _write(Path(folder), shape, mass)
+        words = [
+            f"robot={folder}",
+            "water=particles",
+            f"time.step={step}",
+            f"environment.tank_bottom={-tank[2]}",
+            "environment.water_density=1000",
+            f"initial.position=[0,0,{start}]",
+            f"initial.velocity=[0,0,{speed}]",
+            f"fluid.spacing={spacing}",
+            f"fluid.size={list(tank)}",
+            *more,
+        ]
+        world = build_world(build_run(compose(words)))
+        return _followed(world, round(until / step))
+
+
+def _write(folder: Path, shape: Shape, mass: float) -> None:
+    """A robot folder for the body, its mass spread evenly."""
+    size = shape.size
+    if shape.kind == "sphere":
+        moments = [0.4 * size[0] ** 2] * 3
+        geometry = f'<sphere radius="{size[0]}"/>'
+    elif shape.kind == "box":
+        squares = [x * x for x in size]
+        moments = [(sum(squares) - x) / 12.0 for x in squares]
+        geometry = f'<box size="{size[0]} {size[1]} {size[2]}"/>'
+    else:
+        across = size[0] ** 2 / 4.0 + size[1] ** 2 / 12.0
+        moments = [across, across, 0.5 * size[0] ** 2]
+        geometry = f'<cylinder radius="{size[0]}" length="{size[1]}"/>'
+    text = _URDF.format(mass=mass, i=[mass * m for m in moments], shape=geometry)
+    (folder / "body.urdf").write_text(text, encoding="utf-8")
+    hull = f"{{shapes: [{{type: {shape.kind}, size: {list(size)}}}]}}"
+    summary = "summary: A body of one shape\nurdf: body.urdf\nhulls:\n"
+    (folder / "robot.yaml").write_text(f"{summary}  base: {hull}\n", encoding="utf-8")
+
+
+def _followed(world: World, steps: int) -> Drift:
+    body, fluid, step = world.actors["robot"].body, world.fluid, world.step_size
+    assert fluid is not None
+    level = float(world.environment.water_level or 0.0)
+    rows, gaps = [(0.0, body.read().position[2] - level, 0.0)], []
+    before = float(body.read().velocity[2])
+    for _ in range(steps):
+        world.step()
+        now = float(body.read().velocity[2])
+        felt = (now - before) / step + world.environment.gravity
+        rows.append((world.time, body.read().position[2] - level, felt))
+        before = now
+        books = fluid.books()
+        assert books is not None
+        gaps.append(float(np.abs(books.gap).max()) / max(books.gross, 1e-12))
+    figures = fluid.figures()
+    world.close()
+    time, height, felt_ = np.array(rows).T
+    count, spacing = int(figures["particles"]), float(figures["spacing [m]"])
+    return Drift(time, height, felt_, max(gaps), count, spacing)

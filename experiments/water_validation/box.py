@@ -1,0 +1,56 @@
+"""A box of particles for cases without a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.fluids.pbd.engine import Engine
+from seals.plugins.fluids.pbd.settings import PbdSettings
+from seals.plugins.fluids.pbd.water import ParticleWater
+from seals.plugins.fluids.sampling import box_walls
+
+
+def filled_box(
+    size: Sequence[float],
+    spacing: float,
+    inside: Callable[[Floats], Any],
+    *,
+    physics: PbdSettings | None = None,
+) -> ParticleWater:
+    """Return a box with floor and four walls, filled with water at rest where ``inside`` says.
+
+    Args:
+        size: of the box; its low corner is the origin [m].
+        spacing: of the particles [m].
+        inside: takes places (n, 3) and returns which of them hold water.
+        physics: numbers of the water.
+    """
+    counts = np.round(np.array(size) / spacing).astype(int)
+    high = counts * spacing
+    axes = [spacing * (np.arange(n) + 0.5) for n in counts]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    places = places[np.asarray(inside(places), dtype=bool)]
+    walls = box_walls(np.zeros(3), high, spacing)
+    margin = 3.0 * spacing
+    water = ParticleWater(
+        spacing=spacing,
+        lower=np.full(3, -margin),
+        upper=high + margin,
+        capacity=len(places),
+        boundary_capacity=len(walls.points),
+        bodies=0,
+        settings=physics or PbdSettings(),
+        engine=Engine(),
+    )
+    water.add_boundary(body=0, points=walls.points)
+    water.fill(places)
+    return water
+
+
+def advance(water: ParticleWater, step: float) -> None:
+    """Advance by a step, in as many substeps as the speed of sound asks for."""
+    water.advance(step, substeps=water.substeps(step))

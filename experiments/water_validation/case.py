@@ -1,0 +1,81 @@
+"""What a case of the water's validation is, and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from seals.report.figures import Chart
+
+
+class Line(NamedTuple):
+    """One figure against its reference.
+
+    Args:
+        what: quantity and unit.
+        found: by the simulation.
+        reference: measured, or exact.
+        error: of the simulation against it, in the unit of ``allowed``.
+        allowed: largest error to pass; None where the figure is only published.
+        share: whether error and allowed are shares, printed as per cent.
+    """
+
+    what: str
+    found: float
+    reference: float
+    error: float
+    allowed: float | None
+    share: bool = True
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether the error is allowed; None where nothing is."""
+        return None if self.allowed is None else bool(self.error <= self.allowed)
+
+
+class Outcome(NamedTuple):
+    """What one case found.
+
+    Args:
+        lines: figures.
+        charts: simulated curves with their reference.
+        particles: of water.
+        spacing: of them [m].
+        across: spacings across the length that matters.
+        source: of the reference.
+        remark: a sentence on what limits it.
+    """
+
+    lines: Sequence[Line]
+    charts: Sequence[Chart]
+    particles: int
+    spacing: float
+    across: float
+    source: str
+    remark: str = ""
+
+
+class Case(NamedTuple):
+    """A case by name.
+
+    Args:
+        name: of the case, also of its picture.
+        title: one line.
+        run: takes whether the run is a quick one.
+        quick: whether it is part of the quick set.
+    """
+
+    name: str
+    title: str
+    run: Callable[[bool], Outcome]
+    quick: bool = True
+
+
+def relative(what: str, found: float, reference: float, allowed: float | None) -> Line:
+    """Return a figure whose error is a share of the reference.
+
+    Example:
+        >>> relative("period [s]", 1.02, 1.0, 0.03).passed
+        True
+    """
+    return Line(what, found, reference, abs(found / reference - 1.0), allowed)

@@ -1,0 +1,244 @@
+"""Sizes of the basin that holds the particles: lattice of the water, walls, room above it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from seals.arrays import Floats
+from seals.config.ground import ObstacleSettings, SolidType
+from seals.errors import ConfigError, PhysicsError
+from seals.plugins.fluids.sampling import Samples, box_walls
+from seals.plugins.fluids.sampling.tank import SIDES, WALL
+
+FEWEST = 6
+"""Least spacings along each side: below it there is no water between two walls."""
+SLAB = 0.5
+"""Thickness of walls as solids [m]: more than a body sinks in within one step."""
+CLEAR = 0.95
+"""Distance to a sample of a body, in spacings of its volume, at which water may stand at first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basin:
+    """A box of water whose sides are whole spacings.
+
+    Args:
+        spacing: of the particles [m].
+        lower: corner of the water, on the floor [m], shape (3,).
+        upper: opposite corner, on the surface [m], shape (3,).
+        top: up to where particles may fly [m].
+        behind: room behind the low end of x for a wave maker [m].
+        open_sides: sides without a wall.
+    """
+
+    spacing: float
+    lower: Floats
+    upper: Floats
+    top: float
+    behind: float
+    open_sides: frozenset[str]
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Particles along each side."""
+        n = np.round((self.upper - self.lower) / self.spacing).astype(int)
+        return int(n[0]), int(n[1]), int(n[2])
+
+    @property
+    def depth(self) -> float:
+        """Of the water [m]."""
+        return float(self.upper[2] - self.lower[2])
+
+    def domain(self, reach: float = 0.0) -> tuple[Floats, Floats]:
+        """Corners of the room that particles and samples may be in [m].
+
+        Args:
+            reach: further room on all sides.
+        """
+        margin = (WALL + 2.0) * self.spacing + reach
+        low, high = self.lower - margin, self.upper + margin
+        low[0] -= self.behind
+        high[2] = self.top + reach
+        return low, high
+
+    def lattice(self) -> Floats:
+        """Places of the water at rest [m], shape (n, 3)."""
+        axes = [
+            low + self.spacing * (np.arange(n) + 0.5)
+            for low, n in zip(self.lower, self.counts, strict=True)
+        ]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+
+    def walls(self, *, floor: bool, paddle: bool) -> Samples:
+        """Samples of floor and walls.
+
+        Args:
+            floor: whether the floor stands still and is one of them.
+            paddle: whether a wave maker stands in place of the wall at low x.
+        """
+        closed = {*SIDES[:4], "z_low"} - self.open_sides
+        closed -= set() if floor else {"z_low"}
+        closed -= {"x_low"} if paddle else set()
+        high = np.array([*self.upper[:2], self.lower[2] + self._rows * self.spacing])
+        low = self.lower.copy()
+        low[0] -= round(self.behind / self.spacing) * self.spacing if paddle else 0.0
+        return box_walls(low, high, self.spacing, closed=closed)
+
+    @property
+    def _rows(self) -> int:
+        """Rows of wall from the floor to the top."""
+        return max(1, round((self.top - self.lower[2]) / self.spacing))
+
+    def floor(self) -> Samples:
+        """Samples of a floor that moves, about its middle at rest."""
+        walls = box_walls(
+            self.lower - np.array([self.behind, 0.0, 0.0]),
+            self.upper,
+            self.spacing,
+            closed=("z_low",),
+        )
+        return Samples(walls.points - self.middle, walls.volumes)
+
+    @property
+    def middle(self) -> Floats:
+        """Of the floor [m]."""
+        return np.array([*(0.5 * (self.lower + self.upper))[:2], self.lower[2]])
+
+    def paddle(self) -> Samples:
+        """Samples of a wave maker's board about its foot; it closes the low end of x."""
+        d, rows = self.spacing, self._rows
+        width = self.counts[1]
+        i, j, k = np.meshgrid(np.arange(WALL), np.arange(width), np.arange(rows), indexing="ij")
+        points = np.stack(
+            [
+                -d * (i.ravel() + 0.5),
+                d * (j.ravel() + 0.5) - 0.5 * width * d,
+                d * (k.ravel() + 0.5),
+            ],
+            axis=1,
+        )
+        return Samples(points, np.full(len(points), d**3))
+
+    @property
+    def foot(self) -> Floats:
+        """Of the wave maker's board at rest [m]."""
+        return np.array([self.lower[0], self.middle[1], self.lower[2]])
+
+
+def build_basin(
+    *,
+    spacing: float,
+    size: Sequence[float],
+    centre: Sequence[float],
+    level: float,
+    bottom: float | None,
+    freeboard: float,
+    behind: float,
+    open_sides: Collection[str],
+) -> Basin:
+    """Return a basin whose depth is met exactly and whose sides are whole spacings.
+
+    The spacing gives way: the nearest one that divides the depth is taken.
+
+    Args:
+        spacing: wanted [m].
+        size: length, width and depth [m].
+        centre: of the basin, east and north [m].
+        level: of the water [m].
+        bottom: height of the floor, which rules over the depth [m]; None for none.
+        freeboard: room above the water [m].
+        behind: room behind the low end of x [m].
+        open_sides: sides without a wall, such as ``x_high``.
+
+    Raises:
+        ConfigError: a side is unknown, or too short for the spacing.
+    """
+    depth = size[2] if bottom is None else level - bottom
+    for side in open_sides:
+        if side not in SIDES[:4]:
+            raise ConfigError(
+                f"open_sides: there is no side '{side}'.\nAllowed: {', '.join(SIDES[:4])}"
+            )
+    for name, length in zip(("length", "width", "depth"), (*size[:2], depth), strict=True):
+        if length < FEWEST * spacing:
+            raise ConfigError(
+                f"the basin's {name} of {length:.3g} m is too small for a spacing of "
+                f"{spacing:g} m.\n"
+                f"Allowed: {FEWEST} spacings or more; make it {FEWEST * spacing:.3g} m, or take a "
+                f"spacing up to {max(length, 0.0) / FEWEST:.3g} m."
+            )
+    exact = depth / round(depth / spacing)
+    half = 0.5 * exact * np.round(np.array(size[:2]) / exact)
+    middle = np.array(centre, dtype=float)
+    return Basin(
+        spacing=exact,
+        lower=np.array([*(middle - half), level - depth]),
+        upper=np.array([*(middle + half), level]),
+        top=level + freeboard,
+        behind=behind,
+        open_sides=frozenset(open_sides),
+    )
+
+
+def walls_of(basin: Basin) -> dict[str, ObstacleSettings]:
+    """Return floor and walls as solids that bodies touch; a wave maker's wall is not among them."""
+    low, high = basin.lower, basin.upper
+    middle, size = 0.5 * (low + high), high - low
+    tall = basin.top - low[2]
+    out = {"basin_floor": _slab([*middle[:2], low[2] - 0.5 * SLAB], [*size[:2], SLAB])}
+    for axis, name in enumerate("xy"):
+        for end, edge, sign in (("low", low, -1.0), ("high", high, 1.0)):
+            side = f"{name}_{end}"
+            if side in basin.open_sides or (side == "x_low" and basin.behind > 0.0):
+                continue
+            place, edges = [*middle[:2], low[2] + 0.5 * tall], [*size[:2], tall]
+            place[axis], edges[axis] = edge[axis] + sign * 0.5 * SLAB, SLAB
+            out[f"basin_{side}"] = _slab(place, edges)
+    return out
+
+
+def _slab(place: Sequence[float], edges: Sequence[float]) -> ObstacleSettings:
+    return ObstacleSettings(
+        type=SolidType.box, size=[float(x) for x in edges], position=[float(x) for x in place]
+    )
+
+
+def clear_of(places: Floats, samples: Samples, spacing: float) -> Floats:
+    """Return the places that do not lie in the samples [m], shape (n, 3).
+
+    Args:
+        places: [m], shape (n, 3).
+        samples: of all bodies, in the world.
+        spacing: of the fluid [m].
+    """
+    if not len(samples.points):
+        return places
+    tree = cKDTree(samples.points)
+    reach = CLEAR * spacing
+    near = tree.query_ball_point(places, reach)
+    # a sample of little volume keeps little room free
+    radius = CLEAR * np.cbrt(np.minimum(samples.volumes, spacing**3))
+    gone = np.zeros(len(places), dtype=bool)
+    for k, found in enumerate(near):
+        if found:
+            apart = np.linalg.norm(samples.points[found] - places[k], axis=1)
+            gone[k] = bool((apart < radius[found]).any())
+    return places[~gone]
+
+
+def refuse_large(count: int, boundary: int, most: int) -> None:
+    """Refuse more particles than the user allows, before memory runs out.
+
+    Raises:
+        PhysicsError: says how many there would be and what to change.
+    """
+    if count + boundary > most:
+        raise PhysicsError(
+            f"the basin holds {count:,} particles and {boundary:,} boundary samples.\n"
+            f"Allowed by fluid.most: {most:,}; take a coarser fluid.spacing or a smaller "
+            f"fluid.size, or raise fluid.most (about {1.6e-6 * (count + boundary):.2g} GB)."
+        )

@@ -1,0 +1,142 @@
+"""What a user may choose about the scene of the particle water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from seals.errors import ConfigError
+from seals.schema import param
+
+_CHOSEN = "chosen"
+
+
+class Device(Enum):
+    """Where the particles are computed."""
+
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Maker(Enum):
+    """What makes the waves, in place of the wall at low x."""
+
+    none = "none"
+    piston = "piston"
+    """A wall that slides."""
+    flap = "flap"
+    """A wall that turns about its lower edge."""
+
+
+class SeaState(Enum):
+    """Which waves the maker makes."""
+
+    regular = "regular"
+    jonswap = "jonswap"
+    """Irregular, after Hasselmann et al. 1973; height is the significant one, period the peak's."""
+    solitary = "solitary"
+    """One crest, after Goring 1978; made by a piston."""
+
+
+@dataclass(kw_only=True)
+class MakerSettings:
+    """A wave maker at the low end of x, waves run toward positive x.
+
+    Args:
+        kind: piston, flap or none.
+        sea: regular, jonswap or solitary.
+        height: from trough to crest; significant height; height of a solitary crest [m].
+        period: of the wave, or of the spectrum's peak [s].
+        start: time at which the maker begins [s].
+        ramp: time over which it comes up to full stroke, in periods [1].
+        peakedness: gamma of the spectrum [1].
+        components: waves of an irregular sea.
+        seed: of their phases.
+    """
+
+    kind: Maker = Maker.none
+    sea: SeaState = SeaState.regular
+    height: float = param(
+        0.05, "m", bounds=(0.0, 30.0), tolerance=0.1, relative=True, source=_CHOSEN
+    )
+    period: float = param(1.2, "s", bounds=(0.05, 60.0), tolerance=0.01, source=_CHOSEN)
+    start: float = param(0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
+    ramp: float = param(1.0, "1", bounds=(0.0, 20.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    peakedness: float = param(
+        3.3, "1", bounds=(1.0, 10.0), tolerance=0.5, source="Hasselmann et al. 1973", fit=False
+    )
+    components: int = 40
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what no maker can make."""
+        if self.components < 1:
+            raise ConfigError(f"components={self.components} is not allowed.\nAllowed: 1 or more.")
+        if self.kind is Maker.flap and self.sea is SeaState.solitary:
+            raise ConfigError(
+                "a flap makes no solitary wave: its stroke would have to grow with the depth.\n"
+                "Use maker.kind=piston."
+            )
+
+
+@dataclass(kw_only=True)
+class BeachSettings:
+    """A sponge at the high end of x that takes waves in.
+
+    Equation:
+        v <- u + (v - u) exp(-rate s^2 h), s from 0 at its foot to 1 at the wall, u the current;
+        vertical motion twice as fast.
+
+    Args:
+        length: of the sponge, one to one and a half wave lengths [m]; 0 for none.
+        rate: at the wall [1/s].
+    """
+
+    length: float = param(0.0, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    rate: float = param(
+        12.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="measured on a flume", fit=False
+    )
+
+
+@dataclass(kw_only=True)
+class TideSettings:
+    """A slow change of the mean level: the floor carries the water up and down.
+
+    Equation:
+        level(t) = amplitude sin(2 pi t / period).
+
+    Args:
+        amplitude: [m].
+        period: [s].
+    """
+
+    amplitude: float = param(0.0, "m", bounds=(0.0, 20.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    period: float = param(60.0, "s", bounds=(1.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
+
+
+@dataclass(kw_only=True)
+class WindSettings:
+    """Wind over the water: a shear stress on the uppermost particles.
+
+    Args:
+        stress_x: toward east [Pa]; 1.2e-3 times density of air times speed squared is usual.
+        stress_y: toward north [Pa].
+    """
+
+    stress_x: float = param(0.0, "Pa", bounds=(-50.0, 50.0), tolerance=0.0, source=_CHOSEN)
+    stress_y: float = param(0.0, "Pa", bounds=(-50.0, 50.0), tolerance=0.0, source=_CHOSEN)
+
+
+@dataclass(kw_only=True)
+class WindowSettings:
+    """A box of particles that follows the robot through an unbounded sea.
+
+    Args:
+        follow: whether the tank is such a box; the sea around it is that of ``wave``.
+        ring: width of the zone in which the particles take over the sea's motion [m].
+        rate: at which they do at the outer edge of the ring [1/s].
+    """
+
+    follow: bool = False
+    ring: float = param(0.3, "m", bounds=(0.01, 100.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    rate: float = param(30.0, "1/s", bounds=(0.1, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)

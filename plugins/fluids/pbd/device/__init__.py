@@ -1,0 +1,1 @@
+"""Functions that run on the device: kernels grouped by model, data in, data out."""

@@ -1,0 +1,104 @@
+"""The end of a substep: velocities blended, positions back in buffer 0, sums for the account."""
+
+from typing import Any
+
+from seals.plugins.fluids.pbd.device.grid import SLACK, Grid
+from seals.plugins.fluids.pbd.device.kernels import Smoothing
+from seals.plugins.fluids.pbd.language import ti
+from seals.plugins.fluids.pbd.store import CHUNK, Globals, Particles
+
+
+@ti.data_oriented
+class Finish:
+    """Closes substeps.
+
+    Args:
+        particles: data in: buffer 1 velocities; data out: buffer 0.
+        grid: cells of the particles.
+        numbers: counts, blend; data out: partial sums.
+        smoothing: the kernel.
+        blended: whether neighbouring velocities are blended at all.
+    """
+
+    def __init__(
+        self,
+        particles: Particles,
+        grid: Grid,
+        numbers: Globals,
+        smoothing: Smoothing,
+        blended: bool,
+    ) -> None:
+        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.blended = blended
+        self.listed = particles.longest > 0
+        self.support2 = grid.support**2
+
+    @ti.kernel
+    def close(self, src: ti.template()):
+        """Data in: places of ``src``, velocities of buffer 1. Data out: buffer 0, wall impulse."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                v = self.p.velocity[1][i]
+                if ti.static(self.blended):
+                    v += self.g.blend[None] * self.pull(src, i, v)
+                self.p.velocity[0][i] = v
+                self.p.number[0][i] = self.p.number[1][i]
+                # neighbours read the first three components meanwhile: they keep their values
+                if ti.static(src == 1):
+                    at = self.p.place[1][i]
+                    self.p.place[0][i] = ti.Vector([at[0], at[1], at[2], self.p.multiplier[i]])
+                else:
+                    self.p.place[0][i][3] = self.p.multiplier[i]
+        for c in range(self.g.chunks):
+            total = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
+            for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
+                total += ti.cast(self.p.wall[i], ti.f64)
+            self.g.walls[c] += total / ti.cast(self.g.step[None], ti.f64)
+
+    @ti.func
+    def pull(self, src: ti.template(), i, v) -> Any:
+        """Difference to the neighbours' velocities, weighted by the kernel."""
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        s = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                j = self.p.list[i, k]
+                o = self.p.place[src][j]
+                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                s += self.kernel.value(e.norm_sqr()) * (self.p.velocity[1][j] - v)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(
+                        self.grid.start, q, ox, oy, SLACK * self.grid.support
+                    )
+                    for j in range(first, last):
+                        o = self.p.place[src][j]
+                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                        r2 = e.norm_sqr()
+                        if r2 < self.support2:
+                            s += self.kernel.value(r2) * (self.p.velocity[1][j] - v)
+        return s
+
+    @ti.kernel
+    def sums(self, velocity: ti.template(), src: ti.template()):
+        """Data out: per chunk, sums of velocity, its square, compression, and their largest."""
+        for c in range(self.g.chunks):
+            flow = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
+            energy, squeezed, residual = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)
+            most = 0.0
+            for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
+                v = ti.cast(self.p.velocity[velocity][i], ti.f64)
+                flow += v
+                energy += v.norm_sqr()
+                over = ti.max(self.p.density[i] - 1.0, 0.0)
+                squeezed += over
+                most = ti.max(most, over)
+                residual += ti.max(over - self.g.compliance[None] * self.p.multiplier[i], 0.0)
+            for k in ti.static(range(3)):
+                self.g.partial[c, k] = flow[k]
+            self.g.partial[c, 3] = energy
+            self.g.partial[c, 4] = squeezed
+            self.g.partial[c, 5] = most
+            self.g.partial[c, 6] = residual

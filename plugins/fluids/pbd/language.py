@@ -1,0 +1,14 @@
+"""The kernel language. Another package with Taichi's interface is one variable away.
+
+``SEALS_TAICHI`` names the package; kernels here keep to fields, functions and kernels, which its
+descendants share.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import Any
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+ti: Any = importlib.import_module(os.environ.get("SEALS_TAICHI", "taichi"))

@@ -1,0 +1,143 @@
+"""Constants of the smoothing kernels, calibrated on the lattice that water at rest is filled on.
+
+Lengths are in spacings here. ``w`` is the share of the rest density that a neighbour adds, so that
+the sum over the cubic lattice is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.plugins.fluids.pbd.settings import Kernel
+
+Array = NDArray[np.float64]
+SUPPORT = 2.0
+
+
+def wendland(q: Array) -> tuple[Array, Array]:
+    """Wendland C2 without its factor: value, and slope over distance."""
+    u = np.maximum(1 - 0.5 * q, 0)
+    return u**4 * (2 * q + 1), -5 * u**3
+
+
+def spline(q: Array) -> tuple[Array, Array]:
+    """Cubic spline without its factor: value, and slope over distance."""
+    u, t = np.maximum(2 - q, 0), np.maximum(1 - q, 0)
+    safe = np.maximum(q, 1e-9)
+    return 0.25 * u**3 - t**3, (-0.75 * u**2 + 3 * t**2) / safe
+
+
+def poly6_spiky(q: Array) -> tuple[Array, Array]:
+    """Density by the poly6 kernel, slope of the spiky one, each with the other's norm."""
+    u = np.maximum(4 - q * q, 0)
+    slope = -3 * np.maximum(2 - q, 0) ** 2 / np.maximum(q, 1e-9)
+    # 315 / (64 pi h^9) and 15 / (pi h^6) with h = 2
+    return u**3 * 315 / (64 * 512), slope * 15 / 64
+
+
+SHAPES: dict[Kernel, Callable[[Array], tuple[Array, Array]]] = {
+    Kernel.wendland: wendland,
+    Kernel.spline: spline,
+    Kernel.poly6_spiky: poly6_spiky,
+}
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What the lattice says about a kernel.
+
+    Args:
+        factor: factor of the kernel's shape, so that the lattice sum is one.
+        own: share of the density that a particle adds to itself.
+        sheet: sum over a flat square sheet, seen from one of its points: a boundary sample in such
+            a sheet has the weight one, and completes the lattice.
+        spread: mean squared distance, in the sheet, of what a point of it sees.
+        stiffness: sum of squared gradients, times the spacing squared: the diagonal of the
+            density constraints.
+        top: largest eigenvalue of the constraints over ``stiffness``.
+        virial: pressure over (multiplier / volume): one for an exact gradient.
+        solid: factors of the boundary's kernel, see ``solid_factors``.
+    """
+
+    factor: float
+    own: float
+    sheet: float
+    spread: float
+    stiffness: float
+    top: float
+    virial: float
+    solid: tuple[float, float]
+
+
+def lattice() -> Array:
+    """Offsets of the cubic lattice within the support, the origin left out, shape (n, 3)."""
+    axis = np.arange(-2, 3)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    r = np.linalg.norm(points, axis=1)
+    return np.asarray(points[(r > 0) & (r < SUPPORT)], dtype=np.float64)
+
+
+def calibrate(kernel: Kernel) -> Calibration:
+    """Sum a kernel over the lattice.
+
+    Example:
+        >>> round(calibrate(Kernel.wendland).own, 3)
+        0.404
+    """
+    shape, points = SHAPES[kernel], lattice()
+    r = np.linalg.norm(points, axis=1)
+    own = float(shape(np.zeros(1))[0][0])
+    value, slope = shape(r)
+    factor = 1 / (own + float(value.sum()))
+    gradient = factor * slope[:, None] * points
+    stiffness = float((gradient**2).sum())
+    waves = np.linspace(0.0, np.pi, 200)
+    response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
+    flat = points[:, 2] == 0
+    return Calibration(
+        factor=factor,
+        own=own * factor,
+        sheet=factor * (own + float(value[flat].sum())),
+        spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
+        stiffness=stiffness,
+        top=float(response.max()) / stiffness,
+        virial=-float((gradient * points).sum()) / 3,
+        solid=solid_factors(kernel, factor),
+    )
+
+
+def sheet_mean(value: Callable[[Array], Array], slope: Callable[[Array], Array]) -> Array:
+    """Return value and slope at one spacing above a sheet, averaged over places along it."""
+    r = np.linspace(1.0, SUPPORT, 4001)
+    # rings around the foot of the perpendicular: 2 pi s ds = 2 pi r dr
+    weight = 2 * np.pi * r * np.gradient(r)
+    weight[[0, -1]] /= 2 if weight[0] else 1
+    return np.array([(value(r) * weight).sum(), (slope(r) * weight).sum()])
+
+
+def solid_factors(kernel: Kernel, factor: float) -> tuple[float, float]:
+    """Return (a, b) of the boundary's kernel u^7 (a + b u), u = 1 - q / 2.
+
+    One layer of samples stands for all that lies behind the surface. It must add as much density to
+    the first layer of water, one spacing away, as a layer of water would; and press twice as
+    hard, because in water the neighbour's own multiplier presses as well. Both follow from the
+    density of the water alone, so that the force has a potential: a boundary that mirrors the
+    multiplier instead pumps energy into water at rest.
+    """
+    shape = SHAPES[kernel]
+    wanted = sheet_mean(lambda r: factor * shape(r)[0], lambda r: factor * shape(r)[1]) * np.array(
+        [1.0, 2.0]
+    )
+    columns = [
+        sheet_mean(
+            lambda r, n=n: (1 - r / 2) ** n,  # type: ignore[misc]
+            lambda r, n=n: -n / 2 * (1 - r / 2) ** (n - 1) / r,  # type: ignore[misc]
+        )
+        for n in (7, 8)
+    ]
+    a, b = np.linalg.solve(np.stack(columns, axis=1), wanted)
+    return float(a), float(b)

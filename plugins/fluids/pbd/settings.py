@@ -1,0 +1,84 @@
+"""What a user may choose about the particle water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from seals.errors import ConfigError
+from seals.schema import param
+
+
+class Kernel(Enum):
+    """Smoothing kernels of support two spacings."""
+
+    wendland = "wendland"
+    spline = "spline"
+    poly6_spiky = "poly6_spiky"
+
+
+class Search(Enum):
+    """How neighbours are found: a list stored once a substep, or a walk over cells in each pass."""
+
+    auto = "auto"
+    list = "list"
+    cells = "cells"
+
+
+@dataclass(kw_only=True)
+class PbdSettings:
+    """Numbers of the position-based water.
+
+    Args:
+        density: rest density [kg/m^3].
+        gravity: acceleration of free fall, acting against world z [m/s^2].
+        sound_speed: speed of sound of the constraint's compliance [m/s]; 0 takes ten times the
+            fastest long wave of the filled depth, so that water at rest is compressed by less
+            than one per cent. A substep should not exceed three spacings over this speed.
+        iterations: density iterations a substep; the most allowed when ``tolerance`` is set.
+        tolerance: residual mean compression at which iterations stop [1]; 0 runs a fixed count.
+        warm_start: share of the last substep's multipliers that a substep starts from [1].
+        solid_scale: weight s of boundary volumes in the density [1].
+        viscosity: rate of the XSPH blend of neighbouring velocities [1/s].
+        cohesion: surface tension after Akinci et al. 2013 [N/m]; 0 switches it off.
+        vorticity: strength of vorticity confinement [1]; 0 switches it off.
+        kernel: smoothing kernel.
+        search: neighbour search.
+        neighbours: longest list of neighbours, fluid and boundary together.
+        deterministic: particles of a cell keep the order of their numbers, so that a run repeats
+            bit for bit on any number of threads.
+        outflow: particles that leave the domain are taken out and counted, not refused.
+    """
+
+    density: float = param(
+        1000.0, "kg/m^3", bounds=(1.0, 2e4), tolerance=0.003, relative=True, source="fresh water"
+    )
+    gravity: float = param(
+        9.81, "m/s^2", bounds=(0.0, 30.0), tolerance=0.0, source="standard", fit=False
+    )
+    sound_speed: float = param(
+        0.0, "m/s", bounds=(0.0, 2000.0), tolerance=0.0, source="chosen", fit=False
+    )
+    iterations: int = 4
+    tolerance: float = param(0.0, "1", bounds=(0.0, 0.1), tolerance=0.0, source="chosen", fit=False)
+    warm_start: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
+    )
+    solid_scale: float = param(
+        1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
+    )
+    viscosity: float = param(2.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
+    cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
+    vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
+    kernel: Kernel = Kernel.wendland
+    search: Search = Search.auto
+    neighbours: int = 64
+    deterministic: bool = False
+    outflow: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse counts that no solver can run with."""
+        if self.iterations < 1:
+            raise ConfigError(f"iterations={self.iterations} must be at least 1.\nUse 4.")
+        if not 32 <= self.neighbours <= 255:
+            raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 64.")

@@ -1,0 +1,180 @@
+"""The device side of the particle water: fields, and the course of one substep."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.plugins.fluids.pbd.device.bodies import Bodies, Crowd
+from seals.plugins.fluids.pbd.device.finish import Finish
+from seals.plugins.fluids.pbd.device.grid import Grid
+from seals.plugins.fluids.pbd.device.kernels import Smoothing
+from seals.plugins.fluids.pbd.device.pressure import Pressure
+from seals.plugins.fluids.pbd.device.sorting import Sorting
+from seals.plugins.fluids.pbd.schedule import compliance, weights
+from seals.plugins.fluids.pbd.settings import PbdSettings, Search
+from seals.plugins.fluids.pbd.store import Fields, Globals, Particles, Samples, buffers
+
+Array = NDArray[np.float64]
+# cells per support along z: finer cells spare candidates, and cost more to sort (benchmarks/fluid)
+FINE_CPU, FINE_CUDA = 4, 2
+
+
+class Sums(NamedTuple):
+    """Sums over all particles: velocity (3,), its square, compression, largest, residual."""
+
+    velocity: Array
+    square: float
+    compression: float
+    largest: float
+    residual: float
+
+
+class Solver:
+    """Owns the fields and kernels of one water.
+
+    Args:
+        spacing: distance at rest [m].
+        size: extent of the domain [m], shape (3,).
+        capacity: most particles.
+        boundary_capacity: most samples.
+        bodies: number of bodies.
+        settings: physics and solver.
+        accelerated: whether the fields lie on a CUDA device.
+    """
+
+    def __init__(
+        self,
+        *,
+        spacing: float,
+        size: Array,
+        capacity: int,
+        boundary_capacity: int,
+        bodies: int,
+        settings: PbdSettings,
+        accelerated: bool,
+    ) -> None:
+        self.settings, self.spacing = settings, spacing
+        self.mass = settings.density * spacing**3
+        walk = settings.search is Search.cells
+        longest = 0 if walk else settings.neighbours
+        self.smoothing = Smoothing(settings.kernel, spacing)
+        self.fields = Fields()
+        self.particles = Particles(self.fields, capacity, longest, accelerated)
+        # a sample with the reach of a particle sees no more particles than one
+        self.samples = Samples(self.fields, boundary_capacity, longest, accelerated)
+        self.numbers = Globals(self.fields, capacity)
+        fine = FINE_CUDA if accelerated else FINE_CPU
+        self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)
+        self.bounds = Grid(self.fields, size, self.smoothing.support, fine=fine, marked=True)
+        self.bodies = Bodies(self.fields, bodies, self.samples, self.numbers, self.mass)
+        self.fields.allocate()
+        self._kernels(accelerated)
+        self.numbers.gravity[None] = settings.gravity
+        self.numbers.warm[None] = settings.warm_start
+        self.current = 0.0
+        self.sound = math.inf
+        self.schedule: list[tuple[float, float]] = []
+
+    def _kernels(self, accelerated: bool) -> None:
+        chosen, parts = self.settings, (self.particles, self.samples)
+        self.sorting = Sorting(
+            *parts, self.grid, self.bounds, self.numbers, chosen.deterministic, accelerated
+        )
+        self.pressure = Pressure(
+            particles=self.particles,
+            samples=self.samples,
+            bodies=self.bodies,
+            grid=self.grid,
+            bounds=self.bounds,
+            numbers=self.numbers,
+            smoothing=self.smoothing,
+            spacing=self.spacing,
+            scale=chosen.solid_scale,
+        )
+        self.crowd = Crowd(self.bodies, self.particles, self.smoothing, self.grid)
+        self.finish = Finish(
+            self.particles, self.grid, self.numbers, self.smoothing, chosen.viscosity > 0
+        )
+
+    def prepare(self, step: float, sound: float) -> None:
+        """Write what depends on the length of a substep [s] and the speed of sound [m/s]."""
+        if (step, sound) == (self.current, self.sound):
+            return
+        self.current, self.sound = step, sound
+        soft = compliance(sound, step)
+        self.numbers.step[None] = step
+        self.numbers.compliance[None] = soft
+        self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
+        lattice = self.smoothing.lattice
+        self.schedule = weights(
+            self.settings.iterations,
+            softness=soft * self.spacing**2 / lattice.stiffness,
+            lattice=lattice,
+        )
+
+    def substep(self, *, static_changed: bool) -> int:
+        """Advance by one substep; return the number of sweeps."""
+        moving = self.moving
+        if moving:
+            self.bodies.predict()
+        if moving or static_changed:
+            self.bodies.carry()
+            self.sorting.bin_samples()
+        self.sorting.begin()
+        self.sorting.survey()
+        if moving:
+            self.sorting.survey_samples()
+            self.crowd.count()
+        done = self._sweeps(moving)
+        self.finish.close(buffers(done)[0])
+        return done
+
+    def _sweeps(self, moving: bool) -> int:
+        done = 0
+        if self.settings.warm_start > 0:
+            self._displace(done, moving)
+            done += 1
+        for k, (gain, memory) in enumerate(self.schedule):
+            # after a warm start the last change is no step of the method
+            self.pressure.multipliers(buffers(done)[0], gain, memory if k else 0.0)
+            self._displace(done, moving)
+            done += 1
+            if self.settings.tolerance > 0 and k and self._residual() < self.settings.tolerance:
+                break
+        return done
+
+    def _displace(self, sweep: int, moving: bool) -> None:
+        src, dst = buffers(sweep)
+        self.pressure.displace(src, dst)
+        if moving:
+            self.pressure.react(src)
+            self.bodies.gather()
+
+    def _residual(self) -> float:
+        return self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1)
+
+    @property
+    def moving(self) -> bool:
+        """Whether any body has samples."""
+        return self._moving
+
+    @moving.setter
+    def moving(self, value: bool) -> None:
+        self._moving = value
+
+    def sums(self, *, velocity: int = 0) -> Sums:
+        """Sum over all particles in double precision."""
+        self.finish.sums(velocity, 0)
+        table = self.numbers.partial.to_numpy()
+        total = table.sum(axis=0)
+        return Sums(total[:3], total[3], total[4], float(table[:, 5].max()), total[6])
+
+    def take_walls(self) -> Any:
+        """Return the impulse on static samples since the last call [N s], shape (3,)."""
+        total = self.numbers.walls.to_numpy().sum(axis=0)
+        self.numbers.walls.fill(0.0)
+        return -self.mass * total

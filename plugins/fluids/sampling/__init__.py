@@ -1,0 +1,19 @@
+"""Solids as samples with volumes, for particle fluids: NumPy only, knows no engine."""
+
+from seals.plugins.fluids.sampling.pieces import Thin, refuse_coarse, sample_pieces, thickness
+from seals.plugins.fluids.sampling.samples import Samples, joined
+from seals.plugins.fluids.sampling.shapes import ALL, SEEN
+from seals.plugins.fluids.sampling.tank import box_walls, plane_layers
+
+__all__ = [
+    "ALL",
+    "SEEN",
+    "Samples",
+    "Thin",
+    "box_walls",
+    "joined",
+    "plane_layers",
+    "refuse_coarse",
+    "sample_pieces",
+    "thickness",
+]

@@ -1,0 +1,56 @@
+"""Solids that stand still in the fluid: obstacles and shores, as far as they lie in its basin."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.frames import matrix_of
+from seals.ground import Solid
+from seals.plugins.fluids.sampling.samples import Samples
+from seals.plugins.fluids.sampling.shapes import SEEN, sample_cylinder, sample_sphere
+
+
+def sample_solid(solid: Solid, spacing: float, lower: Floats, upper: Floats) -> Samples:
+    """Sample the part of a solid inside a box; level planes are the floor and give nothing.
+
+    Args:
+        solid: that stands still.
+        spacing: of the fluid [m].
+        lower: corner of the box [m], shape (3,).
+        upper: opposite corner [m], shape (3,).
+    """
+    if solid.kind == "plane":
+        return Samples(np.zeros((0, 3)), np.zeros(0))
+    turn = matrix_of(np.asarray(solid.quaternion, dtype=float)[None])[0]
+    if solid.kind == "box":
+        found = _box_near(solid, turn, spacing, lower, upper)
+    elif solid.kind == "sphere":
+        found = sample_sphere(solid.size[0], spacing)
+    else:
+        found = sample_cylinder(solid.size, spacing)
+    # what blocks may take a full cell: nothing floats on it
+    found = Samples(found.points, np.maximum(found.volumes, spacing**3))
+    placed = found.placed(solid.position, turn)
+    inside = ((placed.points > lower) & (placed.points < upper)).all(axis=1)
+    return Samples(placed.points[inside], placed.volumes[inside])
+
+
+def _box_near(solid: Solid, turn: Floats, spacing: float, lower: Floats, upper: Floats) -> Samples:
+    """The two outer layers of a box, only where they may lie in another box."""
+    corners = np.array(list(itertools.product(*zip(lower, upper, strict=True))))
+    local = (corners - solid.position) @ turn
+    axes, depth = [], []
+    for k, edge in enumerate(solid.size):
+        count = max(1, round(edge / spacing))
+        step = edge / count
+        first = int(np.clip((local[:, k].min() + 0.5 * edge) // step, 0, count))
+        last = int(np.clip((local[:, k].max() + 0.5 * edge) // step + 1, 0, count))
+        index = np.arange(first, last)
+        axes.append((index + 0.5) * step - 0.5 * edge)
+        depth.append(np.minimum(index, count - 1 - index))
+    deep = np.minimum.reduce(np.meshgrid(*depth, indexing="ij"))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1)[deep < SEEN]
+    return Samples(points, np.full(len(points), spacing**3))

@@ -1,0 +1,64 @@
+"""Walls and floors as layers of samples behind the face that the fluid touches."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.fluids.sampling.samples import Samples, joined
+
+WALL = 1
+"""Layers of a wall: the fluid takes one for all that lies behind it."""
+
+SIDES = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
+"""Sides of a box, in order of axis and end."""
+
+
+def box_walls(
+    lower: Floats, upper: Floats, spacing: float, *, closed: Collection[str] = SIDES[:5]
+) -> Samples:
+    """Sample the walls of a box from outside, in a layer that continues the fluid's lattice.
+
+    Args:
+        lower: corner of the inside [m], shape (3,).
+        upper: opposite corner [m], shape (3,).
+        spacing: [m].
+        closed: sides that have a wall; all but the lid.
+
+    Example:
+        >>> walls = box_walls(np.zeros(3), np.ones(3), 0.1)
+        >>> bool((walls.points[:, 2] > -0.2).all())
+        True
+    """
+    counts = np.round((upper - lower) / spacing).astype(int)
+    step = (upper - lower) / counts
+    index = np.stack(
+        np.meshgrid(*(np.arange(-WALL, n + WALL) for n in counts), indexing="ij"), -1
+    ).reshape(-1, 3)
+    low, high = index < 0, index >= counts
+    behind = np.stack([low, high], -1).reshape(len(index), 6)
+    shut = np.array([side in closed for side in SIDES])
+    kept = (behind & shut).any(axis=1) & ~(behind & ~shut).any(axis=1)
+    points = lower + step * (index[kept] + 0.5)
+    return Samples(points, np.full(len(points), float(step.prod())))
+
+
+def plane_layers(
+    point: Floats, edges: tuple[Floats, Floats], counts: tuple[int, int], normal: Floats
+) -> Samples:
+    """Sample a rectangle in a layer behind its face.
+
+    Args:
+        point: corner [m], shape (3,).
+        edges: along the two sides, from sample to sample [m], shape (3,) each.
+        counts: samples along the two sides.
+        normal: into the fluid [1], shape (3,).
+    """
+    i, j = np.meshgrid(np.arange(counts[0]) + 0.5, np.arange(counts[1]) + 0.5, indexing="ij")
+    face = point + i.reshape(-1, 1) * edges[0] + j.reshape(-1, 1) * edges[1]
+    spacing = float(np.linalg.norm(edges[0]))
+    layers = [face - normal * spacing * (k + 0.5) for k in range(WALL)]
+    area = float(np.linalg.norm(np.cross(*edges)))
+    return joined([Samples(layer, np.full(len(layer), area * spacing)) for layer in layers])

@@ -1,0 +1,189 @@
+"""The protocol of fluid plug-ins: water that is simulated itself and pushes bodies.
+
+Order of one step of the world, from t to t + h:
+
+1. Every actor evaluates its effects at t; their sum is known before the fluid moves.
+2. The fluid gets the bodies where they are at t, with their velocity, what the known loads do to
+   them, and how easily they move. It advances itself to t + h and returns the impulse it gave
+   to every body on the way.
+3. Impulse over h is a wrench that the backend holds for the step. The momentum handed over is
+   exact; the instant is not: the wrench is the mean over the step, an error of first order in h.
+
+A backend that keeps velocities at half steps (leapfrog) moves from t to t + h with the velocity
+that the kick at t makes of the one at t - h/2. The fluid does the same, so it gets the velocities
+at t - h/2. The velocity at t that such a backend reports is that one and half of the last kick
+more; a fluid that answered to it would push against its own last push.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+
+from seals.arrays import Array, Floats
+from seals.config.environment import EnvironmentSettings
+from seals.config.ground import ObstacleSettings
+from seals.ground import Solid
+from seals.robot.pieces import Piece
+from seals.waves import Sea, Waves
+
+
+class FluidBody(NamedTuple):
+    """A rigid body in the fluid: one link, or several that joints do not move apart.
+
+    Args:
+        name: ``actor/link``, for messages.
+        pieces: what keeps the fluid out, in axes of the body about its reference point.
+    """
+
+    name: str
+    pieces: tuple[Piece, ...]
+
+
+class BodyStates(NamedTuple):
+    """All bodies at the start of a step, in the order given to `Fluid.open`; K of them.
+
+    Args:
+        position: of the reference points, world [m], shape (K, 3).
+        rotation: R_WB, shape (K, 3, 3).
+        velocity: of the reference points, world axes [m/s], shape (K, 3).
+        spin: angular velocity, world axes [rad/s], shape (K, 3).
+        inverse_mass: how easily the reference point moves [1/kg], shape (K,).
+        inverse_inertia: how easily the body turns, world axes [1/(kg m^2)], shape (K, 3, 3).
+        acceleration: of the reference points by everything but the fluid, world axes [m/s^2],
+            shape (K, 3).
+    """
+
+    position: Floats
+    rotation: Floats
+    velocity: Floats
+    spin: Floats
+    inverse_mass: Floats
+    inverse_inertia: Floats
+    acceleration: Floats
+
+
+class Books(NamedTuple):
+    """Linear momentum over the last step, world axes [N s], shape (3,) each.
+
+    before + gravity + sources = after + bodies + walls, up to the rounding of the fluid.
+
+    Args:
+        before: of the fluid at the start.
+        after: of the fluid at the end.
+        gravity: given by gravity.
+        sources: given by what the scene does to the fluid: beaches, wind, particles in and out.
+        bodies: taken by the bodies.
+        walls: taken by everything that stands still or is moved from outside.
+        gross: sum of the magnitudes of all impulses exchanged, a number to compare a gap with.
+    """
+
+    before: Floats
+    after: Floats
+    gravity: Floats
+    sources: Floats
+    bodies: Floats
+    walls: Floats
+    gross: float
+
+    @property
+    def gap(self) -> Floats:
+        """What is left over [N s], shape (3,)."""
+        gain = self.before + self.gravity + self.sources
+        return gain - self.after - self.bodies - self.walls
+
+
+class Surrounding(NamedTuple):
+    """What a fluid is opened in.
+
+    Args:
+        environment: gravity, water and its level.
+        waves: motion of the sea outside the simulated part.
+        solids: that stand still.
+        step: of the world [s].
+    """
+
+    environment: EnvironmentSettings
+    waves: Waves
+    solids: Sequence[Solid]
+    step: float
+
+
+@runtime_checkable
+class Fluid(Protocol):
+    """A fluid plug-in: a keyword-only dataclass, opened once for each world."""
+
+    name: ClassVar[str]
+    """Its name in the ledger."""
+
+    accounts_for: ClassVar[tuple[str, ...]]
+    """Phenomena in water that no effect may own beside it, see `seals.effects.Effect`."""
+
+    def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
+        """Return what the fluid adds to the surroundings that bodies touch, such as tank walls."""
+        ...
+
+    def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
+        """Prepare the fluid and the boundaries.
+
+        Raises:
+            SealsError: it does not fit, says what does.
+        """
+        ...
+
+    def fill(self, states: BodyStates) -> None:
+        """Put the fluid at rest around the bodies, at time zero; earlier steps are forgotten."""
+        ...
+
+    def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
+        """Advance from ``time`` by ``step`` [s]; return the impulses on the bodies.
+
+        Returns:
+            Force and torque times step about the reference points, world axes [N s, N m s],
+            shape (K, 6).
+        """
+        ...
+
+    def surface(self, position: Array) -> Sea:
+        """Return surface and flow at points (N, 3), as known from the last step."""
+        ...
+
+    def books(self) -> Books | None:
+        """Return the momentum of the last step; None before the first."""
+        ...
+
+    def figures(self) -> Mapping[str, float]:
+        """Return what a person wants to watch: particles, compression, losses; unit in the name."""
+        ...
+
+    def particles(self) -> tuple[Floats, Floats]:
+        """Return places [m] and velocities [m/s] for viewers, shape (n, 3) each; may be empty."""
+        ...
+
+    def snapshot(self) -> Any:
+        """Return an opaque copy of everything that changes."""
+        ...
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        ...
+
+    def close(self) -> None:
+        """Release memory and devices."""
+        ...
+
+
+class SeaOfFluid:
+    """The surface of a fluid for effects and sensors that ask for waves.
+
+    Args:
+        fluid: open.
+    """
+
+    def __init__(self, fluid: Fluid) -> None:
+        """Keep the fluid."""
+        self.fluid = fluid
+
+    def at(self, position: Array, time: Array, level: float) -> Sea:
+        """Return the sea at points, as the last step left it."""
+        return self.fluid.surface(position)

@@ -1,0 +1,140 @@
+"""What a link is made of as solid pieces, for fluids and other volume methods."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import RobotError
+from seals.hulls import (
+    Hull,
+    HullBox,
+    HullCapsule,
+    HullCompound,
+    HullCylinder,
+    HullMesh,
+    HullSphere,
+)
+from seals.robot.model import RobotModel
+
+
+class Piece(NamedTuple):
+    """A solid, or a sheet, in axes of the body that it belongs to.
+
+    Args:
+        kind: ``box``, ``sphere``, ``cylinder``, ``capsule`` or ``mesh``.
+        size: box edges; cylinder and capsule radius, length of the straight part; sphere radius;
+            empty for a mesh [m].
+        position: of its centre or, of a mesh, its origin [m], shape (3,).
+        rotation: of its axes in the body's, shape (3, 3).
+        vertices: of a mesh [m], shape (V, 3).
+        faces: of a mesh, shape (F, 3).
+        volume: stated volume that rules over that of the shape [m^3]; None for the shape's own.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    position: Floats
+    rotation: Floats
+    vertices: Floats | None = None
+    faces: Any = None
+    volume: float | None = None
+
+    def placed(self, position: Floats, rotation: Floats) -> Piece:
+        """Return the piece in the axes of another body, in which the present one is placed."""
+        return self._replace(
+            position=position + rotation @ self.position, rotation=rotation @ self.rotation
+        )
+
+
+def pieces_of(robot: RobotModel, link: int) -> tuple[Piece, ...]:
+    """Return the pieces of one link, in link axes.
+
+    The hull rules, since it is what the robot displaces; a link without one is made of its
+    collision geometry.
+
+    Raises:
+        RobotError: a collision mesh cannot be read.
+    """
+    hull = robot.hulls[link]
+    if hull is not None:
+        return _of_hull(hull, 1.0)
+    return tuple(_of_collision(robot, link)) if robot.has_collision[link] else ()
+
+
+def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
+    """Pieces of a hull; ``share`` scales their volumes to a stated total."""
+    if isinstance(hull, HullCompound):
+        return tuple(p for part in hull.parts for p in _of_hull(part, share * hull.scale))
+    volume = None if abs(share - 1.0) < 1e-9 else share * hull.volume
+    still = np.zeros(3), np.eye(3)
+    if isinstance(hull, HullMesh):
+        corners = np.asarray(hull.faces.corners).reshape(-1, 3)
+        points, back = np.unique(corners.round(9), axis=0, return_inverse=True)
+        return (Piece("mesh", (), *still, points, back.reshape(-1, 3), volume),)
+    sizes: dict[type, tuple[str, tuple[str, ...]]] = {
+        HullSphere: ("sphere", ("radius",)),
+        HullCylinder: ("cylinder", ("radius", "length")),
+        HullCapsule: ("capsule", ("radius", "length")),
+    }
+    known: Any = hull
+    if isinstance(hull, HullBox):
+        kind, size = "box", tuple(hull.size)
+    elif type(hull) in sizes:
+        kind, fields = sizes[type(hull)]
+        size = tuple(float(getattr(hull, name)) for name in fields)
+    else:
+        raise RobotError(
+            f"a hull of the kind {type(hull).__name__} has no surface to put into a fluid.\n"
+            "Allowed: sphere, box, cylinder, capsule, mesh, and what is made of them."
+        )
+    turn = np.array(known.axes).T
+    return (Piece(kind, size, np.array(known.position), turn, volume=volume),)
+
+
+def _of_collision(robot: RobotModel, link: int) -> list[Piece]:
+    """Pieces of a link's collision geometry."""
+    from yourdfpy import URDF
+
+    loaded = URDF.load(
+        robot.urdf,
+        build_scene_graph=False,
+        load_meshes=False,
+        build_collision_scene_graph=False,
+    )
+    found = next(one for one in loaded.robot.links if one.name == robot.links[link])
+    return [_of_geometry(robot, collision) for collision in found.collisions]
+
+
+def _of_geometry(robot: RobotModel, collision: Any) -> Piece:
+    pose = np.eye(4) if collision.origin is None else np.asarray(collision.origin, dtype=float)
+    place, turn, shape = pose[:3, 3], pose[:3, :3], collision.geometry
+    if shape.box is not None:
+        return Piece("box", tuple(float(x) for x in shape.box.size), place, turn)
+    if shape.sphere is not None:
+        return Piece("sphere", (float(shape.sphere.radius),), place, turn)
+    if shape.cylinder is not None:
+        size = (float(shape.cylinder.radius), float(shape.cylinder.length))
+        return Piece("cylinder", size, place, turn)
+    return _of_file(robot, shape.mesh, place, turn)
+
+
+def _of_file(robot: RobotModel, mesh: Any, place: Floats, turn: Floats) -> Piece:
+    """A mesh from its file, with the scale of the URDF."""
+    import trimesh
+
+    name = str(mesh.filename).removeprefix("file://").removeprefix("package://")
+    path = Path(robot.urdf).parent / name
+    try:
+        loaded: Any = trimesh.load(path, force="mesh", process=True)
+    except (OSError, ValueError, AttributeError) as cause:
+        raise RobotError(
+            f"the collision mesh {path} of '{robot.name}' cannot be read: {cause}.\n"
+            "Run: seals check robot=..."
+        ) from cause
+    scale = 1.0 if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
+    points = np.asarray(loaded.vertices, dtype=float) * scale
+    return Piece("mesh", (), place, turn, points, np.asarray(loaded.faces))

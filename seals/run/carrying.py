@@ -1,0 +1,41 @@
+"""Rotors that carry the robot from the first instant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Configuration
+from seals.control.allocation import Allocation
+from seals.control.gauge import MassGauge
+from seals.control.plant import ROTOR, Plant
+from seals.errors import ConfigError
+
+
+def carrying(plant: Plant, start: Configuration) -> Floats:
+    """Return the rotor speeds that hold a level robot in the air against its weight, shape (1, n).
+
+    Args:
+        plant: the robot.
+        start: where it starts, and with which angles of its joints.
+
+    Raises:
+        ConfigError: it has drives that are no rotors, starts under water, or cannot lift itself.
+    """
+    layout, level = plant.layout, plant.environment.water_level
+    wet = level is not None and float(start.position[2]) < level
+    if wet or set(layout.kind) != {ROTOR}:
+        raise ConfigError(
+            "initial.drives=carrying is for robots with rotors that start in the air.\n"
+            "Allowed here: initial.drives=rest"
+        )
+    mass = MassGauge(plant.robot).at(np.asarray(start.joints, dtype=float))
+    weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
+    speeds = Allocation(layout).commands(weight, mass.centre)
+    lift = float(Allocation(layout).wrench(speeds, mass.centre)[0])
+    if lift < 0.99 * weight[0]:
+        raise ConfigError(
+            f"initial.drives=carrying: the rotors lift {lift:.3g} N of {weight[0]:.3g} N.\n"
+            "Allowed here: initial.drives=rest"
+        )
+    return speeds[None]

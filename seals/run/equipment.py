@@ -1,0 +1,109 @@
+"""What ``meta.yaml`` says of rotors, thrusters, servos and battery of a simulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.config.run import RunSettings
+from seals.control.plant import ROTOR, Layout
+from seals.robot.model import RobotModel
+
+ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
+"""Names of drives and servos in the list of what the model holds."""
+GAINS = ("kp", "kd", "torque_limit", "armature")
+AT_ONCE = 1e-4
+"""Time constant of a drive without lag: the format of a log knows none of zero [s]."""
+
+
+def describe_drives(
+    settings: RunSettings, layout: Layout | None
+) -> dict[str, list[dict[str, Any]]]:
+    """Return rotors and thrusters one by one, in body axes, in the order of their commands.
+
+    Args:
+        settings: of the run.
+        layout: of all drives; None where they stand still.
+    """
+    out: dict[str, list[dict[str, Any]]] = {"rotors": [], "thrusters": []}
+    if layout is None:
+        return out
+    radius = np.zeros(layout.drives)
+    for actuator in settings.actuators.values():
+        if hasattr(actuator, "first"):
+            columns = slice(actuator.first, actuator.first + actuator.count)
+            radius[columns] = actuator.constants()["radius"]
+    for k, kind in enumerate(layout.kind):
+        entry: dict[str, Any] = {
+            "position": layout.position[k],
+            "axis": layout.axis[k],
+            "time_constant": max(float(layout.lag[k]), AT_ONCE),
+        }
+        if kind == ROTOR:
+            reaction = float(layout.reaction_coefficient[k])
+            entry |= {
+                # turning counter-clockwise pushes the body clockwise
+                "direction": -1.0 if reaction > 0.0 else 1.0,
+                "thrust_coefficient": layout.thrust_coefficient[k],
+                "torque_coefficient": abs(reaction),
+                "spin_down": layout.fall[k],
+                "max_speed": layout.limit[k],
+                "radius": radius[k],
+            }
+            out["rotors"].append(entry)
+        else:
+            out["thrusters"].append({**entry, "max_force": layout.limit[k]})
+    return out
+
+
+def describe_servos(settings: RunSettings, robot: RobotModel) -> dict[str, Any] | None:
+    """Return the gains of the joint servos, or None without any.
+
+    A gain is one number where all joints have the same, and a list in the order of the joints
+    otherwise.
+    """
+    joints = robot.tree.joints
+    for actuator in settings.actuators.values():
+        if joints and hasattr(actuator, "of_joints"):
+            each = {gain: actuator.of_joints(gain, joints) for gain in GAINS}
+            alike = {g: float(x[0]) if np.all(x == x[0]) else x.tolist() for g, x in each.items()}
+            return {**alike, "encoder": "link side"}
+    return None
+
+
+def describe_battery(settings: RunSettings) -> dict[str, float] | None:
+    """Return the voltage of the full battery, or None where nothing knows of one."""
+    for effect in settings.effects.values():
+        voltage = getattr(effect, "full_voltage", None)
+        if voltage is not None:
+            return {"full_voltage": float(voltage)}
+    return None
+
+
+def stowed(robot: RobotModel) -> list[float]:
+    """Return the joint values of rest: arms stowed, others at zero."""
+    out = [0.0] * robot.tree.joints
+    for arm in robot.arms.values():
+        for joint, value in zip(arm.joints, arm.stowed, strict=True):
+            out[joint] = float(value)
+    return out
+
+
+def held(vehicle: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Return the entries of the baseline that stand for drives and servos.
+
+    Args:
+        vehicle: as described.
+    """
+    out = []
+    if vehicle["rotors"]:
+        law = "T = k_T * omega^2, first-order lag on omega"
+        out.append({"name": ROTORS, "law": law})
+    if vehicle["thrusters"]:
+        out.append({"name": THRUSTERS, "law": "force = command, first-order lag"})
+    if vehicle["arm"] is not None and vehicle["arm"]["controller"] is not None:
+        law = "torque = kp (cmd - angle) - kd rate within torque_limit, armature inertia"
+        out.append({"name": SERVOS, "law": law})
+    return out

@@ -1,0 +1,50 @@
+"""Records what a fluid says of itself beside the log of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.fluid import Fluid
+
+GAP = "books gap [1]"
+"""Part of the momentum exchanged in a step that is not accounted for."""
+
+
+class FluidBook:
+    """Rows of a fluid's figures, one for each row of the log.
+
+    Args:
+        fluid: of the world, or None.
+    """
+
+    def __init__(self, fluid: Fluid | None) -> None:
+        """Start with no row."""
+        self._fluid = fluid
+        self._rows: list[dict[str, float]] = []
+
+    def take(self) -> None:
+        """Record the present."""
+        if self._fluid is None:
+            return
+        row = dict(self._fluid.figures())
+        books = self._fluid.books()
+        if books is not None:
+            row[GAP] = float(np.abs(books.gap).max()) / max(books.gross, 1e-12)
+        self._rows.append(row)
+
+    def columns(self, rows: int) -> dict[str, Floats]:
+        """Return the first rows as columns by name, absent values as not a number."""
+        kept = self._rows[:rows]
+        names = dict.fromkeys(name for row in kept for name in row)
+        return {name: np.array([row.get(name, np.nan) for row in kept]) for name in names}
+
+    def note(self) -> str:
+        """Return a few words for a progress bar."""
+        if not self._rows:
+            return ""
+        row = self._rows[-1]
+        words = [f"{int(row['particles']):,} particles"] if "particles" in row else []
+        if "mean compression [1]" in row:
+            words.append(f"compressed {row['mean compression [1]']:.2%}")
+        return ", ".join(words)

@@ -1,0 +1,54 @@
+"""Effects of a robot's folder that rest because a fluid makes them itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from seals.config.robot import read_robot
+from seals.config.run import RunSettings
+from seals.effects.effect import Effect, MediumKind
+from seals.errors import ConfigError
+from seals.fluid import Fluid
+
+
+def resting_effects(settings: RunSettings) -> tuple[str, ...]:
+    """Return names of the robot's own effects in water that its fluid accounts for.
+
+    A robot folder describes drag, added mass and slamming by coefficients; a simulated fluid makes
+    them from the robot's shape. An effect that the user added beside the folder's is not among
+    them: two owners of one phenomenon are refused.
+    """
+    if settings.fluid is None or not settings.robot.folder:
+        return ()
+    own = read_robot(Path(settings.robot.folder)).parts.get("effects", {})
+    return tuple(
+        name for name, e in settings.effects.items() if name in own and owned(e, settings.fluid)
+    )
+
+
+def owned(effect: Effect, fluid: Fluid) -> bool:
+    """Whether an effect of water belongs to a fluid."""
+    in_water = getattr(effect, "medium", None) in (MediumKind.water, None)
+    shared = set(effect.accounts_for) & set(fluid.accounts_for)
+    return in_water and bool(shared) and not effect.correction
+
+
+def without(effects: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    """Return the effects but those named."""
+    return {name: effect for name, effect in effects.items() if name not in names}
+
+
+def refuse_fluid(settings: RunSettings, purpose: str) -> None:
+    """Refuse a simulated fluid where only coefficients can be used.
+
+    Raises:
+        ConfigError: there is one.
+    """
+    if settings.fluid is not None:
+        raise ConfigError(
+            f"{purpose} cannot follow fluid={settings.fluid.name}: "
+            "it needs a law for every force.\n"
+            "Take the coefficients: water=fossen, or simulate with seals run."
+        )

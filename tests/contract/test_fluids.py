@@ -1,0 +1,22 @@
+"""Every installed fluid keeps the contract of its kind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from seals import registry
+from seals.testing import check_fluid
+
+SMALL: dict[str, dict[str, Any]] = {
+    "particles": {"spacing": 0.04, "size": [0.48, 0.48, 0.4], "freeboard": 0.3, "threads": 2}
+}
+"""Fields that keep the check short."""
+
+
+@pytest.mark.parametrize("name", registry.names("fluid"))
+def test_fluids_keep_their_contract(name: str) -> None:
+    """Lift, books, snapshots, filling anew, surface."""
+    report = check_fluid(name, values=SMALL.get(name))
+    print(report.table())

@@ -1,0 +1,261 @@
+"""A plant along a course: what is kept for many parameters equals what is computed afresh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.diagnose.along import Along, packed
+from seals.diagnose.catalogue import library_of
+from seals.diagnose.fit import Fitter
+from seals.diagnose.linearise import dynamics_along, predict
+from seals.diagnose.plant import Plant
+from seals.diagnose.problem import linearised, rewindowed, windows_of
+from seals.diagnose.samples import Samples
+from seals.diagnose.trajectory import Course
+from seals.diagnose.vehicle import Vehicle, read_vehicle
+
+ROWS, STEP = 150, 0.01
+VALUES = {
+    "linear_drag_air_change.coefficient_x": 0.1,
+    "payload_second.mass": 0.05,
+    "mass.mass": 0.02,
+}
+KEYS = [
+    "mass.mass",
+    "inertia.delta_yy",
+    "centre_of_gravity.offset_z",
+    "payload_second.mass",
+    "payload_second.position_z",
+    "linear_drag_air_change.coefficient_x",
+    "quadratic_drag_water_change.coefficient_z",
+    "added_mass_change.mass_z",
+    "buoyancy.volume_change",
+    "wind.velocity_y",
+    "current.velocity_x",
+    "weak_rotor_2.relative_loss",
+    "thrust_coefficient.relative_change",
+    "servos.kp",
+    "joint_friction_1.viscous",
+    "joint_backlash_2.width",
+]
+
+
+def described(level: float | None) -> dict[str, Any]:
+    """A small vehicle with rotors, a hull and an arm, at the surface of water or without any."""
+    link = {
+        "mass": 0.12,
+        "centre_of_gravity": [0.0, 0.01, -0.07],
+        "inertia": np.diag([2e-4, 2e-4, 2e-5]).tolist(),
+    }
+    joint = {"type": "revolute", "axis": [0, 1, 0], "lower": -2.8, "upper": 2.8}
+    first = {**joint, "name": "one", "origin": [0.02, 0.0, -0.06]}
+    second = {**joint, "name": "two", "origin": [0.0, 0.0, -0.14], "axis": [1, 0, 0]}
+    rotor = {
+        "axis": [0, 0, 1],
+        "thrust_coefficient": 1.7e-5,
+        "torque_coefficient": 2.4e-7,
+        "time_constant": 0.04,
+        "max_speed": 1050.0,
+        "radius": 0.1,
+    }
+    places = [(0.2, -0.2, 1), (-0.2, 0.2, 1), (0.2, 0.2, -1), (-0.2, -0.2, -1)]
+    box = {"type": "box", "position": [0, 0, 0], "rpy": [0, 0, 0], "size": [0.3, 0.2, 0.1]}
+    hull = {"displaced_volume": 0.006, "centre_of_buoyancy": [0, 0, 0.01], "plan_area": 0.06}
+    coefficients = {f"coefficient_{a}": 0.3 for a in "xyz"}
+    gains = {"kp": 9.0, "kd": 0.23, "torque_limit": 2.5, "armature": 0.002}
+    base = {"mass": 2.2, "centre_of_gravity": [0.01, 0, 0.02]}
+    sigma = {
+        "position": 0.003,
+        "orientation": 0.004,
+        "angular_velocity": 0.01,
+        "specific_force": 0.1,
+        "joint_position": 1e-3,
+    }
+    tolerance = {"mass": 0.005, "inertia": 0.03, "thrust_coefficient": 0.006, "link_mass": 0.01}
+    return {
+        "vehicle": {
+            "rotors": [{**rotor, "position": [x, y, 0.0], "direction": d} for x, y, d in places],
+            "hull": None if level is None else {**hull, "primitives": [box]},
+            "base": {**base, "inertia": np.diag([0.02, 0.023, 0.04]).tolist()},
+            "arm": {
+                "links": [
+                    {**link, "name": "first", "joint": first},
+                    {**link, "name": "second", "joint": second},
+                ],
+                "controller": gains,
+            },
+        },
+        "environment": {"water_level": level},
+        "baseline": [
+            {"name": "gravity"},
+            *([] if level is None else [{"name": "buoyancy"}]),
+            {"name": "rotor_thrust"},
+            {"name": "arm"},
+            {"name": "linear_drag", "medium": "air", "parameters": coefficients},
+            {"name": "quadratic_drag", "medium": "water", "parameters": coefficients},
+        ],
+        "sensors": {"channels": {k: {"sigma": v} for k, v in sigma.items()}},
+        "tolerance": {k: {"sigma": v} for k, v in tolerance.items()},
+        "disturbance": {"force_sigma": 0.05, "torque_sigma": 0.003},
+    }
+
+
+def waving(vehicle: Vehicle) -> tuple[Plant, Course]:
+    """A smooth course through the surface with its log, noise of a fixed seed in the readings."""
+    rng = np.random.default_rng(3)
+    time = np.arange(ROWS) * STEP
+
+    def swing(size: float, width: int) -> Any:
+        phase, rate = rng.uniform(0.0, 6.0, width), rng.uniform(2.0, 5.0, width)
+        return size * np.sin(time[:, None] * rate + phase)
+
+    turn = np.concatenate([swing(0.3, 3), np.ones((ROWS, 1))], axis=1)
+    course = Course(
+        position=swing(0.1, 3),
+        quaternion=turn / np.linalg.norm(turn, axis=1, keepdims=True),
+        velocity=swing(1.0, 3),
+        spin=swing(1.0, 3),
+        joints=swing(0.8, 2),
+        rates=swing(1.0, 2),
+    )
+    exact = {
+        "position": course.position,
+        "orientation": course.quaternion,
+        "angular_velocity": course.spin,
+        "specific_force": swing(2.0, 3),
+        "joint_position": course.joints,
+    }
+    samples = Samples(
+        time=time,
+        step=STEP,
+        runs=((0, ROWS),),
+        channels={k: v + 1e-3 * rng.normal(size=v.shape) for k, v in exact.items()},
+        command=600.0 + swing(50.0, 4),
+        voltage=None,
+        joint_command=course.joints + 0.02,
+    )
+    library = library_of(vehicle, speeds=np.ones(3))
+    return Plant(vehicle, library, samples, parts=1), course
+
+
+@pytest.fixture(scope="module")
+def along() -> Along:
+    """The plant along its course."""
+    return Along(*waving(read_vehicle(described(0.0))))
+
+
+@pytest.fixture(scope="module")
+def fitter() -> Fitter:
+    """A linearisation in the air with windows."""
+    return linearised(*waving(read_vehicle(described(None))), {}, window=0.5)
+
+
+def afresh(along: Along, values: dict[str, float]) -> Any:
+    """Rates of a new twin that knows nothing of the course."""
+    twin = along.plant.twin(values, ROWS)
+    return packed(twin.rates(along.state, along.time, along.inputs(values)))
+
+
+def test_a_kept_posture_changes_nothing(along: Along) -> None:
+    """The rates with poses and surroundings at hand are those without."""
+    kept = packed(along.response(VALUES).rates)
+    assert kept == pytest.approx(afresh(along, VALUES), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_response_is_the_slope_of_the_rates(along: Along, key: str) -> None:
+    """What one effect does at known accelerations gives the derivative of all rates."""
+    found = along.changes(VALUES, [key])[key]
+    step = 0.1 * along.plant.library.factors[key].nudge
+    sides = [{**VALUES, key: VALUES.get(key, 0.0) + s * step} for s in (1.0, -1.0)]
+    above, below = (afresh(along, v) for v in sides)
+    slope = (above - below) / (2.0 * step)
+    assert np.abs(slope).max() > 0.0
+    # one-sided quotients of laws that bend: of first order in a step of 2 %
+    assert np.abs(found - slope).max() < 0.02 * np.abs(slope).max()
+
+
+def test_a_unit_wrench_on_the_base_turns_and_lifts(along: Along) -> None:
+    """Pushing the base upward by what the drive adds gives the acceleration that the drive adds."""
+    key = "thrust_coefficient.relative_change"
+    response, plant = along.response({}), along.plant
+    drive = plant.drive({})
+    assert drive is not None
+    speeds = drive.at[:, 0]
+    rotors: Any = plant.vehicle.effects["rotors"]
+    thrust = rotors.thrust_coefficient[0] * speeds**2
+    torque = rotors.torque_coefficient[0] * speeds**2
+    place, turns = np.array(rotors.position), np.array(rotors.direction)
+    arms = np.cross(place, [0.0, 0.0, 1.0])
+    lift = thrust.sum(axis=1)[:, None]
+    wrench = np.concatenate([np.zeros((ROWS, 2)), lift, thrust @ arms], axis=1)
+    pushed = np.stack(response.pushed(), axis=2)
+    expected = np.einsum("tik,tk->ti", pushed, wrench)
+    found = along.changes({}, [key])[key]
+    spun = np.einsum("ti,t->ti", pushed[:, :, 5], torque @ turns)
+    best = min(np.abs(found - expected + s * spun).max() for s in (-1.0, 0.0, 1.0))
+    assert best < 1e-8 * np.abs(found).max()
+
+
+def test_steps_about_an_anchor_are_right_to_first_order(fitter: Fitter) -> None:
+    """At the anchor the step is exact; beside it, most of its change is there."""
+    along = fitter.along
+    assert along is not None
+    plant, course = along.plant, along.course
+    anchor = along.anchor({})
+
+    values = {"linear_drag_air_change.coefficient_x": 0.1, "wind.velocity_y": 1.0}
+
+    def moved(size: float, **given: Any) -> Any:
+        used = {k: size * v for k, v in values.items()}
+        return predict(plant, course, used, along=along, **given).defect[:-1, :12]
+
+    still = anchor.defect[:-1, :12]
+    near = {"anchor": anchor, "dynamics": fitter.dynamics}
+    assert moved(0.0, **near) == pytest.approx(still, abs=1e-14)
+    change = np.abs(moved(1.0) - still).max()
+    assert change > 1e-4
+    assert np.abs(moved(1.0, **near) - moved(1.0)).max() < 0.05 * change
+
+
+def test_other_gusts_need_no_new_outputs(fitter: Fitter) -> None:
+    """Windows under another level of the gusts equal windows set up for it."""
+    level = 2.5 * fitter.windows.gusts
+    fresh = windows_of(fitter.plant, fitter.course, fitter.dynamics, window=0.5, gusts=level)
+    shared = fitter.windows.under(level)
+    assert shared.like(fitter.windows)
+    assert not fresh.like(fitter.windows)
+    outputs = fitter.misfit({}).outputs
+    left, right = (w.whiten(outputs) for w in (fresh, shared))
+    assert left.product(left) == pytest.approx(right.product(right), rel=1e-9)
+    assert fresh.volume == pytest.approx(shared.volume, rel=1e-12)
+
+
+def test_what_was_seen_serves_other_gusts(fitter: Fitter) -> None:
+    """Equations from outputs at hand equal those from the model."""
+    fit = fitter.fit(("wind.velocity_x",), iterations=2)
+    other = rewindowed(fitter, gusts=3.0)
+    quick, slow = other.again(fit, seen=fitter.seen(fit)), other.again(fit)
+    assert quick.cost == pytest.approx(slow.cost, rel=1e-9)
+    assert quick.normal == pytest.approx(slow.normal, rel=1e-8, abs=1e-8 * slow.normal.max())
+
+
+def test_a_finished_fit_stands_on_exact_steps(fitter: Fitter) -> None:
+    """The cost of a fit is that of the model at its values, and a rough one is not better."""
+    keys = ("payload_second.mass", "payload_second.position_z")
+    rough, fit = fitter.fit(keys, rough=True), fitter.fit(keys)
+    seen = fitter.misfit(fit.values)
+    exact = float(seen.product(seen).sum()) + fit.penalty
+    assert fit.cost == pytest.approx(exact, abs=1.0, rel=1e-4)
+    seen = fitter.misfit(rough.values)
+    assert exact < float(seen.product(seen).sum()) + rough.penalty + 1.0
+
+
+def test_slopes_in_the_state_keep_what_the_place_cannot_change(along: Along) -> None:
+    """In still water the accelerations know the height, and no other place."""
+    slope = dynamics_along(along.plant, along.course, {}, along=along).slope
+    assert np.abs(slope[:, 6:12, 2]).max() > 1.0
+    assert not slope[:, 6:12, :2].any()

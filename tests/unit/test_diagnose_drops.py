@@ -1,0 +1,157 @@
+"""Drops without pose: the model between the rows, trials of whole runs, errors at the surface."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.diagnose.between import Between, finer
+from seals.diagnose.catalogue import library_of
+from seals.diagnose.pierced import pierced
+from seals.diagnose.plant import Plant
+from seals.diagnose.problem import Problem, linearised
+from seals.diagnose.rollout import simulated_course
+from seals.diagnose.samples import Samples
+from seals.diagnose.standing import Doubt, converged, stand
+from seals.diagnose.trials import nearest_course, trials
+from seals.diagnose.vehicle import Vehicle, read_vehicle
+
+STEP, ROWS = 0.02, 60
+
+
+def meta() -> dict[str, Any]:
+    """A box of one kilogram that falls from 0.25 m, a little tilted, and floats."""
+    size = [0.15, 0.15, 0.07]
+    sigma = {
+        "position": 0.005,
+        "orientation": 0.01,
+        "velocity": 0.02,
+        "angular_velocity": 0.02,
+    }
+    start = {
+        "segment": 0,
+        "position": [0.0, 0.0, 0.25],
+        "orientation": [0.995004, 0.0, 0.0998334, 0.0],
+        "velocity": [0.0, 0.0, 0.0],
+        "angular_velocity": [0.1, 0.0, 0.2],
+        "sigma": sigma,
+    }
+    drag = {"coefficient_x": 5.0, "coefficient_y": 5.0, "coefficient_z": 14.0}
+    box = {"type": "box", "position": [0, 0, 0], "rpy": [0, 0, 0], "size": size}
+    return {
+        "vehicle": {
+            "name": "drop",
+            "mass": 1.0,
+            "inertia": [[0.006, 0, 0], [0, 0.006, 0], [0, 0, 0.01]],
+            "centre_of_gravity": [0, 0, 0],
+            "hull": {
+                "primitives": [box],
+                "displaced_volume": 0.00108,
+                "centre_of_buoyancy": [0, 0, 0.012],
+                "plan_area": 0.0225,
+            },
+        },
+        "environment": {"gravity": [0, 0, -9.81], "water_level": 0.0, "water_density": 998.0},
+        "baseline": [
+            {"name": "gravity"},
+            {"name": "buoyancy", "medium": "water"},
+            {"name": "quadratic_drag", "medium": "water", "parameters": drag},
+        ],
+        "sensors": {
+            "channels": {"angular_velocity": {"sigma": 0.012}, "specific_force": {"sigma": 0.12}}
+        },
+        "tolerance": {"mass": {"sigma": 0.005}, "displaced_volume": {"sigma": 0.005}},
+        "disturbance": {"force_sigma": 0.012, "torque_sigma": 3e-4, "correlation_time": 0.35},
+        "initial_state": [start],
+    }
+
+
+def problem_of(vehicle: Vehicle) -> Problem:
+    """The nominal model's own readings as a log of one run."""
+    channels = {n: np.zeros((ROWS, 3)) for n in ("angular_velocity", "specific_force")}
+    none = np.zeros((ROWS, 0))
+    samples = Samples(
+        time=STEP * np.arange(ROWS),
+        step=STEP,
+        runs=((0, ROWS),),
+        channels=channels,
+        command=none,
+        voltage=None,
+        joint_command=none,
+    )
+    course = simulated_course(samples, vehicle, parts=4)
+    plant = Plant(vehicle, library_of(vehicle, speeds=np.ones(3)), samples, parts=4)
+    reading = Between(plant).track(course, {}).reading[::4]
+    channels["angular_velocity"][:], channels["specific_force"][:] = reading[:, :3], reading[:, 3:]
+    fitter = linearised(plant, course, {})
+    return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """A sound log."""
+    return problem_of(read_vehicle(meta()))
+
+
+def test_finer_rows_divide_every_row(problem: Problem) -> None:
+    """The times of the parts run on from row to row, and the runs keep their ends."""
+    rows = finer(problem.samples, 4)
+    assert np.allclose(np.diff(rows.time), STEP / 4)
+    assert rows.runs == ((0, 4 * ROWS),)
+
+
+def test_a_free_fall_is_exact_between_the_rows(problem: Problem) -> None:
+    """Before it touches the water the hull follows the parabola at every part of a row."""
+    track = Between(problem.plant).track(problem.fitter.course, {})
+    time = finer(problem.samples, 4).time[:32]
+    assert np.allclose(track.course.position[:32, 2], 0.25 - 0.5 * 9.81 * time**2, atol=1e-9)
+
+
+@pytest.mark.parametrize("key", ["slamming_change.coefficient", "added_mass_change.mass_z"])
+def test_responses_match_a_simulated_impact(problem: Problem, key: str) -> None:
+    """Responses over the rows of the impact are those of two simulations, to a few per cent."""
+    between, course = Between(problem.plant), problem.fitter.course
+    track = between.track(course, {})
+    _, fine = between.dynamics(track, {})
+    found = between.columns(track, fine, {}, [key]).push[:, :, 0]
+    step = 0.01
+    after = between.track(course, {key: step})
+    exact = (after.defect - track.defect) / step
+    assert np.abs(exact).max() > 0.1
+    assert np.abs(found - exact)[:-1].max() < 0.04 * np.abs(exact).max()
+
+
+def test_an_impact_is_doubted_and_a_floating_hull_is_not(problem: Problem) -> None:
+    """Where the hull strikes the water the readings count less than where it floats at rest."""
+    rough = pierced(problem, problem.fitter.course)
+    assert rough is not None
+    speed = problem.fitter.course.velocity[:, 2]
+    strike = int(np.argmax(rough.blur))
+    assert speed[strike] < -1.0
+    assert rough.blur[:8].max() == 0.0
+    assert rough.blur[-5:].max() < 0.5 * rough.blur[strike]
+
+
+def test_trials_are_the_same_every_time_and_find_the_run(problem: Problem) -> None:
+    """The draws repeat, the first is the datasheet's, and its course is the nearest one here."""
+    one, two = (trials(problem.plant, leave=("tether", "waves"), count=40) for _ in range(2))
+    assert [t.values for t in one] == [t.values for t in two]
+    assert not one[0].start.any()
+    course = nearest_course(problem.plant, leave=("tether", "waves"))
+    away = np.abs(course.position - problem.fitter.course.position)
+    assert away.max() < 0.05
+
+
+def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Problem) -> None:
+    """The nominal model follows its own readings, and a fit survives a change of process."""
+    between = Between(problem.plant)
+    doubt = Doubt(gusts=1.3, rough=pierced(problem, problem.fitter.course))
+    found = converged(stand(between, problem.fitter.course, (), {}, doubt), rounds=6)
+    assert found.done
+    assert found.fit.cost < 2.0
+    copied = pickle.loads(pickle.dumps(found))
+    copied.fitter.settle(between)
+    assert copied.fitter.start(()).cost == pytest.approx(found.fit.cost, abs=1e-6)

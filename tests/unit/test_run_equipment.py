@@ -1,0 +1,109 @@
+"""The log of a controlled run states drives, servos and battery, and can be diagnosed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from seals.cli.main import main
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.run.assembly import build_world
+from seals.run.simulation import simulate
+
+QUAD = (
+    "robot=crazyflie",
+    "controller=cascade",
+    "guide=waypoints",
+    "guide.places=[[1.0,0.0,1.0],[1.0,1.0,1.5],[0.0,1.0,1.0],[0.0,0.0,1.5]]",
+    "guide.speed=1.5",
+    "guide.rest=0.2",
+    "guide.delay=0.5",
+    "guide.repeat=true",
+    "initial.position=[0.0,0.0,1.0]",
+    "actuators.rotors.time_constant=[0.03]",
+    "sensors.imu.rate=100.0",
+    "sensors.imu.accelerometer_noise=0.01",
+    "sensors.imu.gyroscope_noise=1.2e-3",
+    "time.step=0.004",
+)
+
+
+def meta_of(*words: str) -> dict[str, Any]:
+    """Metadata of a short run."""
+    record = simulate(build_run(compose([*words, "time.duration=0.02"])), label="test")
+    return dict(record.log.meta)
+
+
+def test_rotors_servos_and_battery_are_stated() -> None:
+    """The manipulator's drives are those of its folder, each with its place and coefficients."""
+    meta = meta_of("robot=aam", "guide=hover")
+    vehicle = meta["vehicle"]
+    first = vehicle["rotors"][0]
+    assert [r["direction"] for r in vehicle["rotors"]] == [1.0, -1.0, 1.0, -1.0]
+    assert np.allclose(first["position"], [0.1697, -0.1697, 0.07])
+    assert (first["thrust_coefficient"], first["radius"]) == (1.42e-5, 0.127)
+    assert (first["time_constant"], first["spin_down"], first["max_speed"]) == (0.05, 0.08, 940.0)
+    assert vehicle["arm"]["controller"]["kp"] == [40.0, 25.0, 10.0, 2.0, 2.0, 2.0]
+    assert vehicle["arm"]["stowed"][:3] == [1.55, 0.0, 0.0]
+    assert 16.0 < vehicle["battery"]["full_voltage"] < 17.0
+    assert [b["name"] for b in meta["baseline"]][-2:] == ["rotor_thrust", "arm"]
+
+
+def test_thrusters_are_stated() -> None:
+    """An underwater vehicle lists its thrusters and no rotors."""
+    vehicle = meta_of("robot=auv", "guide=hover", "water=fossen")["vehicle"]
+    assert len(vehicle["thrusters"]) == 6
+    assert vehicle["rotors"] == []
+    assert all(t["max_force"] > 0.0 for t in vehicle["thrusters"])
+
+
+def test_drives_that_stand_still_are_not_stated() -> None:
+    """Without a guide no commands are logged, and nothing claims that rotors act."""
+    meta = meta_of("robot=aam")
+    assert meta["vehicle"]["rotors"] == []
+    assert "rotor_thrust" not in [b["name"] for b in meta["baseline"]]
+
+
+def test_rotors_that_carry_from_the_start_leave_the_height(tmp_path: Path) -> None:
+    """Rotors at the speed of hovering keep the height that rotors at rest lose."""
+    words = ["robot=aam", "guide=hover", "initial.position=[0.0,0.0,2.0]"]
+    words += ["initial.joint_position=[1.55,0.0,0.0,-0.6,-0.6,-0.6]"]
+    lost = {}
+    for start in ("rest", "carrying"):
+        world = build_world(build_run(compose([*words, f"initial.drives={start}"])))
+        lowest = 2.0
+        for _ in range(150):
+            world.step()
+            lowest = min(lowest, float(world.actors["robot"].body.read().position[2]))
+        world.close()
+        lost[start] = 2.0 - lowest
+    assert lost["rest"] > 0.05
+    assert lost["carrying"] < 0.01
+
+
+@pytest.mark.slow
+def test_an_effect_in_a_run_is_named_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A drag that the stated model lacks is named from the folder of a simulated flight."""
+    monkeypatch.chdir(tmp_path)
+    drag = [f"effects.hidden.coefficient_{axis}=0.01" for axis in "xyz"]
+    hidden = ["+effect@effects.hidden=linear_drag", "effects.hidden.medium=air", *drag]
+    words = ["run", *QUAD, *hidden, "time.duration=12.0", "hydra.run.dir=flight"]
+    assert main(words) == 0
+    place = Path("flight/meta.yaml")
+    meta = yaml.safe_load(place.read_text(encoding="utf-8"))
+    meta["baseline"] = [b for b in meta["baseline"] if b.get("instance") != "hidden"]
+    place.write_text(yaml.safe_dump(meta), encoding="utf-8")
+    assert main(["diagnose", "log=flight", "out=answer"]) == 10
+    said = capsys.readouterr().out
+    assert "linear_drag" in said
+    answer = yaml.safe_load(Path("answer/diagnosis.json").read_text(encoding="utf-8"))
+    assert [effect["name"] for effect in answer["effects"]] == ["linear_drag"]
+    for value in answer["effects"][0]["parameters"].values():
+        assert abs(value["value"] - 0.01) < 5e-4
