@@ -52,7 +52,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--variant", choices=("list", "cells", "auto"), default="auto")
     parser.add_argument("--threads", type=int, default=0, help="0: all")
     parser.add_argument("--iterations", type=int, default=4)
-    parser.add_argument("--kernel", default="wendland")
+    parser.add_argument("--kernel", default="spline")
     parser.add_argument("--steps", type=int, default=20, help="substeps timed")
     parser.add_argument("--skip", type=int, default=20, help="substeps before")
     parser.add_argument("--deterministic", action="store_true")

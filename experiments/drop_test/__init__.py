@@ -37,16 +37,16 @@ PARTICLES = (
     "robot=aam",
     "water=particles",
     "name=drop_test_particles",
-    "environment.tank_bottom=-1.0",
+    "environment.tank_bottom=-0.9",
     "environment.friction=0.8",
     "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
-    "fluid.spacing=0.025",
-    "fluid.size=[0.8,0.8,1.0]",
+    "fluid.spacing=0.03",
+    "fluid.size=[0.78,0.78,0.9]",
     "fluid.freeboard=1.0",
-    "time.duration=4",
+    "time.duration=3",
     "time.step=0.004",
 )
-"""The same over a tank of particles, a metre deep."""
+"""The same over a tank of particles."""
 
 SMOOTH = 0.012
 """Time over which the felt force is averaged before its peak is measured [s]."""

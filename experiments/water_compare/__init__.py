@@ -113,10 +113,11 @@ def differences(both: Both) -> dict[str, tuple[float, float]]:
 
 
 def _felt(log: Log) -> Floats:
-    felt: Floats = np.linalg.norm(
-        [np.nan_to_num(log.columns[f"specific_force_{axis}"]) for axis in "xyz"], axis=0
-    )
-    return felt
+    """Size of the felt force at every row; between two readings the last one stands."""
+    felt: Floats = np.linalg.norm([log.columns[f"specific_force_{axis}"] for axis in "xyz"], axis=0)
+    known = np.where(np.isfinite(felt), np.arange(len(felt)), -1)
+    last = np.maximum.accumulate(known)
+    return np.where(last < 0, 0.0, felt[last])
 
 
 def _after(log: Log, rows: int) -> float:

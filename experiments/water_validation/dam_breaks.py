@@ -86,7 +86,7 @@ def collapse(width: float, height: float, length: float, spacing: float, until: 
         until: time [s].
     """
     water = filled_box(
-        (length, SLICE * spacing, 1.3 * height),
+        (length, SLICE * spacing, 2.0 * height),
         spacing,
         lambda p: (p[:, 0] < width) & (p[:, 2] < height),
     )
@@ -110,7 +110,7 @@ def martin_moyce(quick: bool) -> Outcome:
     a = 0.05715
     spacing = a / (16 if quick else 32)
     unit = math.sqrt(a / GRAVITY)
-    found = collapse(a, 2.0 * a, 6.0 * a, spacing, 4.4 * unit)
+    found = collapse(a, 2.0 * a, 8.0 * a, spacing, 4.4 * unit)
     # column twice as high as wide; the height is against its own
     front = np.interp(np.array(FRONT_T) * unit / math.sqrt(2.0), found.time, found.front) / a
     high = np.interp(np.array(HEIGHT_T) * unit, found.time, found.height) / (2.0 * a)

@@ -67,7 +67,9 @@ class Along:
     def inputs(self, values: Mapping[str, float]) -> Inputs:
         """What the log commands at its rows."""
         drive = self.plant.drive(values)
-        return self.plant.inputs(self.rows, None if drive is None else drive.at[:, 0], held=True)
+        if drive is None:
+            return self.plant.inputs(self.rows, None, held=True)
+        return self.plant.inputs(self.rows, drive.at[:, 0], held=True, delay=drive.delay)
 
     def response(self, values: Mapping[str, float]) -> Response:
         """The equations of motion at given values, kept for the last few."""

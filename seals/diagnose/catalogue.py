@@ -218,6 +218,12 @@ def _waves(made: Collector) -> None:
     made.candidate("waves", keys)
 
 
+_GREASE = 0.3
+"""Viscous friction that goes with dry friction [s/rad]: a joint that rubs is a greased one."""
+_CREEP = 0.015
+"""How well the rate is known at which dry friction turns over [rad/s]."""
+
+
 def _arm(made: Collector, vehicle: Vehicle) -> None:
     tol, robot = vehicle.tolerance, vehicle.robot
     kp, kd = vehicle.servo["kp"], vehicle.servo["kd"]
@@ -229,9 +235,11 @@ def _arm(made: Collector, vehicle: Vehicle) -> None:
         spread = tol.get("link_mass", 0.0) * float(robot.mass[k])
         made.add(f"mass_{link}", effect, {"mass": (spread, float(robot.mass[k]))})
         friction = _effect("joint_friction", joint=k)
-        table = {"coulomb": (tol.get("joint_friction", 0.0), 0.05), "viscous": (0.0, 0.05)}
-        low = {"coulomb": (0.0, np.inf), "viscous": (0.0, np.inf)}
-        keys = made.add(f"joint_friction_{k}", friction, table, bounds=low)
+        dry = tol.get("joint_friction", 0.0)
+        table = {"coulomb": (dry, 0.05), "viscous": (_GREASE * dry, 0.05)}
+        table["threshold"] = (_CREEP, _CREEP)
+        low = {"coulomb": (0.0, np.inf), "viscous": (0.0, np.inf), "threshold": (-0.045, np.inf)}
+        keys = made.add(f"joint_friction_{k}", friction, table, bounds=low)[:2]
         made.candidate("joint_friction", keys, variant={"joint": k})
         slack = _effect("joint_backlash", joint=k, kp=kp, kd=kd)
         keys = made.add(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.diagnose.equivalent import catalogued
 from seals.diagnose.factors import Candidate
 from seals.diagnose.hypothesis import Hypothesis
 from seals.diagnose.naming import Search, search
@@ -185,11 +186,12 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[s
         if name in ("rotor", "joint")
     }
     library = hypothesis.fitter.library
+    values, own = catalogued(candidate, library, fit.values, hypothesis.fitter.course.rates)
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        value, spread = fit.values[key], fit.spread(key)
+        value, spread = values[key], fit.spread(key)
         # the datasheet's tolerance of the same quantity cannot be told from the effect
         # and a law of nature differs a little from the one in the book
-        known = np.hypot(spread, library.factors[key].tolerance)
+        known = np.hypot(spread, own[key])
         half = _NORMAL90 * float(np.hypot(known, _LAW * value))
         effect = library.effects.get(library.factors[key].instance)
         meta = parameters_of(effect) if effect is not None else {}

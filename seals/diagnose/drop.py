@@ -46,7 +46,7 @@ class Drops:
         self.between = Between(problem.plant)
         self.library = problem.plant.library
         coarse = Plant(problem.vehicle, self.library, problem.samples, parts=_COARSE)
-        course = nearest_course(coarse, leave=_SPECIAL)
+        course = nearest_course(coarse, leave=_SPECIAL, processes=processes)
         self.doubt = Doubt(gusts=gusts, rough=pierced(problem, course))
         outset = stand(self.between, course, (), {}, self.doubt)
         self.base = converged(outset, rounds=_ROUNDS)

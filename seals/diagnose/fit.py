@@ -185,9 +185,13 @@ class Fitter:
         """
         if self.along is None:
             return fit
+        best: Fit | None = None
         for _ in range(_AGAIN):
             guessed, anchor = fit.cost, self._anchor(fit.values)
             fit = self._linear(fit.keys, fit.freed, fit.values, fit.precision, anchor)
+            if best is not None and fit.cost > best.cost:
+                return best
+            best = fit
             off, exact = abs(fit.cost - guessed), fit.cost
             fit = self._descend(fit, iterations, (tolerance, 0.0), set(fit.keys), anchor)
             if off < tolerance or exact - fit.cost < tolerance:
@@ -237,7 +241,7 @@ class Fitter:
         frozen = [i for i, k in enumerate(now.keys) if k not in moving]
         level = now.cost - reserve(now, frozen)
         for _ in range(iterations):
-            step, promised = newton_step(now)
+            step, promised = newton_step(now, self._bounds(now.keys))
             if promised - reserve(now, frozen) < tolerance:
                 return now
             step[frozen] = 0.0
@@ -256,6 +260,11 @@ class Fitter:
             if gained < max(tolerance, _SLOW * level, whole):
                 return now
         return now
+
+    def _bounds(self, keys: Sequence[str]) -> tuple[Floats, Floats]:
+        """Least and largest values of factors."""
+        pairs = np.array([self.library.factors[k].bounds for k in keys], dtype=float).reshape(-1, 2)
+        return pairs[:, 0], pairs[:, 1]
 
     def _moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
         """Values after a share of a step, inside the bounds."""

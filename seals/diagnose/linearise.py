@@ -45,6 +45,8 @@ class Dynamics:
         sense: of the specific force by the state error, shape (T, 3, n).
         feel: of the specific force by the wrench, shape (T, 3, 6).
         slope: of the rates of the state error by the state error, shape (T, n, n).
+        steep: what dry friction, whose slope is steep, makes of a step's error that was found
+            without that slope, shape (T, n, n); None without dry friction.
     """
 
     transition: Floats
@@ -52,6 +54,7 @@ class Dynamics:
     sense: Floats
     feel: Floats
     slope: Floats
+    steep: Floats | None = None
     _kept: dict[float, Floats] = field(default_factory=dict)
 
     def integral(self, step: float) -> Floats:
@@ -104,13 +107,16 @@ def predict(
     rates = along.response(used).rates
     if anchor is None or dynamics is None:
         defect = along.anchor(used).defect
+        if dynamics is not None and dynamics.steep is not None:
+            defect = _times(dynamics.steep, defect)
     else:
         change = np.zeros_like(anchor.defect)
         joints = course.joints.shape[1]
         rate = accelerations(rates) - anchor.rate
         change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
         integral = dynamics.integral(plant.samples.step)
-        defect = anchor.defect + np.matmul(integral, _average(change)[:, :, None])[:, :, 0]
+        off = anchor.defect if dynamics.steep is None else _times(dynamics.steep, anchor.defect)
+        defect = off + _times(integral, _average(change))
     reading = _stacked(plant.reading(along.state, rates, used))
     late = used.get(DELAY, 0.0) - delay
     if late:
@@ -153,11 +159,48 @@ def dynamics_along(
     _kinematics(slope, course)
     rate, feel = _wrench_columns(along, used)
     transition, integral = discrete(slope, plant.samples.step)
+    steep = None
+    if plant.friction(used, course.rates) is not None:
+        plain, slope = integral, _with_friction(plant, course, used, slope, sense)
+        transition, integral = discrete(slope, plant.samples.step)
+        steep = np.matmul(integral, np.linalg.inv(plain))
     kick = np.matmul(integral, _average(rate))
     kept = {plant.samples.step: integral}
     return Dynamics(
-        transition=transition, kick=kick, sense=sense, feel=feel, slope=slope, _kept=kept
+        transition=transition,
+        kick=kick,
+        sense=sense,
+        feel=feel,
+        slope=slope,
+        steep=steep,
+        _kept=kept,
     )
+
+
+def _with_friction(
+    plant: Plant, course: Course, used: Mapping[str, float], slope: Floats, sense: Floats
+) -> Floats:
+    """Derivatives by the joint rates again, dry friction included; those of ``sense`` in place.
+
+    Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
+    slope the noise of a course's rates would turn into torques.
+    """
+    joints = course.joints.shape[1]
+    rates = range(12 + joints, course.size)
+    shifts = [None, *(_shift(course.size, k, _NUDGE) for k in rates)]
+    base, *found = _accelerations(plant, course, used, shifts)
+    out = slope.copy()
+    for k, moved in zip(rates, found, strict=True):
+        change = (moved - base) / _NUDGE
+        out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
+        sense[:, :, k] = change[:, 6:9]
+    return out
+
+
+def _times(matrices: Floats, rows: Floats) -> Floats:
+    """Product of each matrix with its row, shape (T, n)."""
+    out: Floats = np.matmul(matrices, rows[:, :, None])[:, :, 0]
+    return out
 
 
 def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
@@ -252,8 +295,19 @@ def discrete(slope: Floats, step: float) -> tuple[Floats, Floats]:
     """
     a = _average(slope) * step
     eye = np.eye(slope.shape[1])
+    own = np.abs(np.diagonal(a, axis1=1, axis2=2)).max(initial=0.0)
+    halvings = max(int(np.ceil(np.log2(own / _LARGEST))), 0) if own > _STEEP else 0
+    a = a / 2**halvings
     integral = eye + np.matmul(a, eye / 2.0 + np.matmul(a, eye / 6.0 + a / 24.0))
-    return eye + np.matmul(a, integral), integral * step
+    whole = eye + np.matmul(a, integral)
+    for _ in range(halvings):
+        integral = 0.5 * (integral + np.matmul(integral, whole))
+        whole = np.matmul(whole, whole)
+    return whole, integral * step
+
+
+_STEEP, _LARGEST = 1.5, 0.5
+"""Rate times step from which on the series is taken in halved steps, and what it may be then."""
 
 
 def _average(values: Floats) -> Floats:

@@ -15,7 +15,8 @@ from seals.diagnose.lateness import timed
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.normal import Fit
 from seals.diagnose.parallel import spread
-from seals.diagnose.problem import Problem, followed, linearised, rewindowed
+from seals.diagnose.plant import nonzero
+from seals.diagnose.problem import LATE, Problem, followed, linearised, rewindowed
 from seals.diagnose.rough import surface
 from seals.diagnose.screen import Screen, candidate_keys, linear_gain, screen
 from seals.diagnose.shortlist import Job, fitted, hopeful, refined
@@ -132,6 +133,11 @@ def settled(problem: Problem) -> Hypothesis:
     """The nominal model under the gusts that suit it best, as far as they were stated."""
     fitter = problem.fitter
     nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    at = {k: v for k, v in nominal.fit.values.items() if k != DELAY}
+    if problem.plant.friction(nonzero(at), fitter.course.rates) is not None:
+        # the slope of dry friction belongs to the dynamics
+        fitter = linearised(problem.plant, fitter.course, at, gusts=fitter.windows.gusts)
+        nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     found = unrest(nominal)
     if not 1.0 < found.level <= ADMITTED:
         return nominal
@@ -179,11 +185,9 @@ def extensions(
 def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     """Windows that follow a late sensor, for starts with more than a little delay."""
     delay = start.get(DELAY, 0.0)
-    return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > _LATE else fitter
+    return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 
 
-_LATE = 3e-3
-"""Delay of the inertial sensors from which on the windows follow it [s]."""
 _LATE_NAMES = ("sensor_delay",)
 """Effects whose response about zero says little of what they do."""
 _SPECIAL = ("tether", "waves")

@@ -55,13 +55,36 @@ class Fit:
         return float(np.sqrt(self.covariance[k, k]))
 
 
-def newton_step(fit: Fit) -> tuple[Floats, float]:
-    """Full Gauss-Newton step of all keys, shape (p,), and the fall of the cost it promises."""
+def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[Floats, float]:
+    """Gauss-Newton step of all keys inside their bounds, and the fall of the cost it promises.
+
+    A key that would leave its bounds goes to the bound, and the others take their best step beside
+    it: a step that is merely cut off need not lead downhill.
+
+    Args:
+        fit: equations at its values.
+        bounds: least and largest values of the keys, shape (p,) each; None for none.
+
+    Returns:
+        The step, shape (p,), and the fall.
+    """
     at = np.array([fit.values[k] for k in fit.keys])
     matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
     gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
-    step = solve_scaled(matrix, gradient)
-    return step, float(step @ gradient)
+    if bounds is None:
+        step = solve_scaled(matrix, gradient)
+        return step, float(step @ gradient)
+    least, most = bounds[0] - at, bounds[1] - at
+    step, free = np.zeros(len(at)), np.ones(len(at), dtype=bool)
+    while free.any():
+        right = gradient[free] - matrix[np.ix_(free, ~free)] @ step[~free]
+        step[free] = solve_scaled(matrix[np.ix_(free, free)], right)
+        beyond = free & ((step < least) | (step > most))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, least, most)[beyond]
+        free &= ~beyond
+    return step, float(step @ (2.0 * gradient - matrix @ step))
 
 
 def reserve(fit: Fit, frozen: Sequence[int]) -> float:

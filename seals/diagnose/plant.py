@@ -36,9 +36,11 @@ class Drive:
 
     Args:
         at: shape (T, 2 parts + 1, n).
+        delay: of all commands, those to the joints among them [s].
     """
 
     at: Floats
+    delay: float = 0.0
 
 
 class Plant:
@@ -91,7 +93,7 @@ class Plant:
             at[first:last, :-1] = states
             at[first : last - 1, -1] = states[1:, 0]
             at[last - 1, -1] = states[-1, -1]
-        return Drive(at=at)
+        return Drive(at=at, delay=delay)
 
     def twin(self, values: Values, batch: int, *, stiff: bool = True) -> Twin:
         """Twin of the nominal model with the changes of ``values``.
@@ -143,21 +145,26 @@ class Plant:
             setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
         return sea
 
-    def inputs(self, rows: Any, drive: Floats | None, *, held: bool = False) -> Inputs:
+    def inputs(
+        self, rows: Any, drive: Floats | None, *, held: bool = False, delay: float = 0.0
+    ) -> Inputs:
         """Inputs at some rows with given states of the actuators.
 
         Args:
             rows: of the log.
             drive: states of the actuators.
             held: whether the joints still follow the command of the row before.
+            delay: of the commands to the joints [s].
         """
         samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
         voltage = None if samples.voltage is None else samples.voltage[rows]
         joint = None
         if samples.joint_command.shape[1]:
-            late = 1.0 if held else JITTER / samples.step
-            before = samples.joint_command[np.maximum(rows - 1, 0)]
-            joint = late * before + (1.0 - late) * samples.joint_command[rows]
+            late = max(delay / samples.step + (1.0 if held else JITTER / samples.step), 0.0)
+            whole = int(late)
+            newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
+            share, command = late - whole, samples.joint_command
+            joint = share * command[older] + (1.0 - share) * command[newer]
         return Inputs(0.0, torque, drive, voltage, joint)
 
     def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
@@ -192,7 +199,11 @@ class Plant:
             time = self.samples.time[rows][:, None] + part * step
             at = []
             for i in range(3):
-                inputs = self.inputs(rows, None if drive is None else drive.at[rows, 2 * part + i])
+                inputs = (
+                    self.inputs(rows, None)
+                    if drive is None
+                    else self.inputs(rows, drive.at[rows, 2 * part + i], delay=drive.delay)
+                )
                 if torque is not None:
                     late = (part + 0.5 * i) / self.parts
                     inputs = inputs._replace(

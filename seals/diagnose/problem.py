@@ -21,6 +21,8 @@ from seals.diagnose.vehicle import Vehicle, read_vehicle
 from seals.diagnose.windows import Windows
 from seals.logs.log import Log
 
+LATE = 3e-3
+"""Delay of the inertial sensors from which on the windows follow it [s]."""
 WINDOW = 1.0
 """Length of a window [s]: about three correlation times of the gusts."""
 LOOSE = 30.0
@@ -104,6 +106,7 @@ def linearised(
     along = Along(plant, course)
     dynamics = dynamics_along(plant, course, at, along=along)
     delay = at.get(DELAY, 0.0)
+    delay = delay if abs(delay) > LATE else 0.0
     windows = windows_of(plant, course, dynamics, window=window, gusts=gusts, delay=delay)
     return Fitter(plant, course, dynamics, windows, at=at, along=along)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.factors import Library
+from seals.diagnose.parallel import spread
 from seals.diagnose.plant import Plant
 from seals.diagnose.rollout import start_states
 from seals.diagnose.samples import IMU
@@ -21,7 +23,7 @@ FIELDS = ("position", "quaternion", "velocity", "spin", "joints", "rates")
 """Parts of a course."""
 COUNT = 140
 """Simulations of all runs in one generation."""
-_GENERATIONS, _PARENTS = 1, 6
+_GENERATIONS, _PARENTS = 2, 7
 """Further generations, and how many of the nearest trials they lie about."""
 _NEARBY, _GROWN = 0.5, (0.6, 1.5)
 """How far from them: in tolerances, and factors on an effect."""
@@ -39,10 +41,12 @@ class Trial:
     Args:
         values: changes by factor key.
         start: state errors of the stated starts, shape (runs, 12).
+        kind: number of the effect and its size.
     """
 
     values: Mapping[str, float]
     start: Floats
+    kind: int
 
 
 def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Trial]:
@@ -55,7 +59,7 @@ def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Tr
         leave: names of effects that are left out.
         count: trials.
     """
-    library, spread = plant.library, _spread(plant)
+    library, doubt = plant.library, _doubt(plant)
     rng = np.random.default_rng(_SEED)
     sizes = _sizes(library, leave)
     acting = [k for k in library.tolerances if not _silent(library, k)]
@@ -66,11 +70,12 @@ def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Tr
         }
         for key, size in sizes[k % len(sizes)].items():
             values[key] = values.get(key, 0.0) + size
-        start = spread * rng.standard_normal((len(plant.samples.runs), 12))
+        start = doubt * rng.standard_normal((len(plant.samples.runs), 12))
         out.append(
             Trial(
                 values={key: _inside(v, library.factors[key].bounds) for key, v in values.items()},
                 start=start if k else 0.0 * start,
+                kind=k % len(sizes),
             )
         )
     return out
@@ -92,43 +97,52 @@ def _silent(library: Library, key: str) -> bool:
     return effect is None or any(has_hook(effect, h) for h in (Measure, Timed))
 
 
-def bred(plant: Plant, parents: Sequence[Trial], *, count: int = COUNT) -> list[Trial]:
+def bred(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list[Trial]:
     """Draw trials about others.
 
     Args:
         plant: extended model.
-        parents: about which they lie.
+        about: trials near which they lie.
         count: trials.
     """
-    factors, spread = plant.library.factors, _spread(plant)
+    factors, doubt = plant.library.factors, _doubt(plant)
     rng = np.random.default_rng(_SEED + 1)
     out = []
     for k in range(count):
-        parent, values = parents[k % len(parents)], {}
+        parent, values = about[k % len(about)], {}
         for key, value in parent.values.items():
             tolerance = factors[key].tolerance
             # beyond a tolerance it is an effect
             grown = float(rng.uniform(*_GROWN)) if abs(value) > 2.5 * tolerance else 1.0
             drawn = grown * value + _NEARBY * tolerance * float(rng.standard_normal())
             values[key] = _inside(drawn, factors[key].bounds)
-        start = parent.start + _NEARBY * spread * rng.standard_normal(parent.start.shape)
-        out.append(Trial(values=values, start=start))
+        start = parent.start + _NEARBY * doubt * rng.standard_normal(parent.start.shape)
+        out.append(Trial(values=values, start=start, kind=parent.kind))
     return out
 
 
-def nearest_course(plant: Plant, *, leave: Sequence[str]) -> Course:
+def nearest_course(plant: Plant, *, leave: Sequence[str], processes: int = 1) -> Course:
     """Simulate all runs in many trials and keep, run by run, the course nearest to the readings.
 
     Args:
         plant: extended model of a log without actuators; its parts say how finely.
         leave: names of effects that are left out.
+        processes: that share the simulations.
     """
+
+    def run(some: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
+        """Simulate trials, every process its part."""
+        edges = np.linspace(0, len(some), processes + 1).astype(int)
+        parts = [some[a:b] for a, b in itertools.pairwise(edges)]
+        found = spread(lambda part: simulated(plant, part), parts, processes)
+        joined = [np.concatenate(x) for x in zip(*(f[1] for f in found), strict=True)]
+        return np.concatenate([f[0] for f in found]), joined
+
     chosen = trials(plant, leave=leave)
-    misfit, tracks = simulated(plant, chosen)
+    misfit, tracks = run(chosen)
     for _ in range(_GENERATIONS):
-        order = np.argsort(misfit.sum(axis=1))[:_PARENTS]
-        more = bred(plant, [chosen[k] for k in order])
-        found = simulated(plant, more)
+        more = bred(plant, parents(chosen, misfit))
+        found = run(more)
         chosen = [*chosen, *more]
         misfit = np.concatenate([misfit, found[0]])
         tracks = [np.concatenate(pair) for pair in zip(tracks, found[1], strict=True)]
@@ -139,6 +153,14 @@ def nearest_course(plant: Plant, *, leave: Sequence[str]) -> Course:
             [track[best[r], r, : b - a] for r, (a, b) in enumerate(plant.samples.runs)]
         )
     return Course(**parts)
+
+
+def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
+    """The nearest trials, one of each kind: a lucky draw must not crowd out the right effect."""
+    best: dict[int, Trial] = {}
+    for k in np.argsort(misfit.sum(axis=1)):
+        best.setdefault(chosen[k].kind, chosen[k])
+    return list(best.values())[:_PARENTS]
 
 
 def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
@@ -170,12 +192,12 @@ def _starts(plant: Plant, chosen: Sequence[Trial]) -> TwinState:
     return course.moved(np.concatenate([t.start for t in chosen])).state(slice(None))
 
 
-def _spread(plant: Plant) -> Floats:
+def _doubt(plant: Plant) -> Floats:
     """1-sigma of the stated starts, shape (12,)."""
     sigma = plant.vehicle.initial_state[0]["sigma"]
     names = ("position", "orientation", "velocity", "angular_velocity")
-    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
-    return spread
+    doubt: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return doubt
 
 
 def _misfit(plant: Plant, readings: Floats, count: int) -> Floats:

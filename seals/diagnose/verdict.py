@@ -47,8 +47,8 @@ CLOSE = 3.0
 ALIKE = 14.0
 """Score difference within which a hypothesis is mentioned beside the chosen one."""
 DISTANT = 4.0
-"""Factor on the three above for a log without pose: its model is linear about a course that was
-simulated, not measured, and the error of that weighs on all scores alike."""
+"""Factor on the three above, and on the evidence for stronger gusts, for a log without pose: models
+are fitted to whole runs, and where one is wrong its course hardly settles, which weighs on them."""
 RESTLESS = 2.0
 """Factor on the gusts above which a force is missing: their level is good to a factor of two."""
 REST_GAIN = 30.0
@@ -124,7 +124,8 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     floor = _floor(search)
     before = search.nominal.fit.cost
     share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
-    restless = left.level > RESTLESS and left.gain > REST_GAIN
+    least = REST_GAIN if problem.samples.posed else DISTANT * REST_GAIN
+    restless = left.level > RESTLESS and left.gain > least
     if restless and share < EXPLAINED:
         words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
         return Answer(

@@ -34,7 +34,7 @@ def wavenumber(omega: float, depth: float, gravity: float) -> float:
         kh -= change
         if abs(change) < 1e-13 * kh:
             break
-    return kh / depth
+    return float(kh / depth)
 
 
 def piston_gain(kh: float) -> float:

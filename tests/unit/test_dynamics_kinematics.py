@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -102,3 +104,23 @@ def test_a_turning_joint_turns_its_child_only(case: tuple[Pose, Floats]) -> None
     angle = np.arccos(np.clip((np.trace(change, axis1=2, axis2=3) - 1.0) / 2.0, -1.0, 1.0))
     behind = np.array([0, 1, 1, 1, 1, 0, 0], dtype=float)
     np.testing.assert_allclose(angle, np.tile(0.4 * behind, (BATCH, 1)), atol=1e-7)
+
+
+@pytest.mark.parametrize("fixed_base", [False, True], ids=["free", "bolted"])
+def test_one_robot_moves_like_a_batch(fixed_base: bool) -> None:
+    """Velocities, bias and Jacobian of one robot with turning joints are those of a batch's row."""
+    rng = np.random.default_rng(5)
+    tree = replace(random_tree(rng, fixed_base=fixed_base), prismatic=(False,) * 5)
+    pose = Pose(tree, rng)
+    speed = rng.standard_normal((BATCH, tree.joints + (0 if fixed_base else 6)))
+    all_rows = pose.moved(speed, 0.0)
+    moving = all_rows.move(speed)
+    bias = all_rows.bias(moving)
+    for row in range(BATCH):
+        rows = slice(row, row + 1)
+        one = Kinematics(tree, all_rows.origins[rows], all_rows.rotations[rows])
+        own = one.move(speed[rows])
+        for a, b in zip(own, moving, strict=True):
+            np.testing.assert_allclose(a, b[rows], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(one.bias(own), bias[rows], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(one.jacobian, all_rows.jacobian[rows], rtol=0.0, atol=1e-13)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,8 +22,7 @@ CLEAR = 0.95
 """Distance to a sample of a body, in spacings of its volume, at which water may stand at first."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Basin:
+class Basin(NamedTuple):
     """A box of water whose sides are whole spacings.
 
     Args:
@@ -91,7 +90,7 @@ class Basin:
     @property
     def _rows(self) -> int:
         """Rows of wall from the floor to the top."""
-        return max(1, round((self.top - self.lower[2]) / self.spacing))
+        return max(1, round(float(self.top - self.lower[2]) / self.spacing))
 
     def floor(self) -> Samples:
         """Samples of a floor that moves, about its middle at rest."""

@@ -23,7 +23,6 @@ from seals.plugins.fluids.particles.settings import (
     Device,
     MakerSettings,
     TideSettings,
-    WindowSettings,
     WindSettings,
 )
 from seals.plugins.fluids.pbd.settings import PbdSettings
@@ -63,7 +62,6 @@ class FluidParticles:
         wind: over the water.
         gauges: of the surface height, by name, each [east, north] in m.
         look: time between two looks at the surface [s].
-        window: a basin that follows the robot.
 
     Assumptions:
         Air pushes nothing. A particle is a blob of water of the size of its spacing.
@@ -75,7 +73,9 @@ class FluidParticles:
         The smallest whirls and the boundary layer are not there: of drag, the part that pressure
         makes on the scale of the spacing is; friction and the drag of thin parts are not. The
         viscosity of the method keeps the effective Reynolds number at some hundreds. Add what is
-        missing as an effect with ``correction: true``. No cavity pressure, no air cushion.
+        missing as an effect with ``correction: true``. No cavity pressure, no air
+        cushion. The basin stands still and is alone: ``wave`` must be still, a paddle has no solid
+        that bodies touch.
 
     References:
         Macklin and Mueller 2013, doi:10.1145/2461912.2461984; Akinci et al. 2012,
@@ -103,7 +103,6 @@ class FluidParticles:
     wind: WindSettings = field(default_factory=WindSettings)
     gauges: dict[str, list[float]] = field(default_factory=dict)
     look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    window: WindowSettings = field(default_factory=WindowSettings)
 
     name: ClassVar[str] = "particles"
     accounts_for: ClassVar[tuple[str, ...]] = (
@@ -141,8 +140,8 @@ class FluidParticles:
         return self._pool
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
-        """Return walls and floor of the basin; a window that follows has none."""
-        return {} if self.window.follow else walls_of(self._basin(environment))
+        """Return walls and floor of the basin."""
+        return walls_of(self._basin(environment))
 
     def _basin(self, environment: EnvironmentSettings) -> Basin:
         """Sizes of the basin in a given environment."""
@@ -161,6 +160,11 @@ class FluidParticles:
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
         """Prepare the basin and the boundaries."""
         environment = around.environment
+        if around.waves.at(np.zeros((1, 3)), np.zeros((1, 1)), 0.0).normal is not None:
+            raise ConfigError(
+                "wave: the sea around a basin of particles is still.\n"
+                "Leave wave out and make waves in the basin: fluid.maker.kind=piston"
+            )
         column = WaterColumn.of_profiles(
             environment.water_temperature, environment.salinity, environment.water_density
         )

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from scipy.ndimage import median_filter
 
 from seals.arrays import Floats
 
@@ -51,9 +54,15 @@ class HeightField:
             # a body that rises out of the water below it, and does not hang in the air above it
             touches = lower < np.where(np.isfinite(tops), tops, -np.inf) + 1.5 * self.spacing
             tops[(upper > tops) & touches] = np.nan
-        self.heights = _closed(tops, self.level)
+        self.heights = self._smoothed(_closed(tops, self.level))
 
-    def _cells(self, points: Floats) -> tuple[Floats, Floats]:
+    def _smoothed(self, heights: Floats) -> Floats:
+        """Heights without cells that stand out: pockets and jets are not the surface."""
+        around = median_filter(heights, size=3, mode="nearest")
+        out: Floats = np.where(np.abs(heights - around) > self.spacing, around, heights)
+        return out
+
+    def _cells(self, points: Floats) -> tuple[Any, Floats]:
         """Number of the cell of every point inside the grid, and its height."""
         index = np.floor((points[:, :2] - self.lower) / self.edge).astype(int)
         inside = ((index >= 0) & (index < self.shape)).all(axis=1)
@@ -72,14 +81,16 @@ class HeightField:
         # drops above the first that has company below count as if they lay on it
         calm = np.minimum(ranks[:, :LAYER], ranks[:, [LAYER]] + 1.5 * self.spacing)
         out[some] = calm.mean(axis=1) + 0.5 * self.spacing
-        return out.reshape(self.shape)
+        tops: Floats = out.reshape(self.shape)
+        return tops
 
     def _extreme(self, points: Floats, *, highest: bool) -> Floats:
         """Highest or lowest point of every cell; where there is none, minus or plus infinity."""
         cells, heights = self._cells(points)
         out = np.full(int(self.shape.prod()), -np.inf if highest else np.inf)
         (np.maximum if highest else np.minimum).at(out, cells, heights)
-        return out.reshape(self.shape)
+        ends: Floats = out.reshape(self.shape)
+        return ends
 
     def at(self, places: Floats) -> Floats:
         """Return the heights over places, linear between the middles of cells [m], shape (N,).

@@ -10,7 +10,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.environment import EnvironmentSettings
-from seals.errors import ConfigError
 from seals.fluid import BodyStates, Books, FluidBody, Surrounding
 from seals.plugins.fluids.particles.basin import Basin, clear_of, refuse_large
 from seals.plugins.fluids.particles.heights import HeightField
@@ -157,6 +156,8 @@ class Pool:
     def _place(self, states: BodyStates, time: float) -> None:
         """Hand all bodies and moved boundaries to the engine."""
         boards = self._boards(time)
+        if not self.bodies + len(boards):
+            return
         s = states
         none, still = np.zeros(len(boards)), np.zeros((len(boards), 3))
         self.water.place(
@@ -241,16 +242,11 @@ def paddle_of(settings: Any, environment: EnvironmentSettings) -> Paddle | None:
     """Return the wave maker of a fluid, or None.
 
     Raises:
-        ConfigError: its waves are too high, or it stands in a window.
+        ConfigError: its waves are too high for the theory.
     """
     e = environment
     if settings.maker.kind is Maker.none:
         return None
-    if settings.window.follow:
-        raise ConfigError(
-            "maker: a window that follows the robot has no wave maker.\n"
-            "Its waves are those of wave=..., for instance wave=airy."
-        )
     depth = (
         settings.size[2] if e.tank_bottom is None else float(e.water_level or 0.0) - e.tank_bottom
     )

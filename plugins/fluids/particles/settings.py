@@ -125,18 +125,3 @@ class WindSettings:
 
     stress_x: float = param(0.0, "Pa", bounds=(-50.0, 50.0), tolerance=0.0, source=_CHOSEN)
     stress_y: float = param(0.0, "Pa", bounds=(-50.0, 50.0), tolerance=0.0, source=_CHOSEN)
-
-
-@dataclass(kw_only=True)
-class WindowSettings:
-    """A box of particles that follows the robot through an unbounded sea.
-
-    Args:
-        follow: whether the tank is such a box; the sea around it is that of ``wave``.
-        ring: width of the zone in which the particles take over the sea's motion [m].
-        rate: at which they do at the outer edge of the ring [1/s].
-    """
-
-    follow: bool = False
-    ring: float = param(0.3, "m", bounds=(0.01, 100.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    rate: float = param(30.0, "1/s", bounds=(0.1, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)

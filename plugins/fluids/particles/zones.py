@@ -58,7 +58,7 @@ def blown(  # noqa: PLR0917  the water as it stands
         return velocities
     area = math.prod((basin.upper - basin.lower)[:2].tolist())
     gain = area * share / (top.sum() * basin.spacing**3)
-    out = velocities.copy()
+    out: Floats = velocities.copy()
     out[top, 0] += wind.stress_x * gain
     out[top, 1] += wind.stress_y * gain
     return out

@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import importlib
 import os
+import warnings
 from typing import Any
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-ti: Any = importlib.import_module(os.environ.get("SEALS_TAICHI", "taichi"))
+with warnings.catch_warnings():
+    # Taichi 1.7 asks the locale in a way that Python will drop
+    warnings.simplefilter("ignore", DeprecationWarning)
+    ti: Any = importlib.import_module(os.environ.get("SEALS_TAICHI", "taichi"))

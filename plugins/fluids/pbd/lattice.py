@@ -7,7 +7,7 @@ the sum over the cubic lattice is one.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,23 +31,15 @@ def spline(q: Array) -> tuple[Array, Array]:
     return 0.25 * u**3 - t**3, (-0.75 * u**2 + 3 * t**2) / safe
 
 
-def poly6_spiky(q: Array) -> tuple[Array, Array]:
-    """Density by the poly6 kernel, slope of the spiky one, each with the other's norm."""
-    u = np.maximum(4 - q * q, 0)
-    slope = -3 * np.maximum(2 - q, 0) ** 2 / np.maximum(q, 1e-9)
-    # 315 / (64 pi h^9) and 15 / (pi h^6) with h = 2
-    return u**3 * 315 / (64 * 512), slope * 15 / 64
-
-
+# Water at rest is disordered: pressure over the lattice's estimate, from a hydrostatic column
+SETTLED = {Kernel.spline: 0.974, Kernel.wendland: 1.0}
 SHAPES: dict[Kernel, Callable[[Array], tuple[Array, Array]]] = {
     Kernel.wendland: wendland,
     Kernel.spline: spline,
-    Kernel.poly6_spiky: poly6_spiky,
 }
 
 
-@dataclass(frozen=True)
-class Calibration:
+class Calibration(NamedTuple):
     """What the lattice says about a kernel.
 
     Args:
@@ -59,7 +51,7 @@ class Calibration:
         stiffness: sum of squared gradients, times the spacing squared: the diagonal of the
             density constraints.
         top: largest eigenvalue of the constraints over ``stiffness``.
-        virial: pressure over (multiplier / volume): one for an exact gradient.
+        virial: pressure over (multiplier / volume) in settled water; near one.
         solid: factors of the boundary's kernel, see ``solid_factors``.
     """
 
@@ -105,7 +97,7 @@ def calibrate(kernel: Kernel) -> Calibration:
         spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
         stiffness=stiffness,
         top=float(response.max()) / stiffness,
-        virial=-float((gradient * points).sum()) / 3,
+        virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
         solid=solid_factors(kernel, factor),
     )
 

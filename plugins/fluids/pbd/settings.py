@@ -12,9 +12,8 @@ from seals.schema import param
 class Kernel(Enum):
     """Smoothing kernels of support two spacings."""
 
-    wendland = "wendland"
     spline = "spline"
-    poly6_spiky = "poly6_spiky"
+    wendland = "wendland"
 
 
 class Search(Enum):
@@ -42,8 +41,9 @@ class PbdSettings:
         viscosity: rate of the XSPH blend of neighbouring velocities [1/s].
         cohesion: surface tension after Akinci et al. 2013 [N/m]; 0 switches it off.
         vorticity: strength of vorticity confinement [1]; 0 switches it off.
-        kernel: smoothing kernel.
-        search: neighbour search.
+        kernel: smoothing kernel. The cubic spline holds submerged spheres, boxes and cylinders
+            best; Wendland's is a tenth faster and holds the pressure of a still column best.
+        search: neighbour search; ``auto`` takes the list, which wins on CPU and CUDA.
         neighbours: longest list of neighbours, fluid and boundary together.
         deterministic: particles of a cell keep the order of their numbers, so that a run repeats
             bit for bit on any number of threads.
@@ -70,7 +70,7 @@ class PbdSettings:
     viscosity: float = param(2.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
     cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
-    kernel: Kernel = Kernel.wendland
+    kernel: Kernel = Kernel.spline
     search: Search = Search.auto
     neighbours: int = 64
     deterministic: bool = False

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.plugins.fluids.pbd.device.bodies import Bodies, Crowd
+from seals.plugins.fluids.pbd.device.cohesion import Cohesion
 from seals.plugins.fluids.pbd.device.finish import Finish
 from seals.plugins.fluids.pbd.device.grid import Grid
 from seals.plugins.fluids.pbd.device.kernels import Smoothing
 from seals.plugins.fluids.pbd.device.pressure import Pressure
 from seals.plugins.fluids.pbd.device.sorting import Sorting
+from seals.plugins.fluids.pbd.device.vorticity import Vorticity
 from seals.plugins.fluids.pbd.schedule import compliance, weights
 from seals.plugins.fluids.pbd.settings import PbdSettings, Search
 from seals.plugins.fluids.pbd.store import Fields, Globals, Particles, Samples, buffers
@@ -71,8 +73,11 @@ class Solver:
         self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)
         self.bounds = Grid(self.fields, size, self.smoothing.support, fine=fine, marked=True)
         self.bodies = Bodies(self.fields, bodies, self.samples, self.numbers, self.mass)
+        self.cohesion, self.vorticity = self._extras()
         self.fields.allocate()
         self._kernels(accelerated)
+        # whether any body has samples
+        self.moving = False
         self.numbers.gravity[None] = settings.gravity
         self.numbers.warm[None] = settings.warm_start
         self.current = 0.0
@@ -98,6 +103,14 @@ class Solver:
         self.crowd = Crowd(self.bodies, self.particles, self.smoothing, self.grid)
         self.finish = Finish(
             self.particles, self.grid, self.numbers, self.smoothing, chosen.viscosity > 0
+        )
+
+    def _extras(self) -> tuple[Cohesion | None, Vorticity | None]:
+        parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
+        pull, spin = self.settings.cohesion, self.settings.vorticity
+        return (
+            Cohesion(*parts, strength=pull, mass=self.mass) if pull > 0 else None,
+            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
         )
 
     def prepare(self, step: float, sound: float) -> None:
@@ -130,6 +143,10 @@ class Solver:
             self.sorting.survey_samples()
             self.crowd.count()
         done = self._sweeps(moving)
+        if self.cohesion is not None:
+            self.cohesion.pull(buffers(done)[0])
+        if self.vorticity is not None:
+            self.vorticity.confine(buffers(done)[0])
         self.finish.close(buffers(done)[0])
         return done
 
@@ -157,21 +174,26 @@ class Solver:
     def _residual(self) -> float:
         return self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1)
 
-    @property
-    def moving(self) -> bool:
-        """Whether any body has samples."""
-        return self._moving
-
-    @moving.setter
-    def moving(self, value: bool) -> None:
-        self._moving = value
-
     def sums(self, *, velocity: int = 0) -> Sums:
         """Sum over all particles in double precision."""
         self.finish.sums(velocity, 0)
         table = self.numbers.partial.to_numpy()
         total = table.sum(axis=0)
         return Sums(total[:3], total[3], total[4], float(table[:, 5].max()), total[6])
+
+    def send(self, table: Array) -> None:
+        """Write the state of all bodies, one row each."""
+        whole = np.zeros((table.shape[0] + 1, table.shape[1]))
+        whole[1:] = table
+        self.bodies.inbox.from_numpy(whole)
+        self.bodies.receive()
+
+    def collect(self) -> Array:
+        """Read state and impulses of all bodies, one row each; impulses start anew."""
+        if not self.bodies.bodies:
+            return np.zeros((0, 24))
+        self.bodies.report()
+        return np.asarray(self.bodies.outbox.to_numpy()[1:])
 
     def take_walls(self) -> Any:
         """Return the impulse on static samples since the last call [N s], shape (3,)."""

@@ -103,6 +103,7 @@ class ParticleWater:
         self._depth = 0.0
         self._momentum: Array | None = np.zeros(3)
         self._placed = not bodies
+        self._bodies = np.zeros((bodies, 24))
 
     def fill(
         self, positions: Array, velocities: Array | None = None, *, trusted: bool = False
@@ -201,23 +202,12 @@ class ParticleWater:
         Raises:
             PhysicsError: a value is not finite, or a mass is negative.
         """
-        bodies = self.solver.bodies
-        angular = np.zeros_like(acceleration) if spin_acceleration is None else spin_acceleration
-        table = {
-            bodies.centre: np.asarray(position) - self.origin,
-            bodies.rotation: rotation,
-            bodies.velocity: velocity,
-            bodies.spin: spin,
-            bodies.inverse_mass: inverse_mass,
-            bodies.inverse_inertia: inverse_inertia,
-            bodies.acceleration: acceleration,
-            bodies.angular: angular,
-        }
-        check_place(list(table.values()), self.bodies)
-        for field, values in table.items():
-            whole = np.zeros(field.to_numpy().shape)
-            whole[1:] = values
-            field.from_numpy(whole)
+        angular = np.zeros((self.bodies, 3)) if spin_acceleration is None else spin_acceleration
+        local = np.asarray(position) - self.origin
+        parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
+        parts += [acceleration, angular]
+        check_place(parts, self.bodies)
+        self.solver.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
 
     @property
@@ -245,9 +235,6 @@ class ParticleWater:
             self.boundary.upload(self.origin)
         self.solver.moving = self.boundary.moving > 0
         before = self.momentum() if self._momentum is None else self._momentum
-        bodies = self.solver.bodies
-        bodies.impulse.fill(0.0)
-        bodies.moment.fill(0.0)
         self.solver.prepare(step / substeps, self.sound_speed)
         done = 0
         for k in range(substeps):
@@ -275,10 +262,9 @@ class ParticleWater:
                 raise PhysicsError(message)
 
     def _exchange(self, sums: Sums, before: Array, step: float, iterations: float) -> Exchange:
-        bodies, mass = self.solver.bodies, self.solver.mass
-        impulses = np.concatenate(
-            [bodies.impulse.to_numpy()[1:], bodies.moment.to_numpy()[1:]], axis=1
-        )
+        mass = self.solver.mass
+        self._bodies = self.solver.collect()
+        impulses = self._bodies[:, 18:24].copy()
         walls = self.solver.take_walls()
         gravity = np.array([0.0, 0.0, -self.settings.gravity * step * mass * self.count])
         after = mass * sums.velocity
@@ -335,9 +321,13 @@ class ParticleWater:
 
     def placed(self) -> tuple[Array, Array, Array, Array]:
         """Position, rotation, velocity and spin of the bodies as the water moved them."""
-        b = self.solver.bodies
-        centre, *rest = (f.to_numpy()[1:] for f in (b.centre, b.rotation, b.velocity, b.spin))
-        return (centre + self.origin, *rest)
+        table = self._bodies
+        return (
+            table[:, :3] + self.origin,
+            table[:, 3:12].reshape(-1, 3, 3),
+            table[:, 12:15],
+            table[:, 15:18],
+        )
 
     def momentum(self) -> Array:
         """Momentum of the water [N s], shape (3,), summed in double precision."""

@@ -171,7 +171,7 @@ def sample_sheet(vertices: Floats, faces: Any, spacing: float) -> Samples:
     chosen = _thinned(cloud, 0.75 * spacing)
     owner = _nearest(cloud, cloud[chosen])
     share = np.bincount(owner, weights=weight, minlength=len(chosen))
-    return Samples(cloud[chosen], share * spacing)
+    return Samples(cloud[chosen], np.asarray(share * spacing, dtype=np.float64))
 
 
 def _dense(corners: Floats, area: Floats, fine: float) -> tuple[Floats, Floats]:

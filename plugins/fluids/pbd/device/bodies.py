@@ -10,6 +10,10 @@ GROUP = 64
 # Many particles push one light body at the same time. Its answer to the heave of the pressure
 # around it is a third of the sum of all pushes (the mean squared cosine over a sphere).
 SHARE = 1 / 3
+# position, rotation, velocity, spin, inverse mass and inertia, accelerations
+INBOX = 3 + 9 + 3 + 3 + 1 + 9 + 3 + 3
+# position, rotation, velocity, spin, impulse, moment of the impulse
+OUTBOX = 3 + 9 + 3 + 3 + 3 + 3
 
 
 @ti.data_oriented
@@ -39,6 +43,9 @@ class Bodies:
         self.inverse_inertia = fields.matrix(ti.f64, bodies + 1)
         self.impulse = fields.vector(3, ti.f64, bodies + 1)
         self.moment = fields.vector(3, ti.f64, bodies + 1)
+        # one row per body, see ``receive`` and ``report``
+        self.inbox = fields.scalar(ti.f64, bodies + 1, INBOX)
+        self.outbox = fields.scalar(ti.f64, bodies + 1, OUTBOX)
         self.crowd = fields.vector(2, ti.f32, bodies + 1)
         # what the sweeps read in single precision: centre (3), inverse mass and inertia
         self.lean = fields.vector(5, ti.f32, bodies + 1)
@@ -66,6 +73,36 @@ class Bodies:
             c[3] * slope * ti.max(slope, SHARE * crowd[0])
             + c[4] * turn * ti.max(turn, SHARE * crowd[1])
         )
+
+    @ti.kernel
+    def receive(self):
+        """Data in: the inbox. Data out: state of the bodies."""
+        for b in range(1, self.bodies + 1):
+            for k in ti.static(range(3)):
+                self.centre[b][k] = self.inbox[b, k]
+                self.velocity[b][k] = self.inbox[b, 12 + k]
+                self.spin[b][k] = self.inbox[b, 15 + k]
+                self.acceleration[b][k] = self.inbox[b, 28 + k]
+                self.angular[b][k] = self.inbox[b, 31 + k]
+                for j in ti.static(range(3)):
+                    self.rotation[b][k, j] = self.inbox[b, 3 + 3 * k + j]
+                    self.inverse_inertia[b][k, j] = self.inbox[b, 19 + 3 * k + j]
+            self.inverse_mass[b] = self.inbox[b, 18]
+
+    @ti.kernel
+    def report(self):
+        """Data in: state of the bodies. Data out: the outbox; impulses start anew."""
+        for b in range(1, self.bodies + 1):
+            for k in ti.static(range(3)):
+                self.outbox[b, k] = self.centre[b][k]
+                self.outbox[b, 12 + k] = self.velocity[b][k]
+                self.outbox[b, 15 + k] = self.spin[b][k]
+                self.outbox[b, 18 + k] = self.impulse[b][k]
+                self.outbox[b, 21 + k] = self.moment[b][k]
+                self.impulse[b][k] = 0.0
+                self.moment[b][k] = 0.0
+                for j in ti.static(range(3)):
+                    self.outbox[b, 3 + 3 * k + j] = self.rotation[b][k, j]
 
     @ti.kernel
     def predict(self):

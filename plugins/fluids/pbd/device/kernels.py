@@ -17,7 +17,7 @@ class Smoothing:
     """
 
     def __init__(self, kernel: Kernel, spacing: float) -> None:
-        self.kind = {Kernel.wendland: 0, Kernel.spline: 1, Kernel.poly6_spiky: 2}[kernel]
+        self.kind = {Kernel.wendland: 0, Kernel.spline: 1}[kernel]
         self.lattice = calibrate(kernel)
         self.support = 2 * spacing
         self.per_spacing = 1 / spacing
@@ -36,14 +36,10 @@ class Smoothing:
             u3 = u * u * u
             w = self.factor * u3 * u * (2 * q + 1)
             g = -5 * self.slope * u3
-        elif ti.static(self.kind == 1):
+        else:
             u, t = ti.max(2 - q, 0.0), ti.max(1 - q, 0.0)
             w = self.factor * (0.25 * u * u * u - t * t * t)
             g = self.slope * (-0.75 * u * u + 3 * t * t) / ti.max(q, 1e-4)
-        else:
-            u, t = ti.max(4 - q * q, 0.0), ti.max(2 - q, 0.0)
-            w = self.factor * (315 / (64 * 512)) * u * u * u
-            g = -self.slope * (45 / 64) * t * t / ti.max(q, 1e-4)
         return w, g
 
     @ti.func
