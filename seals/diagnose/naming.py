@@ -48,6 +48,8 @@ PAIRED = 5
 """Effects of the first round that are tried two by two."""
 MOST = 3
 """Effects that are looked for at most."""
+INEXACT = 0.01
+"""Share of what a wave explains that its law, of first order in the steepness, leaves over."""
 _LOUD = 100.0
 """Score above which a fit is repeated on a linearisation of its own."""
 _SETTLED = 2.0
@@ -97,6 +99,7 @@ def search(
         tell(len(rounds))
         tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
+        asked += INEXACT * best.score if "waves" in best.names else 0.0
         if problem.vehicle.servo:
             tried = tuple(
                 sorted(tried, key=lambda h: -h.score + (0.0 if _in_the_arm(h) else JOINTED))

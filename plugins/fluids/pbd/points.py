@@ -12,8 +12,8 @@ from seals.plugins.fluids.pbd.settings import Kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-# pairs held at a time, to bound the memory
-BATCH = 200_000
+# points looked at together, to bound the memory
+BATCH = 20_000
 
 
 def close_pairs(a: Array, b: Array, radius: float) -> Iterator[tuple[Index, Index, Array]]:

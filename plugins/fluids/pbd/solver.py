@@ -66,8 +66,9 @@ class Solver:
         self.smoothing = Smoothing(settings.kernel, spacing)
         self.fields = Fields()
         self.particles = Particles(self.fields, capacity, longest, accelerated)
-        # a sample with the reach of a particle sees no more particles than one
-        self.samples = Samples(self.fields, boundary_capacity, longest, accelerated)
+        # only samples of bodies look for particles
+        reach = longest if bodies else 0
+        self.samples = Samples(self.fields, boundary_capacity, reach, accelerated)
         self.numbers = Globals(self.fields, capacity)
         fine = FINE_CUDA if accelerated else FINE_CPU
         self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)

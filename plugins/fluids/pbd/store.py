@@ -123,6 +123,6 @@ class Globals:
         self.gravity = fields.scalar(ti.f32)
         self.trouble = fields.scalar(ti.i32, 8)
         self.chunks = (particles + CHUNK - 1) // CHUNK
-        # momentum (3), wall impulse (3), energy, compression, largest compression, residual
-        self.partial = fields.scalar(ti.f64, self.chunks, 10)
+        # velocity (3), its square, compression, its largest, residual
+        self.partial = fields.scalar(ti.f64, self.chunks, 7)
         self.walls = fields.vector(3, ti.f64, self.chunks)
