@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from seals.diagnose.between import Between
 from seals.diagnose.factors import Candidate
@@ -27,8 +27,13 @@ _BEHIND = 60.0
 """Score behind the best from which on a fit is not taken further."""
 _HOPELESS, _SPARED = 4.0, 4
 """Linear gain below which an effect is not fitted, and how many are in any case."""
+_DOUBTED, _RIVALS = 10.0, 3
+"""Score from which on the nominal model and some rivals are fitted once more."""
 _SPECIAL = ("tether", "waves")
 """Effects of unknown place or period: readings without pose do not hold them."""
+
+
+Pair: TypeAlias = tuple[Candidate, Standing]
 
 
 class Drops:
@@ -52,9 +57,12 @@ class Drops:
         self.base = converged(outset, rounds=_ROUNDS)
         good = self.base.fit.cost < _NEAR * self.base.fitter.windows.observed
         self._from = self.base if good else outset
-        self._price = price(self.base.fit, self.library)
+
+    @property
+    def nominal(self) -> Hypothesis:
+        """The model without any effect."""
         fit, fitter = self.base.fit, self.base.fitter
-        self.nominal = Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        return Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
 
     def _shared(self, work: Callable[[Any], Standing], items: Sequence[Any]) -> list[Standing]:
         """Share work among the processes."""
@@ -65,7 +73,7 @@ class Drops:
 
     def hypothesis(self, candidates: Sequence[Candidate], found: Standing) -> Hypothesis:
         """Score a model against the nominal one."""
-        paid = price(found.fit, self.library) - self._price
+        paid = price(found.fit, self.library) - price(self.base.fit, self.library)
         return Hypothesis(
             candidates=tuple(candidates),
             fit=found.fit,
@@ -76,14 +84,40 @@ class Drops:
     def singles(self) -> tuple[Hypothesis, ...]:
         """Models with one effect more, best first; those that fall behind are not fitted out."""
         chosen = self._promising()
-        first = self._spread([self._outset(c) for c in chosen], _FIRST)
-        tried = [(c, s, self.hypothesis((c,), s).score) for c, s in zip(chosen, first, strict=True)]
-        best = max((score for *_, score in tried), default=0.0)
-        near = [t for t in tried if t[2] > best - _BEHIND]
-        more = self._spread([s for _, s, _ in near], _ROUNDS)
-        out = [self.hypothesis((c,), s) for (c, _, _), s in zip(near, more, strict=True)]
-        out += [self.hypothesis((c,), s) for c, s, score in tried if score <= best - _BEHIND]
+        first = zip(chosen, self._spread([self._outset(c) for c in chosen], _FIRST), strict=True)
+        tried = sorted(first, key=lambda pair: -self._score(*pair))
+        least = self._score(*tried[0]) - _BEHIND if tried else 0.0
+        near = sum(self._score(*pair) > least for pair in tried)
+        more = self._spread([s for _, s in tried[:near]], _ROUNDS)
+        found = [*((c, s) for (c, _), s in zip(tried, more, strict=False)), *tried[near:]]
+        found.sort(key=lambda pair: -self._score(*pair))
+        if found and self._score(*found[0]) > _DOUBTED:
+            found = self._again(found)
+        out = [self.hypothesis((c,), s) for c, s in found]
         return tuple(sorted(out, key=lambda h: -h.score))
+
+    def _again(self, found: Sequence[Pair]) -> list[Pair]:
+        """Fit the nominal model and the nearest rivals from the course of the best one too.
+
+        Where an effect only led to a better course, it must not take the credit for it.
+        """
+        best, rivals = found[0][1], found[1 : 1 + _RIVALS]
+        given = {k: best.fit.values[k] for k in self.library.tolerances}
+        course, jobs = best.fitter.course, []
+        for candidate, own in (((), self.base), *(((c,), s) for c, s in rivals)):
+            keys = keys_of(candidate)
+            at = given | {k: own.fit.values[k] for k in keys}
+            jobs.append(stand(self.between, course, keys, at, self.doubt))
+        more = self._spread(jobs, _ROUNDS)
+        self.base = min(self.base, more[0], key=lambda s: s.fit.cost)
+        better = [
+            (c, min(s, other, key=lambda s: s.fit.cost))
+            for (c, s), other in zip(rivals, more[1:], strict=True)
+        ]
+        return [found[0], *better, *found[1 + _RIVALS :]]
+
+    def _score(self, candidate: Candidate, found: Standing) -> float:
+        return self.hypothesis((candidate,), found).score
 
     def _promising(self) -> list[Candidate]:
         """Candidates that a linear look about the nominal course does not rule out."""

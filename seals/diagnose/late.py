@@ -23,6 +23,9 @@ _OUTSET = 0.02
 _RESTLESS = 30.0
 """Evidence for stronger gusts from which on late sensors are looked for."""
 
+_PLIANT = ("waves", "tether")
+"""Effects whose place or period is free."""
+
 
 def late_sensors(
     problem: Problem, nominal: Hypothesis, best: Hypothesis, asked: float, *, processes: int = 1
@@ -41,8 +44,7 @@ def late_sensors(
         processes: that share the fits.
     """
     named = [c for c in problem.plant.library.candidates if DELAY in c.keys]
-    left = unrest(best)
-    if not named or not problem.impact or left.level <= 1.0 or left.gain < _RESTLESS:
+    if not named or not problem.impact or not _doubtful(best):
         return None
     course = problem.fitter.course
     rough = surface(problem.plant, course)
@@ -71,6 +73,13 @@ def late_sensors(
         fitter=delayed.fitter,
         score=nominal.fit.cost - delayed.fit.cost - paid,
     )
+
+
+def _doubtful(best: Hypothesis) -> bool:
+    """Whether a model leaves a force over, or needs an effect that bends to almost anything."""
+    left = unrest(best)
+    restless = left.level > 1.0 and left.gain > _RESTLESS
+    return restless or bool({*best.names} & {*_PLIANT})
 
 
 def _settled(now: Standing) -> Standing:

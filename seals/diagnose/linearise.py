@@ -189,7 +189,7 @@ def _with_friction(
     rates = range(12 + joints, course.size)
     shifts = [None, *(_shift(course.size, k, _NUDGE) for k in rates)]
     base, *found = _accelerations(plant, course, used, shifts)
-    out = slope.copy()
+    out: Floats = slope.copy()
     for k, moved in zip(rates, found, strict=True):
         change = (moved - base) / _NUDGE
         out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]

@@ -18,6 +18,7 @@ from seals.plugins.fluids.sampling import (
     sample_pieces,
     thickness,
 )
+from seals.plugins.fluids.sampling.faces import PITCH, fine_face
 from seals.plugins.fluids.sampling.meshes import is_closed, sample_closed, sample_sheet
 from seals.robot.pieces import Piece
 
@@ -142,11 +143,31 @@ def test_thickness_of_meshes() -> None:
 
 
 def test_walls_continue_the_lattice() -> None:
-    """Walls and floor surround the fluid by a layer on its own lattice, the lid left out."""
+    """Walls and floor are a fine layer half a spacing behind their faces, the lid left out."""
     lower, upper = np.zeros(3), np.array([0.2, 0.1, 0.3])
     walls = box_walls(lower, upper, 0.05)
-    assert len(walls.points) == 6 * 4 * 7 - 4 * 2 * 6
-    fluid = np.array([[0.025, 0.025, 0.025]])
-    apart = np.linalg.norm(walls.points - fluid, axis=1)
-    assert apart.min() == pytest.approx(0.05)
-    assert walls.points[:, 2].max() < 0.3
+    assert walls.points.min(axis=0) == pytest.approx(np.full(3, -0.025))
+    assert walls.points[:, :2].max(axis=0) == pytest.approx([0.225, 0.125])
+    behind = (walls.points < lower) | (walls.points > upper)
+    assert behind[:, :2].any(axis=1)[walls.points[:, 2] > 0].all()
+    # no sample alone, and none doubled: two thirds of a spacing to the next
+    apart = cKDTree(walls.points).query(walls.points, k=2)[0][:, 1]
+    assert apart.min() > 0.6 * 0.05
+    assert apart.max() < 0.75 * 0.05
+    assert 0.27 < walls.points[:, 2].max() < 0.3
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_faces_are_smoother_than_the_fluid_is_coarse(name: str) -> None:
+    """A face is finer than the fluid, keeps the layer's volume and lies as deep as the layer."""
+    piece = SHAPES[name]
+    fine = fine_face(piece.kind, piece.size, D)
+    layer = fine_face(piece.kind, piece.size, D, pitch=1.0)
+    assert fine.volumes.sum() == pytest.approx(layer.volumes.sum(), rel=1e-9)
+    assert 1.9 < len(fine.points) / len(layer.points) < 2.6
+    # the golden angle puts no sample of a ball at its pole
+    assert np.abs(fine.points).max(axis=0) == pytest.approx(
+        np.abs(layer.points).max(axis=0), abs=0.06 * D
+    )
+    apart = cKDTree(fine.points).query(fine.points, k=2)[0][:, 1]
+    assert 0.45 * PITCH * D < apart.min() < apart.max() < 1.35 * PITCH * D

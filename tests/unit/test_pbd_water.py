@@ -169,7 +169,7 @@ def test_trouble_is_said_in_words(make: Callable[..., ParticleWater]) -> None:
         lost.advance(2e-3, substeps=1)
     crowd = make()
     crowd.fill(block(8, 8, 8) * 0.65)
-    with pytest.raises(PhysicsError, match="more than neighbours=64"):
+    with pytest.raises(PhysicsError, match="more than neighbours=80"):
         crowd.advance(1e-4, substeps=1)
     with pytest.raises(PhysicsError, match="Boundary body 2 does not exist"):
         crowd.add_boundary(body=2, points=np.zeros((1, 3)))

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from seals.arrays import Floats
 from seals.config.ground import ObstacleSettings, SolidType
 from seals.errors import ConfigError, PhysicsError
-from seals.plugins.fluids.sampling import Samples, box_walls
+from seals.plugins.fluids.sampling import PITCH, Samples, box_walls
 from seals.plugins.fluids.sampling.tank import SIDES, WALL
 
 FEWEST = 6
@@ -109,18 +109,19 @@ class Basin(NamedTuple):
 
     def paddle(self) -> Samples:
         """Samples of a wave maker's board about its foot; it closes the low end of x."""
-        d, rows = self.spacing, self._rows
-        width = self.counts[1]
-        i, j, k = np.meshgrid(np.arange(WALL), np.arange(width), np.arange(rows), indexing="ij")
+        d = self.spacing
+        width, high = d * self.counts[1], d * self._rows
+        across, up = round(width / (PITCH * d)), round(high / (PITCH * d))
+        j, k = np.meshgrid(np.arange(across) + 0.5, np.arange(up) + 0.5, indexing="ij")
         points = np.stack(
             [
-                -d * (i.ravel() + 0.5),
-                d * (j.ravel() + 0.5) - 0.5 * width * d,
-                d * (k.ravel() + 0.5),
+                np.full(j.size, -0.5 * d),
+                j.ravel() * width / across - 0.5 * width,
+                k.ravel() * high / up,
             ],
             axis=1,
         )
-        return Samples(points, np.full(len(points), d**3))
+        return Samples(points, np.full(len(points), width * high * d / len(points)))
 
     @property
     def foot(self) -> Floats:

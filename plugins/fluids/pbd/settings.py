@@ -72,7 +72,7 @@ class PbdSettings:
     vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     kernel: Kernel = Kernel.spline
     search: Search = Search.auto
-    neighbours: int = 64
+    neighbours: int = 80
     deterministic: bool = False
     outflow: bool = False
 
@@ -81,4 +81,4 @@ class PbdSettings:
         if self.iterations < 1:
             raise ConfigError(f"iterations={self.iterations} must be at least 1.\nUse 4.")
         if not 32 <= self.neighbours <= 255:
-            raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 64.")
+            raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")

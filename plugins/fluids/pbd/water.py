@@ -160,7 +160,8 @@ class ParticleWater:
         Args:
             body: 0 for static samples in world axes; 1..K for points in the body's axes about its
                 centre of mass.
-            points: positions [m], shape (b, 3), about one spacing apart, each point once.
+            points: positions [m], shape (b, 3), each point once: a spacing apart they hold, two
+                thirds of one apart water also slides along them.
             convex: whether the samples lie half a spacing below a surface that bulges towards the
                 water, and their volumes make up for the smaller area there. By default so for
                 bodies, not for static samples.

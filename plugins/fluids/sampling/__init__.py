@@ -1,5 +1,6 @@
 """Solids as samples with volumes, for particle fluids: NumPy only, knows no engine."""
 
+from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.pieces import Thin, refuse_coarse, sample_pieces, thickness
 from seals.plugins.fluids.sampling.samples import Samples, joined
 from seals.plugins.fluids.sampling.shapes import ALL, SEEN
@@ -7,6 +8,7 @@ from seals.plugins.fluids.sampling.tank import box_walls, plane_layers
 
 __all__ = [
     "ALL",
+    "PITCH",
     "SEEN",
     "Samples",
     "Thin",

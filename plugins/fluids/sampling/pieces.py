@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.errors import PhysicsError
+from seals.plugins.fluids.sampling.faces import THICK, fine_face
 from seals.plugins.fluids.sampling.meshes import (
     is_closed,
     sample_closed,
@@ -25,8 +26,8 @@ from seals.plugins.fluids.sampling.shapes import (
 )
 from seals.robot.pieces import Piece
 
-THIN, THICK = 1.5, 3.0
-"""Thickness in spacings up to which a piece is its volume alone, and from which its surface is.
+THIN = 1.5
+"""Thickness in spacings up to which a piece is its volume alone; from `THICK` its surface is.
 
 Measured on held bodies: rods of 0.8 and 1.4 spacings are lifted by 1.03 of their weight in water by
 their volume alone, a ball of two spacings by 0.73 only.
@@ -67,6 +68,8 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
             found = sample_closed(piece.vertices, piece.faces, spacing, layers)
         else:
             found = sample_sheet(piece.vertices, piece.faces, spacing)
+    elif layers == SEEN and thickness(piece) >= THICK * spacing:
+        found = fine_face(piece.kind, piece.size, spacing)
     elif piece.kind == "sphere":
         found = sample_sphere(piece.size[0], spacing, layers)
     else:

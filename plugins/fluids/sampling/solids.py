@@ -9,6 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.frames import matrix_of
 from seals.ground import Solid
+from seals.plugins.fluids.sampling.faces import PITCH, THICK, face_edge, fine_face
 from seals.plugins.fluids.sampling.samples import Samples
 from seals.plugins.fluids.sampling.shapes import SEEN, sample_cylinder, sample_sphere
 
@@ -27,6 +28,8 @@ def sample_solid(solid: Solid, spacing: float, lower: Floats, upper: Floats) -> 
     turn = matrix_of(np.asarray(solid.quaternion, dtype=float)[None])[0]
     if solid.kind == "box":
         found = _box_near(solid, turn, spacing, lower, upper)
+    elif 2.0 * solid.size[0] >= THICK * spacing and solid.size[-1] >= spacing:
+        found = fine_face(solid.kind, solid.size, spacing)
     elif solid.kind == "sphere":
         found = sample_sphere(solid.size[0], spacing)
     else:
@@ -44,12 +47,16 @@ def _box_near(solid: Solid, turn: Floats, spacing: float, lower: Floats, upper: 
     local = (corners - solid.position) @ turn
     axes, depth = [], []
     for k, edge in enumerate(solid.size):
-        count = max(1, round(edge / spacing))
-        step = edge / count
-        first = int(np.clip((local[:, k].min() + 0.5 * edge) // step, 0, count))
-        last = int(np.clip((local[:, k].max() + 0.5 * edge) // step + 1, 0, count))
+        # thick boxes have a finer face, its outer samples where those of the lattice would be
+        fine = PITCH * spacing if min(solid.size) >= THICK * spacing else spacing
+        reach = 0.5 * face_edge(edge, spacing)
+        count = round(2.0 * reach / fine) + 1
+        step = 2.0 * reach / max(count - 1, 1)
+        low, high = local[:, k].min() + reach, local[:, k].max() + reach
+        first = int(np.clip(low // max(step, fine), 0, count))
+        last = int(np.clip(high // max(step, fine) + 2, 0, count))
         index = np.arange(first, last)
-        axes.append((index + 0.5) * step - 0.5 * edge)
+        axes.append(index * step - reach)
         depth.append(np.minimum(index, count - 1 - index))
     deep = np.minimum.reduce(np.meshgrid(*depth, indexing="ij"))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), -1)[deep < SEEN]

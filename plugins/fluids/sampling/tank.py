@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from seals.arrays import Floats
+from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.samples import Samples, joined
 
 WALL = 1
@@ -19,7 +20,7 @@ SIDES = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 def box_walls(
     lower: Floats, upper: Floats, spacing: float, *, closed: Collection[str] = SIDES[:5]
 ) -> Samples:
-    """Sample the walls of a box from outside, in a layer that continues the fluid's lattice.
+    """Sample the walls of a box from outside, in a fine layer half a spacing behind each face.
 
     Args:
         lower: corner of the inside [m], shape (3,).
@@ -29,11 +30,15 @@ def box_walls(
 
     Example:
         >>> walls = box_walls(np.zeros(3), np.ones(3), 0.1)
-        >>> bool((walls.points[:, 2] > -0.2).all())
+        >>> bool(np.isclose(walls.points[:, 2].min(), -0.05))
         True
     """
-    counts = np.round((upper - lower) / spacing).astype(int)
-    step = (upper - lower) / counts
+    cells = np.round((upper - lower) / spacing).astype(int)
+    exact = (upper - lower) / cells
+    # a finer lattice whose outermost places lie half a spacing behind the faces
+    first, last = lower - 0.5 * exact, upper + 0.5 * exact
+    counts = np.round((last - first) / (PITCH * exact)).astype(int) - 1
+    step = (last - first) / (counts + 1)
     index = np.stack(
         np.meshgrid(*(np.arange(-WALL, n + WALL) for n in counts), indexing="ij"), -1
     ).reshape(-1, 3)
@@ -41,8 +46,9 @@ def box_walls(
     behind = np.stack([low, high], -1).reshape(len(index), 6)
     shut = np.array([side in closed for side in SIDES])
     kept = (behind & shut).any(axis=1) & ~(behind & ~shut).any(axis=1)
-    points = lower + step * (index[kept] + 0.5)
-    return Samples(points, np.full(len(points), float(step.prod())))
+    points = first + step * (index[kept] + 1)
+    share = exact.prod() * PITCH**2
+    return Samples(points, np.full(len(points), float(share)))
 
 
 def plane_layers(

@@ -224,7 +224,9 @@ class Pressure:
         s = (-mine * self.scale * o[3] * g) * e
         if r2 < self.contact * self.contact:
             r = ti.sqrt(r2) + 1e-9
-            s += (CONTACT_SHARE * (self.contact - r) / r) * e
+            # several samples of a fine sheet share what one coarse sample does
+            share = CONTACT_SHARE * ti.min(o[3], 1.0)
+            s += (share * (self.contact - r) / r) * e
         return s
 
     @ti.kernel
