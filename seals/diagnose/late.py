@@ -8,7 +8,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.between import Between
-from seals.diagnose.gusts import unrest
 from seals.diagnose.hypothesis import Hypothesis, price
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
@@ -20,9 +19,8 @@ _ROUNDS = 14
 """Steps of a fit at most."""
 _OUTSET = 0.02
 """Delay from which a fit sets out [s]."""
-_RESTLESS = 30.0
-"""Evidence for stronger gusts from which on late sensors are looked for."""
-
+_MUCH = 1.2
+"""Misfit of a model, per degree of freedom, from which on late sensors are looked for."""
 _PLIANT = ("waves", "tether")
 """Effects whose place or period is free."""
 
@@ -76,10 +74,9 @@ def late_sensors(
 
 
 def _doubtful(best: Hypothesis) -> bool:
-    """Whether a model leaves a force over, or needs an effect that bends to almost anything."""
-    left = unrest(best)
-    restless = left.level > 1.0 and left.gain > _RESTLESS
-    return restless or bool({*best.names} & {*_PLIANT})
+    """Whether a model leaves much over, or needs an effect that bends to almost anything."""
+    much = best.fit.cost > _MUCH * best.fitter.windows.observed
+    return much or bool({*best.names} & {*_PLIANT})
 
 
 def _settled(now: Standing) -> Standing:

@@ -133,7 +133,9 @@ def _stepped(now: Standing, pace: Floats) -> tuple[Standing, float]:
     for run, share in zip(windows.rows, pace, strict=True):
         size = float((np.abs(error[run, :12]) / _REACH).max())
         largest = max(largest, size)
-        error[run] *= min(share, 1.0 / max(size, 1e-9))
+        # a measured pose holds a course by itself
+        far = 1.0 / max(size, 1e-9) if now.doubt.length == WHOLE else 1.0
+        error[run] *= min(share, far)
     course = fitter.course.moved(error)
     moved = stand(fitter.between, course, now.fit.freed, values, now.doubt)
     return moved, largest
