@@ -14,8 +14,6 @@ from seals.frames import matrix_of
 _LIFT, _SUDDEN = 0.03, 0.1
 """Errors while the hull pierces the surface: of the lift as a share of the whole, and of all other
 forces as a share of them."""
-_DRY = 1e-4
-"""Submerged share below which a hull has not touched the water."""
 _ARM = 0.1
 """Lever of these errors in hull lengths."""
 
@@ -34,10 +32,9 @@ def pierced(problem: Problem, course: Course) -> Rough | None:
     up = matrix_of(course.quaternion)[:, 2, :]
     felt = filled(problem.samples, "specific_force") @ vehicle.imu_turn
     sudden = np.linalg.norm(felt - up * (share * weight / vehicle.mass)[:, None], axis=1)
-    # a first corner in the water is a small share and a loud slap
-    touching = ((share > _DRY) & (share < 1.0 - _DRY)).astype(float)
-    lift = _LIFT * weight * _widest(4.0 * share * (1.0 - share))
-    level = lift + _SUDDEN * vehicle.mass * _widest(touching) * _widest(sudden)
+    level = _widest(4.0 * share * (1.0 - share)) * (
+        _LIFT * weight + _SUDDEN * vehicle.mass * _widest(sudden)
+    )
     push = np.repeat(level[:, None], 6, axis=1)
     push[:, 3:] *= _ARM * vehicle.hull.volume ** (1.0 / 3.0)
     return Rough(push=push, blur=level / vehicle.mass)
