@@ -56,7 +56,10 @@ def run(job: tuple[Path, tuple[str, str, int]]) -> str:
     if not answer.parent.exists():
         return f"{folder.name} could not be made"
     begin = time.perf_counter()
-    found = diagnose(read_native(answer.parent)).to_dict()
+    try:
+        found = diagnose(read_native(answer.parent)).to_dict()
+    except Exception as problem:  # one broken case must not end the others
+        return f"{folder.name} FAILED: {type(problem).__name__}: {problem}"
     answer.write_text(json.dumps(found), encoding="utf-8")
     names = ", ".join(e["name"] for e in found["effects"])
     truth = yaml.safe_load((answer.parent / "truth.yaml").read_text(encoding="utf-8"))
@@ -141,11 +144,15 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--processes", type=int, default=2)
     chosen = parser.parse_args(words)
     jobs = [(chosen.out, job) for job in jobs_of(chosen.cases, chosen.seed)]
+    failed = 0
     with multiprocessing.Pool(chosen.processes, maxtasksperchild=4) as pool:
         for line in pool.imap_unordered(run, jobs, chunksize=1):
             print(line, flush=True)
+            failed += "FAILED" in line
     print(table(chosen.out))
-    return 0
+    if failed:
+        print(f"{failed} of {len(jobs)} diagnoses failed")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

@@ -134,6 +134,13 @@ class Along:
             out[key] = (packed(self._rates(moved)) - still) / step
         return out
 
+    def pushed(self, values: Mapping[str, float], key: str) -> Floats:
+        """Derivative of the state error after one step by a parameter, shape (T, n)."""
+        used, step = nonzero(values), self.plant.library.factors[key].nudge
+        moved = nonzero({**used, key: used.get(key, 0.0) + step})
+        out: Floats = (self._defect(moved) - self.anchor(used).defect) / step
+        return out
+
     def _rates(self, values: Mapping[str, float]) -> Rates:
         """Rates of the whole model at values that nobody asks for again."""
         twin = self.plant.twin(values, len(self.rows))

@@ -119,7 +119,8 @@ def _actuators(made: Collector, vehicle: Vehicle) -> None:
     made.candidate("command_delay", keys, starts=[(0.0,), (0.02,)])
     if vehicle.full_voltage:
         effect = _effect("battery_sag", full_voltage=float(vehicle.full_voltage))
-        keys = made.add("battery_sag", effect, {"sensitivity": (0.0, 1.0)})
+        low = {"sensitivity": (0.0, np.inf)}
+        keys = made.add("battery_sag", effect, {"sensitivity": (0.0, 1.0)}, bounds=low)
         made.candidate("battery_sag", keys)
     if not rotors:
         return

@@ -10,9 +10,9 @@ from seals.diagnose.factors import Candidate
 from seals.diagnose.gusts import unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, material, price
 from seals.diagnose.parallel import spread
-from seals.diagnose.pierced import pierced
 from seals.diagnose.plant import Plant
 from seals.diagnose.problem import GUSTS, Problem
+from seals.diagnose.rough import surface
 from seals.diagnose.screen import candidate_keys, linear_gain, screen
 from seals.diagnose.standing import Doubt, Standing, converged, stand
 from seals.diagnose.trials import nearest_course
@@ -52,7 +52,7 @@ class Drops:
         self.library = problem.plant.library
         coarse = Plant(problem.vehicle, self.library, problem.samples, parts=_COARSE)
         course = nearest_course(coarse, leave=_SPECIAL, processes=processes)
-        self.doubt = Doubt(gusts=gusts, rough=pierced(problem, course))
+        self.doubt = Doubt(gusts=gusts, rough=surface(problem.plant, course))
         outset = stand(self.between, course, (), {}, self.doubt)
         self.base = converged(outset, rounds=_ROUNDS)
         good = self.base.fit.cost < _NEAR * self.base.fitter.windows.observed

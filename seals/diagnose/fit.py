@@ -95,7 +95,15 @@ class Fitter:
         )
 
     def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
-        return columns_along(self.plant, self.course, values, keys, self.dynamics, along=self.along)
+        return columns_along(
+            self.plant,
+            self.course,
+            values,
+            keys,
+            self.dynamics,
+            delay=self.windows.delay,
+            along=self.along,
+        )
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
         """Whitened responses of factors at given values."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from seals.arrays import Floats
-from seals.diagnose.along import Along, Anchor, accelerations, packed
+from seals.diagnose.along import TIMED, Along, Anchor, accelerations, packed
 from seals.diagnose.plant import WAVES, Plant, nonzero
 from seals.diagnose.trajectory import Course
 from seals.frames import exponential, matrix_of, multiply
@@ -127,13 +128,20 @@ def predict(
 DELAY = "sensor_delay.delay"
 
 
-def _late(plant: Plant, reading: Floats, delay: float) -> Floats:
-    """Readings as they were a little earlier, run by run."""
+def _late(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
+    """Readings as they were a little earlier, run by run, or a derivative of them by time.
+
+    Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
+    course by where between two rows the delay falls.
+    """
     out: Floats = reading.copy()
+    step = plant.samples.step
     for first, last in plant.samples.runs:
-        time = plant.samples.time[first:last]
-        for k in range(reading.shape[1]):
-            out[first:last, k] = np.interp(time - delay, time, reading[first:last, k])
+        time, seen = plant.samples.time[first:last], reading[first:last]
+        if len(time) < 2:
+            continue
+        curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
+        out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
     return out
 
 
@@ -224,9 +232,10 @@ def columns_along(
     keys: Sequence[str],
     dynamics: Dynamics,
     *,
+    delay: float = 0.0,
     along: Along | None = None,
 ) -> Columns:
-    """Derivatives by parameters at every row."""
+    """Derivatives by parameters at every row; the windows take care of a delay [s] of sensors."""
     used = nonzero(values)
     count, size, joints = plant.samples.rows, course.size, course.joints.shape[1]
     along = Along(plant, course) if along is None else along
@@ -240,13 +249,22 @@ def columns_along(
         rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
         # the faults of the sensors themselves change these responses only to second order
         reading[:, :, i] = _felt(plant, change)
-    for key, change in _sensed(along, used, sensed).items():
+    for key, change in _sensed(along, used, sensed, delay).items():
         reading[:, :, index[key]] = change
     push = np.matmul(dynamics.integral(plant.samples.step), _average(rate))
+    for key in moving:
+        if key.partition(".")[0] in TIMED:
+            # a command jumps inside a step, where the rates at its two ends do not see it
+            change = along.pushed(used, key)
+            push[:, :, index[key]] = (
+                change if dynamics.steep is None else _times(dynamics.steep, change)
+            )
     return Columns(keys=tuple(keys), push=push, reading=reading)
 
 
-def _sensed(along: Along, used: Mapping[str, float], keys: Sequence[str]) -> dict[str, Floats]:
+def _sensed(
+    along: Along, used: Mapping[str, float], keys: Sequence[str], delay: float
+) -> dict[str, Floats]:
     """Derivatives of the readings by faults of the sensors, each (T, 6)."""
     if not keys:
         return {}
@@ -255,9 +273,7 @@ def _sensed(along: Along, used: Mapping[str, float], keys: Sequence[str]) -> dic
     out = {}
     for key in keys:
         if key == DELAY:
-            runs = [seen[first:last] for first, last in plant.samples.runs]
-            slopes = [np.gradient(run, plant.samples.step, axis=0) for run in runs]
-            out[key] = -np.concatenate(slopes)
+            out[key] = -_late(plant, seen, used.get(DELAY, 0.0) - delay, order=1)
             continue
         step = plant.library.factors[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}

@@ -8,14 +8,17 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.plant import Plant
+from seals.diagnose.samples import Samples
 from seals.diagnose.trajectory import Course
 from seals.frames import matrix_of
 from seals.motion import Motion
 
 _LIFT = 0.03
 """Error of the lift while the hull is partly wet, as a share of the full lift."""
-_FELT = 0.1
-"""Error of a sudden force on the surface, as a share of the specific force felt."""
+_SUDDEN = 0.1
+"""Error of all other forces while the hull pierces the surface, as a share of them."""
+_DRY = 1e-4
+"""Submerged share below which a hull has not touched the water."""
 _ARM = 0.1
 """Lever of these errors in hull lengths."""
 
@@ -40,22 +43,48 @@ def surface(plant: Plant, course: Course) -> Rough | None:
     if hull is None or vehicle.environment.water_level is None:
         return None
     share = submersion(plant, course)
-    crossing = 4.0 * share * (1.0 - share)
-    if not crossing.max() > 1e-3:
+    # a first corner in the water is a small share and a loud slap
+    touching = _widest(((share > _DRY) & (share < 1.0 - _DRY)).astype(float))
+    if not touching.any():
         return None
-    near = np.maximum(crossing, np.maximum(np.roll(crossing, 1), np.roll(crossing, -1)))
-    density = float(vehicle.environment.water_density or 998.0)
-    weight = density * vehicle.environment.gravity * hull.volume
-    felt = np.zeros(plant.samples.rows)
-    if "specific_force" in plant.samples.channels and not len(vehicle.lag):
-        measured = np.nan_to_num(plant.samples.channels["specific_force"])
-        felt = np.linalg.norm(measured, axis=1)
-        felt = np.maximum(felt, np.maximum(np.roll(felt, 1), np.roll(felt, -1)))
-    level = near * (_LIFT * weight + _FELT * felt * vehicle.mass)
-    push = np.empty((plant.samples.rows, 6))
-    push[:, :3] = level[:, None]
-    push[:, 3:] = level[:, None] * _ARM * hull.volume ** (1.0 / 3.0)
+    weight = float(vehicle.environment.water_density or 998.0)
+    weight *= vehicle.environment.gravity * hull.volume
+    level = _LIFT * weight * _widest(4.0 * share * (1.0 - share))
+    level += _SUDDEN * touching * _widest(_sudden(plant, course, share * weight))
+    push = np.repeat(level[:, None], 6, axis=1)
+    push[:, 3:] *= _ARM * hull.volume ** (1.0 / 3.0)
     return Rough(push=push, blur=level / vehicle.mass)
+
+
+def _sudden(plant: Plant, course: Course, lift: Floats) -> Floats:
+    """What the accelerometer feels beside the lift, as a force [N], shape (T,).
+
+    On a vehicle that drives itself the thrust hides an impact, and is known: nothing.
+    """
+    vehicle, samples = plant.vehicle, plant.samples
+    if "specific_force" not in samples.channels or len(vehicle.lag):
+        return np.zeros(samples.rows)
+    up = matrix_of(course.quaternion)[:, 2, :]
+    felt = filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
+    beside: Floats = np.linalg.norm(felt - up * lift[:, None], axis=1)
+    return beside
+
+
+def _widest(values: Floats) -> Floats:
+    """Largest of every value and its neighbours."""
+    beside: Floats = np.maximum(np.roll(values, 1), np.roll(values, -1))
+    return np.maximum(values, beside)
+
+
+def filled(samples: Samples, name: str) -> Floats:
+    """A channel with straight lines over lost samples."""
+    values: Floats = samples.channels[name].copy()
+    for first, last in samples.runs:
+        for k in range(values.shape[1]):
+            part = values[first:last, k]
+            good = np.flatnonzero(np.isfinite(part))
+            part[:] = np.interp(np.arange(last - first), good, part[good]) if good.size else 0.0
+    return values
 
 
 def submersion(plant: Plant, course: Course) -> Floats:

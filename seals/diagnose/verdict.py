@@ -183,7 +183,8 @@ def _unexcited(search: Search, best: Hypothesis) -> bool:
         if any(f.tolerance == 0.0 for f in factors):
             return True
         most = sum((f.scale / f.tolerance) ** 2 for f in factors)
-        return best.score >= next(score for share, score in ANSWERED if gain >= share * most)
+        asked = [score for share, score in ANSWERED if gain >= share * most]
+        return best.score >= (asked[0] if asked else ANSWERED[-1][1])
 
     return not any(shown(c) for c in best.candidates)
 

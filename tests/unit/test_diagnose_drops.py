@@ -10,10 +10,10 @@ import pytest
 
 from seals.diagnose.between import Between, finer
 from seals.diagnose.catalogue import library_of
-from seals.diagnose.pierced import pierced
 from seals.diagnose.plant import Plant
 from seals.diagnose.problem import Problem, linearised
 from seals.diagnose.rollout import simulated_course
+from seals.diagnose.rough import surface
 from seals.diagnose.samples import Samples
 from seals.diagnose.standing import Doubt, converged, stand
 from seals.diagnose.trials import nearest_course, trials
@@ -126,7 +126,7 @@ def test_responses_match_a_simulated_impact(problem: Problem, key: str) -> None:
 
 def test_an_impact_is_doubted_and_a_floating_hull_is_not(problem: Problem) -> None:
     """Where the hull strikes the water the readings count less than where it floats at rest."""
-    rough = pierced(problem, problem.fitter.course)
+    rough = surface(problem.plant, problem.fitter.course)
     assert rough is not None
     speed = problem.fitter.course.velocity[:, 2]
     strike = int(np.argmax(rough.blur))
@@ -148,7 +148,7 @@ def test_trials_are_the_same_every_time_and_find_the_run(problem: Problem) -> No
 def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Problem) -> None:
     """The nominal model follows its own readings, and a fit survives a change of process."""
     between = Between(problem.plant)
-    doubt = Doubt(gusts=1.3, rough=pierced(problem, problem.fitter.course))
+    doubt = Doubt(gusts=1.3, rough=surface(problem.plant, problem.fitter.course))
     found = converged(stand(between, problem.fitter.course, (), {}, doubt), rounds=6)
     assert found.done
     assert found.fit.cost < 2.0

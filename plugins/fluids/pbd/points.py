@@ -21,7 +21,7 @@ def close_pairs(a: Array, b: Array, radius: float) -> Iterator[tuple[Index, Inde
 
     Example:
         >>> a = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
-        >>> [(list(i), list(j)) for i, j, _ in close_pairs(a, a + 0.1, 1.0)]
+        >>> [(i.tolist(), j.tolist()) for i, j, _ in close_pairs(a, a + 0.1, 1.0)]
         [([0, 1], [0, 1])]
     """
     if not len(a) or not len(b):
