@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.diagnose.plant import WAVES, Plant, nonzero
+from seals.diagnose.plant import WAVES, Held, Plant, nonzero
 from seals.diagnose.trajectory import Course, difference
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
@@ -56,6 +56,7 @@ class Along:
         self._posture = plant.twin({}, len(self.rows)).posture(self.state, self.time)
         self._responses: dict[Any, Response] = {}
         self._anchors: dict[Any, Anchor] = {}
+        self._felt: dict[Any, Rates] = {}
         self._parts: dict[frozenset[str], EffectSet] = {}
 
     def posture(self, values: Mapping[str, float]) -> Posture:
@@ -64,12 +65,12 @@ class Along:
             return self._posture._replace(sample=None)
         return self._posture
 
-    def inputs(self, values: Mapping[str, float]) -> Inputs:
+    def inputs(self, values: Mapping[str, float], held: Held = Held.ends) -> Inputs:
         """What the log commands at its rows."""
         drive = self.plant.drive(values)
         if drive is None:
-            return self.plant.inputs(self.rows, None, held=True)
-        return self.plant.inputs(self.rows, drive.at[:, 0], held=True, delay=drive.delay)
+            return self.plant.inputs(self.rows, None, held=held)
+        return self.plant.inputs(self.rows, drive.at[:, 0], held=held, delay=drive.delay)
 
     def response(self, values: Mapping[str, float]) -> Response:
         """The equations of motion at given values, kept for the last few."""
@@ -82,6 +83,22 @@ class Along:
                 twin, self.state, self.time, self.inputs(used), self.posture(used)
             )
         return self._responses[key]
+
+    def felt(self, values: Mapping[str, float]) -> Rates:
+        """Rates as sensors feel them at the rows: servos push with the command in force there.
+
+        A command that is held while its joint moves pushes least just before the next arrives.
+        """
+        if not self.plant.vehicle.servo:
+            return self.response(values).rates
+        used = nonzero(values)
+        key = tuple(sorted(used.items()))
+        if key not in self._felt:
+            self._forget(self._felt)
+            twin = self.plant.twin(used, len(self.rows))
+            inputs = self.inputs(used, Held.row)
+            self._felt[key] = twin.rates(self.state, self.time, inputs, self.posture(used))
+        return self._felt[key]
 
     def anchor(self, values: Mapping[str, float]) -> Anchor:
         """An exact step from every row at given values, kept for the last few."""

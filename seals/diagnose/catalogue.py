@@ -75,7 +75,8 @@ def _rigid(made: Collector, vehicle: Vehicle) -> None:
     offset = _axes("offset", tol.get("centre_of_gravity", 0.0), 0.01)
     keys = made.add("centre_of_gravity", _effect("centre_of_gravity"), offset)
     made.candidate("centre_of_gravity", keys)
-    bounds = {"mass": (-0.5 * vehicle.mass, 2.0 * vehicle.mass)}
+    # a load is added: what a robot lacks against its datasheet is an error of the mass
+    bounds = {"mass": (0.0, 2.0 * vehicle.mass)}
     size = {"mass": (0.0, 0.1 * vehicle.mass)}
     for k, link in enumerate(robot.links):
         if k and k < len(robot.links) - 1:
@@ -228,8 +229,11 @@ _CREEP = 0.015
 def _arm(made: Collector, vehicle: Vehicle) -> None:
     tol, robot = vehicle.tolerance, vehicle.robot
     kp, kd = vehicle.servo["kp"], vehicle.servo["kd"]
-    gains = {"kp": (tol.get("joint_kp", 0.0) * kp, kp), "kd": (tol.get("joint_kd", 0.0) * kd, kd)}
-    made.add("servos", None, gains)
+    if all(np.ptp(gain) == 0.0 for gain in (kp, kd)):
+        # gains that differ from joint to joint are taken as stated
+        loose = {"kp": (tol.get("joint_kp", 0.0), kp), "kd": (tol.get("joint_kd", 0.0), kd)}
+        gains = {name: (share * float(g[0]), float(g[0])) for name, (share, g) in loose.items()}
+        made.add("servos", None, gains)
     for k, link in enumerate(robot.links[1:], start=1):
         at = {f"position_{a}": float(robot.centre[k][i]) for i, a in enumerate(_AXES)}
         effect = _effect("payload", links=[link], **at)
@@ -242,7 +246,7 @@ def _arm(made: Collector, vehicle: Vehicle) -> None:
         low = {"coulomb": (0.0, np.inf), "viscous": (0.0, np.inf), "threshold": (-0.045, np.inf)}
         keys = made.add(f"joint_friction_{k}", friction, table, bounds=low)[:2]
         made.candidate("joint_friction", keys, variant={"joint": k})
-        slack = _effect("joint_backlash", joint=k, kp=kp, kd=kd)
+        slack = _effect("joint_backlash", joint=k, kp=float(kp[k - 1]), kd=float(kd[k - 1]))
         keys = made.add(
             f"joint_backlash_{k}", slack, {"width": (0.0, 0.04)}, bounds={"width": (0.0, 1.0)}
         )

@@ -118,7 +118,7 @@ def predict(
         integral = dynamics.integral(plant.samples.step)
         off = anchor.defect if dynamics.steep is None else _times(dynamics.steep, anchor.defect)
         defect = off + _times(integral, _average(change))
-    reading = _stacked(plant.reading(along.state, rates, used))
+    reading = _stacked(plant.reading(along.state, along.felt(used), used))
     late = used.get(DELAY, 0.0) - delay
     if late:
         reading = _late(plant, reading, late)
@@ -259,6 +259,10 @@ def columns_along(
             push[:, :, index[key]] = (
                 change if dynamics.steep is None else _times(dynamics.steep, change)
             )
+            nudge = plant.library.factors[key].nudge
+            later = along.felt({**used, key: used.get(key, 0.0) + nudge})
+            change = (packed(later) - packed(along.felt(used))) / nudge
+            reading[:, :, index[key]] = _felt(plant, change)
     return Columns(keys=tuple(keys), push=push, reading=reading)
 
 
@@ -268,7 +272,7 @@ def _sensed(
     """Derivatives of the readings by faults of the sensors, each (T, 6)."""
     if not keys:
         return {}
-    plant, rates = along.plant, along.response(used).rates
+    plant, rates = along.plant, along.felt(used)
     seen = _stacked(plant.reading(along.state, rates, used))
     out = {}
     for key in keys:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,14 @@ class Drive:
 
     at: Floats
     delay: float = 0.0
+
+
+class Held(Enum):
+    """Which command the joints follow, one being held from row to row."""
+
+    step = "the mean over the step that begins at a row"
+    ends = "that at a row of which the mean of two rows is the mean over the step between"
+    row = "what is in force at the row itself"
 
 
 class Plant:
@@ -146,31 +155,35 @@ class Plant:
         return sea
 
     def inputs(
-        self, rows: Any, drive: Floats | None, *, held: bool = False, delay: float = 0.0
+        self,
+        rows: Any,
+        drive: Floats | None,
+        *,
+        held: Held = Held.step,
+        delay: float = 0.0,
     ) -> Inputs:
         """Inputs at some rows with given states of the actuators.
 
         Args:
             rows: of the log.
             drive: states of the actuators.
-            held: whether the joints still follow the command of the row before.
+            held: the command that the joints follow.
             delay: of the commands to the joints [s].
         """
         samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
         voltage = None if samples.voltage is None else samples.voltage[rows]
         joint = None
         if samples.joint_command.shape[1]:
-            late = max(delay / samples.step + (1.0 if held else JITTER / samples.step), 0.0)
-            whole = int(late)
+            whole, share = _in_force(delay, samples.step, held)
             newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
-            share, command = late - whole, samples.joint_command
+            command = samples.joint_command
             joint = share * command[older] + (1.0 - share) * command[newer]
         return Inputs(0.0, torque, drive, voltage, joint)
 
     def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
         """Rates at rows of the log (repeats allowed)."""
         time = self.samples.time[rows][:, None]
-        return twin.rates(state, time, self.inputs(rows, drive, held=True))
+        return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
 
     def advance(
         self,
@@ -258,3 +271,14 @@ class Plant:
 def nonzero(values: Mapping[str, float]) -> dict[str, float]:
     """Drop changes that are zero."""
     return {k: v for k, v in values.items() if v != 0.0}
+
+
+def _in_force(delay: float, step: float, held: Held) -> tuple[int, float]:
+    """Rows by which a command is behind, and the share of the one before it."""
+    if held is Held.row:
+        # a command arrives up to twice the mean jitter late: the odds that this one has not
+        behind = max(int(np.floor(delay / step)) + 1, 1)
+        missing = (delay + 2.0 * JITTER - behind * step) / (2.0 * JITTER)
+        return behind, float(np.clip(missing, 0.0, 1.0))
+    late = max(delay / step + (1.0 if held is Held.ends else JITTER / step), 0.0)
+    return int(late), late - int(late)

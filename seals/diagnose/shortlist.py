@@ -8,8 +8,10 @@ from typing import TypeAlias
 from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fitter
 from seals.diagnose.hypothesis import Hypothesis, keys_of, scored
+from seals.diagnose.linearise import DELAY
 from seals.diagnose.normal import Fit
 from seals.diagnose.parallel import spread
+from seals.diagnose.problem import rewindowed
 
 _BEHIND, _FAR = 150.0, 0.25
 """Score, and share of the best one's gain, by which a rough fit that is finished may be behind."""
@@ -25,14 +27,25 @@ def fitted(
     *,
     processes: int,
 ) -> list[Hypothesis]:
-    """Fit several models from values at hand; those far behind the best one are left rough."""
+    """Fit several models from values at hand; those far behind the best one are left rough.
+
+    Windows that follow late sensors would lend their delay to a model without one: such a model is
+    fitted in windows that follow none.
+    """
+    lends = bool(fitter.windows.delay) and any(DELAY not in keys_of(job[0]) for job in jobs)
+    plain = rewindowed(fitter, delay=0.0) if lends else fitter
+
+    def seen_by(candidates: Sequence[Candidate]) -> Fitter:
+        return fitter if DELAY in keys_of(candidates) else plain
 
     def work(job: Job) -> Fit:
         keys = keys_of(job[0])
-        return fitter.fit(keys, start={k: job[1][k] for k in keys}, rough=True)
+        return seen_by(job[0]).fit(keys, start={k: job[1][k] for k in keys}, rough=True)
 
     fits = spread(work, jobs, processes)
-    tried = [scored(job[0], fit, fitter, nominal) for job, fit in zip(jobs, fits, strict=True)]
+    tried = [
+        scored(job[0], fit, seen_by(job[0]), nominal) for job, fit in zip(jobs, fits, strict=True)
+    ]
     return refined(tried, nominal, nominal, top=best.score, processes=processes)
 
 

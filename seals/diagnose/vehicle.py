@@ -42,7 +42,7 @@ class Vehicle:
         imu_position: of the inertial sensor, body axes [m], shape (3,).
         imu_turn: from body to sensor axes, shape (3, 3).
         initial_state: of each segment, when stated.
-        servo: gains of the joint servos, empty without an arm.
+        servo: gains of the joint servos, shape (J,) each; empty without an arm.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Vehicle:
     imu_position: Floats
     imu_turn: Floats
     initial_state: tuple[Mapping[str, Any], ...] = ()
-    servo: Mapping[str, float] = field(default_factory=dict)
+    servo: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def hull(self) -> Hull | None:
@@ -109,11 +109,23 @@ def read_vehicle(meta: Mapping[str, Any]) -> Vehicle:
         imu_position=np.asarray(imu.get("position", [0.0, 0.0, 0.0]), dtype=float),
         imu_turn=_turn(imu.get("orientation", [1.0, 0.0, 0.0, 0.0])),
         initial_state=tuple(meta.get("initial_state", ())),
-        servo={} if arm is None else {k: float(arm["controller"][k]) for k in _GAINS},
+        servo={} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
     )
 
 
 _GAINS = ("kp", "kd", "torque_limit", "armature")
+
+
+def _gain(controller: Mapping[str, Any], name: str, robot: RobotModel) -> Floats:
+    """Gain of every joint: one number for all of them, or a list in their order."""
+    given = np.asarray(controller[name], dtype=float)
+    joints = robot.tree.joints
+    if given.ndim > 1 or given.size not in (1, joints):
+        raise LogError(
+            f"meta.yaml: arm.controller.{name} has {given.size} numbers for {joints} joints.\n"
+            "Give one for all joints, or one for each in the order of the links."
+        )
+    return np.full(joints, given) if given.size == 1 else given
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -154,6 +166,7 @@ def _robot(spec: Mapping[str, Any], arm: Mapping[str, Any] | None) -> RobotModel
     links = [] if arm is None else list(arm["links"])
     joints = [link["joint"] for link in links]
     count = len(links)
+    _refuse_branches(links)
     tree = Tree(
         parent=(-1, *range(count)),
         joint=(-1, *range(count)),
@@ -162,7 +175,7 @@ def _robot(spec: Mapping[str, Any], arm: Mapping[str, Any] | None) -> RobotModel
         origin=np.array([[0.0, 0.0, 0.0], *(j["origin"] for j in joints)], dtype=float),
         rotation=np.repeat(np.eye(3)[None], count + 1, axis=0),
         fixed_base=False,
-        drive_inertia=() if arm is None else (float(arm["controller"]["armature"]),) * count,
+        drive_inertia=() if arm is None else _armature(arm["controller"]["armature"], count),
     )
     bodies = [base, *links]
     return RobotModel(
@@ -179,6 +192,27 @@ def _robot(spec: Mapping[str, Any], arm: Mapping[str, Any] | None) -> RobotModel
         hulls=(_hull(spec.get("hull")), *(None for _ in links)),
         has_collision=(False,) * (count + 1),
     )
+
+
+def _armature(given: Any, count: int) -> tuple[float, ...]:
+    each = np.ravel(np.asarray(given, dtype=float)).tolist()
+    return tuple(each * count) if len(each) == 1 else tuple(each)
+
+
+def _refuse_branches(links: list[Mapping[str, Any]]) -> None:
+    """Raise where links do not hang one on the other, each by a joint that moves."""
+    last = None
+    for link in links:
+        joint, name = link["joint"], str(link["name"])
+        parent = joint.get("parent")
+        if "axis" not in joint or (last is not None and parent not in (None, last)):
+            raise LogError(
+                f"vehicle.arm: '{name}' hangs on '{parent or 'the base'}' "
+                f"{'by a fixed joint' if 'axis' not in joint else 'beside other links'}.\n"
+                "A diagnosis knows one arm whose links follow each other, all by moving joints; "
+                "grippers and fixed links are to be part of the last link or of the base."
+            )
+        last = name
 
 
 def _hull(spec: Mapping[str, Any] | None) -> Hull | None:
@@ -245,14 +279,15 @@ def _effect(
         return {_STRUCTURE[name]: actuators[_STRUCTURE[name]]}
     if name == "arm" and arm is not None:
         gains = arm["controller"]
-        made = get("actuator", "servos").load()(
-            kp=float(gains["kp"]), kd=float(gains["kd"]), torque_limit=float(gains["torque_limit"])
-        )
-        return {"servos": made}
+        options: dict[str, Any] = {}
+        for gain in ("kp", "kd", "torque_limit"):
+            each = np.ravel(np.asarray(gains[gain], dtype=float)).tolist()
+            options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
+        return {"servos": get("actuator", "servos").load()(**options)}
     if name in ("gravity", "buoyancy"):
         links = ["*"] if name == "gravity" else ["root"]
         return {name: get("effect", name).load()(links=links)}
-    options: dict[str, Any] = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
+    options = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
     if "medium" in entry:
         options["medium"] = MediumKind(entry["medium"])
     if name == "thrust_in_water":

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from seals.logs.channels import CHANNELS
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
 
@@ -89,7 +90,8 @@ def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, .
     channels = sensors.get("channels") if isinstance(sensors, Mapping) else sensors
     for place, table in (("sensors.channels", channels), ("tolerance", meta.get("tolerance"))):
         for name, entry in (table if isinstance(table, Mapping) else {}).items():
-            yield f"{place}.{name}", entry, _SIGMA
+            if place == "tolerance" or str(name) in CHANNELS:
+                yield f"{place}.{name}", entry, _SIGMA
 
 
 def _wrong(place: str, part: Any, wanted: tuple[_Wanted, ...], *, whole: bool) -> Iterator[Finding]:

@@ -259,3 +259,17 @@ def test_slopes_in_the_state_keep_what_the_place_cannot_change(along: Along) -> 
     slope = dynamics_along(along.plant, along.course, {}, along=along).slope
     assert np.abs(slope[:, 6:12, 2]).max() > 1.0
     assert not slope[:, 6:12, :2].any()
+
+
+@pytest.mark.parametrize(
+    "key", ["command_delay.delay", "rotor_lag.time_constant_change", "sensor_delay.delay"]
+)
+def test_what_acts_in_time_has_the_slope_of_the_misfit(fitter: Fitter, key: str) -> None:
+    """Commands that jump inside a row and readings between two rows: the columns see both."""
+    at, step = {key: 0.0007}, 2e-5
+    sides = [fitter.misfit({key: at[key] + s * step}) for s in (1.0, -1.0)]
+    above, below = (w.product(w).sum() for w in sides)
+    column, middle = fitter.whitened([key], at), fitter.misfit(at)
+    # the columns point along what the misfit loses
+    slope = -2.0 * float(column.product(middle).sum())
+    assert (above - below) / (2.0 * step) == pytest.approx(slope, rel=0.02)

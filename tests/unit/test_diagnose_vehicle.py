@@ -1,0 +1,85 @@
+"""The vehicle that a diagnosis reads from a log's description: its arm, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.diagnose.catalogue import library_of
+from seals.diagnose.vehicle import read_vehicle
+from seals.errors import LogError
+
+
+def link(name: str, parent: str, **joint: Any) -> dict[str, Any]:
+    """A link of 100 g with a joint above it."""
+    hinge = {"name": f"to_{name}", "parent": parent, "axis": [0, 1, 0], "lower": -1, "upper": 1}
+    return {
+        "name": name,
+        "mass": 0.1,
+        "centre_of_gravity": [0.0, 0.0, -0.05],
+        "inertia": np.diag([1e-4, 1e-4, 1e-5]).tolist(),
+        "joint": {"origin": [0.0, 0.0, -0.1], **hinge, **joint},
+    }
+
+
+def described(links: list[dict[str, Any]], **gains: Any) -> dict[str, Any]:
+    """A body with an arm."""
+    usual = {"kp": 9.0, "kd": 0.2, "torque_limit": 2.5, "armature": 0.002}
+    sigma = {"position": 0.003, "joint_position": 1e-3}
+    return {
+        "vehicle": {
+            "base": {"mass": 2.0, "centre_of_gravity": [0, 0, 0], "inertia": np.eye(3).tolist()},
+            "arm": {"links": links, "controller": {**usual, **gains}},
+        },
+        "environment": {"water_level": None},
+        "baseline": [{"name": "gravity"}, {"name": "arm"}],
+        "sensors": {"channels": {k: {"sigma": v} for k, v in sigma.items()}},
+        "tolerance": {"joint_kp": {"sigma": 0.02}},
+    }
+
+
+def test_gains_may_differ_from_joint_to_joint() -> None:
+    """A list of gains reaches every servo, its armature every joint, and the slack of a gear."""
+    links = [link("upper", "body"), link("fore", "upper")]
+    vehicle = read_vehicle(described(links, kp=[9.0, 4.0], armature=[0.002, 0.001]))
+    servos: Any = vehicle.effects["servos"]
+    assert servos.of_joints("kp", 2).tolist() == [9.0, 4.0]
+    assert servos.of_joints("kd", 2).tolist() == [0.2, 0.2]
+    assert tuple(vehicle.robot.tree.drive_inertia) == (0.002, 0.001)
+    library = library_of(vehicle, speeds=np.ones(3))
+    slack: Any = library.effects["joint_backlash_2"]
+    assert slack.kp == 4.0
+    assert "servos.kp" not in library.factors
+    alike = library_of(read_vehicle(described(links)), speeds=np.ones(3))
+    assert alike.factors["servos.kp"].tolerance == pytest.approx(0.02 * 9.0)
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        [link("upper", "body"), link("left", "upper"), link("right", "upper")],
+        [link("upper", "body"), {**link("tip", "upper"), "joint": {"parent": "upper"}}],
+    ],
+)
+def test_an_arm_that_branches_is_refused_in_words(links: list[dict[str, Any]]) -> None:
+    """Fingers beside each other and fixed links are named, with what to do."""
+    with pytest.raises(LogError, match=rf"'{links[-1]['name']}' hangs on 'upper'"):
+        read_vehicle(described(links))
+
+
+def test_a_list_of_gains_of_another_length_is_refused() -> None:
+    """Two joints and three gains do not go together."""
+    links = [link("upper", "body"), link("fore", "upper")]
+    with pytest.raises(LogError, match="kd has 3 numbers for 2 joints"):
+        read_vehicle(described(links, kd=[1.0, 2.0, 3.0]))
+
+
+def test_a_load_is_added_never_taken() -> None:
+    """A payload of negative mass is no payload: the bounds forbid it."""
+    links = [link("upper", "body")]
+    factors = library_of(read_vehicle(described(links)), speeds=np.ones(3)).factors
+    loads = [f for k, f in factors.items() if k.startswith("payload") and k.endswith(".mass")]
+    assert loads
+    assert all(f.bounds[0] == 0.0 for f in loads)
