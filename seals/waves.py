@@ -39,3 +39,27 @@ class Waves(Protocol):
             level: mean surface height [m].
         """
         ...
+
+
+@runtime_checkable
+class Orbits(Protocol):
+    """A wave that also knows how far it carries the water: what a window in the sea asks for."""
+
+    @property
+    def shortest(self) -> float:
+        """Length of its shortest wave [m]."""
+        ...
+
+    def displacement(self, position: Array, time: Array, level: float) -> Array:
+        """Return how far the water is from where it would rest [m], shape (N, 3).
+
+        The velocity at the place of rest is the rate of the displacement, to first order in the
+        steepness. The mean of the displacement makes up for the volume that the orbits squeeze at
+        second order, so that water at its density of rest stays so.
+
+        Args:
+            position: of rest, world [m], shape (N, 3).
+            time: [s], shape (1 or N, 1).
+            level: mean surface height [m].
+        """
+        ...

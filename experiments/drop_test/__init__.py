@@ -37,16 +37,38 @@ PARTICLES = (
     "robot=aam",
     "water=particles",
     "name=drop_test_particles",
-    "environment.tank_bottom=-0.9",
+    "environment.tank_bottom=-0.5",
     "environment.friction=0.8",
     "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
+    "+effect@effects.load=payload",
+    "effects.load.mass=1.5",
     "fluid.spacing=0.03",
-    "fluid.size=[0.78,0.78,0.9]",
+    "fluid.size=[0.78,0.78,0.5]",
     "fluid.freeboard=1.0",
-    "time.duration=3",
+    "time.duration=4",
     "time.step=0.004",
 )
-"""The same over a tank of particles."""
+"""The same, with 1.5 kg on board, over a shallow tank of particles."""
+
+LINKS = (
+    "body",
+    "upper",
+    "fore",
+    "palm",
+    *(f"{p}_{k}" for p in ("finger", "tip") for k in (1, 2, 3)),
+)
+"""Links that can touch the floor."""
+FELT = tuple(
+    word
+    for link in LINKS
+    for word in (
+        f"+sensor@sensors.floor_{link}=contact",
+        f"sensors.floor_{link}.link={link}",
+        f"sensors.floor_{link}.noise=0",
+        f"sensors.floor_{link}.largest=10000",
+    )
+)
+"""Every link feels what presses on it: over the floor, that is the floor."""
 
 SMOOTH = 0.012
 """Time over which the felt force is averaged before its peak is measured [s]."""
@@ -61,16 +83,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     stamp = datetime.datetime.now().astimezone()
     out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_drop_test_aam"
-    words = [*(PARTICLES if given.water == "particles" else OVERRIDES), *given.overrides]
+    words = [*(PARTICLES if given.water == "particles" else OVERRIDES), *FELT, *given.overrides]
     settings = build_run(compose(words))
     record = run_into(out, settings, overrides=words)
-    found = measures(record.log)
+    bottom = settings.environment.tank_bottom or 0.0
+    floor = pressed(record.log)
+    found = measures(record.log) | landing(record.log, floor)
     if record.fluid:
         found |= entry(record.log, record.ledger.of("particles")) | books(record.fluid)
     (out / "table.md").write_text(table(found), encoding="utf-8")
-    bottom = settings.environment.tank_bottom or 0.0
     marks = (Mark(at=0.0, label="water", level=True), Mark(at=bottom, label="bottom", level=True))
     log = record.log
+    carried = lines("What the floor carried", "force [N]", log.time, {"floor": floor})
     named = {"x": "specific_force_x", "y": "specific_force_y", "z": "specific_force_z"}
     force = {key: np.nan_to_num(log.columns[name]) for key, name in named.items()}
     write_picture(
@@ -78,9 +102,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         [
             lines("Height", "z [m]", log.time, {"body": log.columns["position_z"]}, marks=marks),
             lines("What the inertial sensor felt", "specific force [m/s²]", log.time, force),
+            carried,
         ],
     )
-    write_picture(out / "ledger.png", vertical(record.ledger, 0, "body of the manipulator"))
+    body = vertical(record.ledger, 0, "body of the manipulator")
+    write_picture(out / "ledger.png", [body, carried])
     times = {f"{t:g} s": t for t in (0.0, 0.3, 0.5, 0.8, 1.5, 3.0, 5.0) if t < log.time[-1]}
     times[f"{log.time[-1]:g} s"] = float(log.time[-1])
     pictures = draw_frames(log, settings, list(times.values()), View(pitch=-6.0))
@@ -108,6 +134,49 @@ def measures(log: Log) -> dict[str, float]:
     }
 
 
+def pressed(log: Log) -> Floats:
+    """Return the normal force of the floor on the whole robot [N], shape (rows,)."""
+    # the sensor of the base has the log's own names
+    names = [n for n in log.columns if n.endswith("pressing")]
+    rows = [held(log.columns[n]) for n in names]
+    return np.sum(rows, axis=0) if rows else np.zeros(len(log.time))
+
+
+def held(readings: Floats) -> Floats:
+    """Return readings held until the next one, zero before the first, shape (rows,).
+
+    Example:
+        >>> held(np.array([np.nan, 2.0, np.nan, 3.0])).tolist()
+        [0.0, 2.0, 2.0, 3.0]
+    """
+    last = np.maximum.accumulate(np.where(np.isfinite(readings), np.arange(len(readings)), -1))
+    out: Floats = np.where(last >= 0, readings[last], 0.0)
+    return out
+
+
+def landing(log: Log, floor: Floats) -> dict[str, float]:
+    """Return when the floor was met, how hard, and what it carries at the end; nothing if never.
+
+    Fingers press on each other, too: a contact counts as the floor's once it holds for 20 ms.
+
+    Args:
+        log: of the drop.
+        floor: normal force [N], shape (rows,).
+    """
+    step = float(log.time[1] - log.time[0])
+    width = max(1, round(0.02 / step))
+    holds = np.convolve(floor > 0.5, np.ones(width), mode="full")[width - 1 :] >= width
+    if not holds.any():
+        return {}
+    met = int(np.argmax(holds))
+    late = log.time > log.time[-1] - 0.2
+    return {
+        "first contact with the floor [s]": float(log.time[met]),
+        "largest force of the floor [N]": float(floor.max()),
+        "carried by the floor in the last 0.2 s, mean [N]": float(floor[late].mean()),
+    }
+
+
 def entry(log: Log, pushed: Floats) -> dict[str, float]:
     """Return when the robot met the water and the floor, and how long the spike of entry was.
 
@@ -132,14 +201,11 @@ def entry(log: Log, pushed: Floats) -> dict[str, float]:
         first -= 1
     while last + 1 < rows and above[last + 1]:
         last += 1
-    z = log.columns["position_z"]
-    on_floor = int(np.argmax(z < z.min() + 0.01))
     return {
         "first touch of the water [s]": float(log.time[touch]),
         "peak of the entry [s]": float(log.time[peak]),
         "peak of the felt force [m/s^2]": float(smooth[peak]),
         "duration of the spike at half height [s]": float(log.time[last] - log.time[first]),
-        "on the floor [s]": float(log.time[on_floor]),
     }
 
 

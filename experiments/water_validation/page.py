@@ -77,7 +77,10 @@ def _head(results: Sequence[Result], *, full: bool) -> str:
         "# Validation of the particle water\n\n"
         f"Written by `seals validate water{' --full' if full else ''}` "
         f"({mode} mode, {platform.machine()}). "
-        "Figures without a bar are published, not judged.\n\n" + "\n".join(rows) + "\n"
+        "Figures without a bar are published, not judged. What the water gets wrong of a "
+        "textbook's drag, found by the diagnosis: [water_drag_loop.md](water_drag_loop.md).\n\n"
+        + "\n".join(rows)
+        + "\n"
     )
 
 

@@ -70,14 +70,33 @@ class WaveAiry:
         """Wave number k [rad/m] of the deep-water dispersion relation."""
         return (2.0 * math.pi / self.period) ** 2 / self.gravity
 
+    @property
+    def shortest(self) -> float:
+        """Length of the wave [m]."""
+        return 2.0 * math.pi / self.wavenumber
+
+    def _angle(self, position: Array, time: Array) -> Array:
+        """Angle theta at points, shape (N,)."""
+        (east, north), omega = _heading(self.direction), 2.0 * math.pi / self.period
+        along = east * position[:, 0] + north * position[:, 1]
+        return self.wavenumber * along - omega * time[:, 0] + self.phase
+
+    def displacement(self, position: Array, time: Array, level: float) -> Array:
+        """Return how far the water is from where it would rest [m], shape (N, 3)."""
+        xp = namespace(position)
+        (east, north), k = _heading(self.direction), self.wavenumber
+        theta = self._angle(position, time)
+        radius = self.amplitude * xp.exp(k * xp.clip(position[:, 2] - level, None, 0.0))
+        back = -radius * xp.sin(theta)
+        lift = radius * xp.cos(theta) + 0.5 * k * radius * radius
+        return columns(east * back, north * back, lift)
+
     def at(self, position: Array, time: Array, level: float) -> Sea:
         """Return the sea at points."""
         xp = namespace(position)
         (east, north), k = _heading(self.direction), self.wavenumber
         omega = 2.0 * math.pi / self.period
-        theta = (
-            k * (east * position[:, 0] + north * position[:, 1]) - omega * time[:, 0] + self.phase
-        )
+        theta = self._angle(position, time)
         cosine, sine = self.amplitude * xp.cos(theta), self.amplitude * xp.sin(theta)
         slope = -k * sine
         length = xp.sqrt(1.0 + slope * slope)

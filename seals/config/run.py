@@ -9,7 +9,7 @@ from typing import Any
 from seals.config.build import build
 from seals.config.entries import typed_entries
 from seals.config.environment import EnvironmentSettings, check_ground, check_profiles
-from seals.config.fields import check_tree, vector
+from seals.config.fields import check_fields, check_tree, optional, vector
 from seals.config.ground import ObstacleSettings
 from seals.config.objects import ObjectSettings, check_objects
 from seals.config.overlay import read_overlay
@@ -95,7 +95,12 @@ class RunSettings:
         initial: state at the start.
         objects: further bodies in the scene, by name.
         time: time base.
-        repeat: folder of an earlier run to take up again as it was, or None.
+        repeat: folder of an earlier run to begin again as it was, or None.
+        resume: folder of a run that was cut off, to be taken up at its last checkpoint, or None.
+        surface: simulated time between two meshes of the surface of particle water [s], 0 for none;
+            needs the extra ``render``.
+        checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
+            fluid and none without.
         model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
         force: whether to take a model that was withdrawn.
     """
@@ -116,6 +121,11 @@ class RunSettings:
     objects: dict[str, Any] = field(default_factory=dict)
     time: TimeSettings = field(default_factory=TimeSettings)
     repeat: str | None = None
+    resume: str | None = None
+    surface: float = param(
+        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
+    )
+    checkpoint: float | None = optional("s", bounds=(0.0, 1e6), source="chosen")
     model: Any = None
     force: bool = False
 
@@ -137,12 +147,13 @@ def build_run(config: Any) -> RunSettings:
     """
     from omegaconf import OmegaConf
 
-    if config.get("repeat") is not None:
-        from pathlib import Path
+    for key in ("repeat", "resume"):
+        if config.get(key) is not None:
+            from pathlib import Path
 
-        from seals.run.recall import recalled
+            from seals.run.recall import recalled
 
-        config = recalled(Path(str(config.repeat)))
+            config = recalled(Path(str(config[key])), key=key)
     refuse_unknown(config, where="")
     with refusals(()):
         values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}
@@ -151,7 +162,10 @@ def build_run(config: Any) -> RunSettings:
         values["environment"].obstacles = typed_entries(
             ObstacleSettings, obstacles, where="environment.obstacles"
         )
+        every = config.get("checkpoint")
         values |= {"name": str(config.name), "seed": int(config.seed)}
+        values |= {"checkpoint": None if every is None else float(every)}
+        values |= {"surface": float(config.get("surface") or 0.0)}
         for key in SINGLE:
             node = config.get(key)
             values[key] = None if node is None else build(node, where=key)
@@ -196,6 +210,8 @@ def _check(settings: RunSettings) -> None:
         )
     if not settings.robot.urdf:
         raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
+    kept = {key: getattr(settings, key) for key in ("surface", "checkpoint")}
+    check_fields(RunSettings, kept, where="")
     check_profiles(settings.environment)
     check_ground(settings.environment)
     check_objects(settings.objects)

@@ -32,8 +32,9 @@ _NEAR = 12.0
 """Fall of the linear gain within which a candidate survives in any case."""
 THRESHOLD = 10.0
 """Score above which an effect is taken to be there."""
-ROUGH = 14.0
-"""More of it where a hull pierces the surface: its laws are good to a few per cent only."""
+ROUGH, BLIND = 8.0, 14.0
+"""More of it where a hull pierces the surface, its laws being good to a few per cent only: with a
+pose, and without one or for late sensors, whose course the impact itself has to tell."""
 FURTHER = 10.0
 """More of it for every further effect: what a loud one leaves over is easily taken for another."""
 JOINTED = 50.0
@@ -86,7 +87,7 @@ def search(
         tell: called with the number of rounds done.
     """
     if problem.impact and not problem.samples.posed:
-        asked = threshold + ROUGH
+        asked = threshold + BLIND
         nominal, best, tried = search_drops(problem, asked, processes=processes, tell=tell)
         return Search(nominal=nominal, best=best, rounds=(tried,))
     nominal = settled(problem)
@@ -119,7 +120,7 @@ def search(
             best = paired(nominal, best, rounds[0], processes=processes)
         elif len(best.candidates) > 2:
             best = exchanged(nominal, best, rounds[0], processes=processes)
-    asked = threshold + ROUGH
+    asked = threshold + BLIND
     late = late_sensors(problem, nominal, best, asked, processes=processes)
     if late is not None and late.score > best.score + asked:
         rounds[0] = (late, *(h for h in rounds[0] if h.names != late.names))

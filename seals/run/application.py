@@ -8,13 +8,15 @@ from typing import Any
 
 from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, MissingExtra
+from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.folder import write_config, write_end, write_log, write_start
 from seals.run.oversights import oversights
 from seals.run.provenance import provenance
 from seals.run.recall import recalled
 from seals.run.report import write_plots, write_report
 from seals.run.same import differences, version_changes
-from seals.run.simulation import Ending, Record, simulate
+from seals.run.simulation import Ending, Keeper, Record, simulate
+from seals.run.surface import Surfaces
 from seals.run.views import views_of
 
 
@@ -35,14 +37,18 @@ def execute(config: Any) -> int | None:
 
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
-    original = None if config.get("repeat") is None else Path(str(config.repeat))
-    if original is not None:
-        _refuse_company(overrides)
-        config = recalled(original)
+    original, cut = (
+        None if config.get(key) is None else Path(str(config[key])) for key in ("repeat", "resume")
+    )
+    if original is not None or cut is not None:
+        key, source = ("repeat", original) if original is not None else ("resume", cut)
+        assert source is not None
+        _refuse_company(overrides, key)
+        config = recalled(source, key=key)
     settings = build_run(config)
-    if original is not None:
+    if original is not None or cut is not None:
         write_config(folder, config)
-    record = run_into(folder, settings, overrides=overrides, original=original)
+    record = run_into(folder, settings, overrides=overrides, original=original, cut=cut)
     if record.error is not None:
         raise record.error
     return None
@@ -54,6 +60,7 @@ def run_into(
     *,
     overrides: list[str] | None = None,
     original: Path | None = None,
+    cut: Path | None = None,
 ) -> Record:
     """Simulate a run and write its folder.
 
@@ -62,20 +69,27 @@ def run_into(
         settings: of the run.
         overrides: what the user wrote, for the report.
         original: folder of the run that this one repeats, to be compared with.
+        cut: folder of the run whose last checkpoint this one takes up.
 
     Raises:
         SealsError: the run cannot start, or its files cannot be written.
     """
     facts: dict[str, Any] = {}
+    kept = None if cut is None else checkpoint_of(cut)
+    checkpoints = Checkpoints(folder, interval_of(settings))
+    keepers: list[Keeper] = [checkpoints]
+    if settings.surface > 0.0:
+        keepers.append(Surfaces(folder, settings.surface, settings.fluid))
 
     def begin() -> None:
-        facts.update(_facts(settings, overrides or [], original))
+        facts.update(_facts(settings, overrides or [], original, cut))
         write_start(folder, facts)
 
-    record = simulate(settings, label=settings.name, started=begin)
+    record = simulate(settings, label=settings.name, started=begin, keepers=keepers, kept=kept)
     write_log(folder, record, settings)
     remarks = oversights(settings, overrides or [])
     remarks += [] if original is None else _verdict(folder, original)
+    remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]
     views = views_of(record, settings)
     report = write_report(folder, record, settings, views, facts)
     try:
@@ -83,27 +97,32 @@ def run_into(
     except MissingExtra as missing:
         remarks.append(f"No pictures: {' '.join(str(missing).split())}")
     write_end(folder, facts, record, remarks)
+    if record.ending is Ending.done:
+        checkpoints.clear()
     _say(record, settings, remarks, report)
     return record
 
 
-def _facts(settings: RunSettings, overrides: list[str], original: Path | None) -> dict[str, Any]:
+def _facts(
+    settings: RunSettings, overrides: list[str], original: Path | None, cut: Path | None
+) -> dict[str, Any]:
     return {
         "name": settings.name,
         "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         "overrides": overrides,
         "repeat_of": None if original is None else str(original),
+        "resume_of": None if cut is None else str(cut),
         **provenance(settings),
     }
 
 
-def _refuse_company(overrides: list[str]) -> None:
-    """Refuse overrides beside ``repeat``: the run would no longer be that run."""
-    others = [word for word in overrides if word.partition("=")[0].lstrip("+") != "repeat"]
+def _refuse_company(overrides: list[str], key: str) -> None:
+    """Refuse overrides beside ``repeat`` or ``resume``: the run would no longer be that run."""
+    others = [word for word in overrides if word.partition("=")[0].lstrip("+") != key]
     if others:
         raise ConfigError(
-            f"repeat= takes a run as it was; it cannot be changed by {others[0]}.\n"
-            "Leave the others out, or write the new run without repeat=."
+            f"{key}= takes a run as it was; it cannot be changed by {others[0]}.\n"
+            f"Leave the others out, or write the new run without {key}=."
         )
 
 

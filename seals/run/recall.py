@@ -12,15 +12,16 @@ from seals.errors import ConfigError, RobotError
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
 
-_SINGLE = ("backend", "wave", "controller", "guide")
+_SINGLE = ("backend", "wave", "fluid", "controller", "guide")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 
-def recalled(folder: Path) -> Any:
+def recalled(folder: Path, *, key: str = "repeat") -> Any:
     """Return the composed configuration of an earlier run.
 
     Args:
         folder: the run's folder.
+        key: that named it, for messages.
 
     Raises:
         ConfigError: the folder is no run, or names something that is not installed.
@@ -30,11 +31,11 @@ def recalled(folder: Path) -> Any:
 
     from seals.config.run import RunSettings
 
-    raw = _read(folder)
+    raw = _read(folder, key)
     with refusals(()):
-        for key in _SINGLE:
-            if raw.get(key) is not None:
-                raw[key] = _typed(key, raw[key], where=key)
+        for part in _SINGLE:
+            if raw.get(part) is not None:
+                raw[part] = _typed(part, raw[part], where=part)
         for section, kind in _SEVERAL.items():
             parts = raw.get(section) or {}
             if not isinstance(parts, dict):
@@ -43,18 +44,18 @@ def recalled(folder: Path) -> Any:
                 name: _typed(kind, node, where=f"{section}.{name}") for name, node in parts.items()
             }
         config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
-        config.repeat = None
-    _same_robot(folder, config)
+        config.repeat = config.resume = None
+    _same_robot(folder, config, key)
     return config
 
 
-def _read(folder: Path) -> dict[str, Any]:
+def _read(folder: Path, key: str) -> dict[str, Any]:
     import yaml
 
     path = folder / ".hydra" / "config.yaml"
     if not path.is_file():
         raise ConfigError(
-            f"repeat={folder}: there is no run in this folder.\n"
+            f"{key}={folder}: there is no run in this folder.\n"
             "Give the folder of a run; it holds .hydra/config.yaml and run.json."
         )
     try:
@@ -78,11 +79,11 @@ def _typed(kind: str, node: Any, *, where: str) -> Any:
     return OmegaConf.merge(OmegaConf.structured(schema), OmegaConf.create(node))
 
 
-def _same_robot(folder: Path, config: Any) -> None:
+def _same_robot(folder: Path, config: Any, key: str) -> None:
     """Refuse a robot that is no longer the one that ran, unless the run itself holds it all."""
     facts = _facts(folder)
     for name, thing in facts.get("objects", {}).items():
-        _same_object(folder, name, thing)
+        _same_object(folder, name, thing, key)
     noted = _noted_files(folder, facts)
     robot = Path(str(config.robot.folder))
     changed = [name for name, code in noted.items() if digest(robot / name) != code]
@@ -93,12 +94,12 @@ def _same_robot(folder: Path, config: Any) -> None:
         config.robot.folder, config.robot.urdf = str(folder.resolve()), kept.name
         return
     raise RobotError(
-        f"repeat={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"
+        f"{key}={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"
         "Restore the robot's files as they were, or run anew."
     )
 
 
-def _same_object(folder: Path, name: str, noted: Any) -> None:
+def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
     """Refuse an object whose files are no longer those that ran."""
     try:
         home = Path(noted["folder"])
@@ -109,7 +110,7 @@ def _same_object(folder: Path, name: str, noted: Any) -> None:
         ) from cause
     if changed:
         raise RobotError(
-            f"repeat={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
+            f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
             "or vanished since.\nRestore the files as they were, or run anew."
         )
 

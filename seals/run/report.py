@@ -20,6 +20,8 @@ _FILES = (
     ("log.parquet, meta.yaml", "motion and readings, in the format of a measured log"),
     ("ledger.parquet", "force and torque of every effect on every link at every step"),
     ("fluid.parquet", "particles, compression, books of momentum and gauges, with a fluid"),
+    ("surface/", "meshes of the water's surface, with surface=SECONDS"),
+    ("checkpoint/", "the last state of a run that was cut off, for resume=FOLDER"),
     ("vehicle.urdf", "the robot as it ran"),
     ("run.json", "versions, seed, revision, time"),
     (".hydra/", "the configuration, resolved"),

@@ -6,10 +6,11 @@ import enum
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from seals.logs import Log
 from seals.robot.model import RobotModel
 from seals.run.aims import Aims
 from seals.run.assembly import ROBOT, build_world, step_count
+from seals.run.checkpoint import take_up
 from seals.run.commands import Commands
 from seals.run.company import Company, describe_objects
 from seals.run.description import describe_run
@@ -76,7 +78,12 @@ class Record:
 
 
 def simulate(
-    settings: RunSettings, *, label: str = "simulating", started: Callable[[], None] | None = None
+    settings: RunSettings,
+    *,
+    label: str = "simulating",
+    started: Callable[[], None] | None = None,
+    keepers: Sequence[Keeper] = (),
+    kept: Path | None = None,
 ) -> Record:
     """Simulate a run from start to end, or until its guide is done or gives up.
 
@@ -87,6 +94,8 @@ def simulate(
         settings: of the run.
         label: words beside the progress bar.
         started: called when the world stands and before the first step.
+        keepers: look at the run after every step, to write down more of it on disk.
+        kept: folder of a checkpoint of the same run, to go on from.
 
     Raises:
         SealsError: the run cannot start.
@@ -96,9 +105,19 @@ def simulate(
     with _stoppable():
         world = build_world(settings)
         try:
-            return _stepped(settings, world, steps, label, started)
+            books = _books(settings, world, steps) if kept is None else _taken_up(kept, world)
+            stepping = _Stepping(world, books, steps, label, tuple(keepers))
+            return _stepped(settings, stepping, started)
         finally:
             world.close()
+
+
+class Keeper(Protocol):
+    """Something that writes down more of a run while it goes on."""
+
+    def tick(self, world: World, books: Any) -> None:
+        """Look at the world after a step whose rows are recorded."""
+        ...
 
 
 class _Books(NamedTuple):
@@ -143,20 +162,29 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     return books
 
 
-def _stepped(
-    settings: RunSettings,
-    world: World,
-    steps: int,
-    label: str,
-    started: Callable[[], None] | None,
-) -> Record:
+def _taken_up(kept: Path, world: World) -> _Books:
+    """Put a world into the state of a checkpoint and return the books that go with it."""
+    return cast(_Books, take_up(kept, world))
+
+
+class _Stepping(NamedTuple):
+    """A run that is ready to be stepped."""
+
+    world: World
+    books: _Books
+    steps: int
+    label: str
+    keepers: tuple[Keeper, ...]
+
+
+def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] | None) -> Record:
     """Take all steps, or as many as go."""
-    actor, books = world.actors[ROBOT], _books(settings, world, steps)
+    actor, books = run.world.actors[ROBOT], run.books
     recorder, company, stages = books[:3]
     if started is not None:
         started()
     start = time.perf_counter()
-    ending, error = _until_over(world, steps, label, books)
+    ending, error = _until_over(run)
     seconds = time.perf_counter() - start
     if ending is Ending.interrupted:
         for ledger in (actor.ledger, *company.ledgers.values()):
@@ -177,18 +205,19 @@ def _stepped(
     )
 
 
-def _until_over(
-    world: World, steps: int, label: str, books: _Books
-) -> tuple[Ending, BaseException | None]:
+def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
+    world, books, steps, label, keepers = run
     try:
         with progress(label, steps, books.fluid.note) as tell:
-            for done in range(1, steps + 1):
+            for done in range(books.recorder.rows, steps + 1):
                 world.step()
                 over = books.take(world.time)
                 tell(done)
                 if over:
                     break
+                for keeper in keepers:
+                    keeper.tick(world, books)
     except KeyboardInterrupt as stop:
         return Ending.interrupted, stop
     except (

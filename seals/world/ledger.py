@@ -84,6 +84,25 @@ class Ledger:
                 # a new row is zero: setting is a third of the work of adding
                 row[place, where, part] = values
 
+    def load(self, time: Floats, wrenches: Floats) -> None:
+        """Take rows written earlier in place of those there are.
+
+        Args:
+            time: [s], shape (rows,).
+            wrenches: [N, N m], shape (rows, effects, links, 6).
+
+        Raises:
+            ValueError: they are of other effects or links.
+        """
+        if wrenches.shape[1:] != self._table.shape[1:]:
+            raise ValueError(f"a ledger of shape {wrenches.shape[1:]}, not {self._table.shape[1:]}")
+        self.rewind(0)
+        more = max(0, len(time) - len(self._time))
+        self._time = np.concatenate([self._time, np.zeros(more)])
+        self._table = np.concatenate([self._table, np.zeros((more, *self._table.shape[1:]))])
+        self._time[: len(time)], self._table[: len(time)] = time, wrenches
+        self.rows = len(time)
+
     def rewind(self, rows: int) -> None:
         """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""
         rows = min(rows, self.rows)

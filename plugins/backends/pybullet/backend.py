@@ -6,6 +6,7 @@ import os
 import sys
 import weakref
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from seals.backend import RigidBody
@@ -102,6 +103,21 @@ class BackendPybullet:
         self._engine.restoreState(stateId=state.number, physicsClientId=self._client)
         for body, kept in zip(self._bodies, bodies, strict=True):
             body.restore(kept)
+
+    def store(self, path: Path) -> Any:
+        """Write the engine's state to a file; return what the engine does not keep."""
+        self._engine.saveBullet(str(path), physicsClientId=self._client)
+        return [body.snapshot() for body in self._bodies]
+
+    def recall(self, path: Path, bodies: Any) -> Any:
+        """Return a snapshot made of a file and what the engine does not keep.
+
+        Args:
+            path: from `store`, of a scene with the same bodies.
+            bodies: what it returned.
+        """
+        self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
+        return _State(self._engine, self._client), bodies
 
     def close(self) -> None:
         """Disconnect; a second call does nothing."""

@@ -1,0 +1,94 @@
+"""The window at rest: a box of whole spacings that moves by whole cells."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.plugins.fluids.sampling import Samples, box_walls
+
+Marks = NDArray[np.bool_]
+SOFT = 3.5
+"""Exponent of the ring's weight, Jacobsen et al. 2012."""
+
+
+class Box(NamedTuple):
+    """A box in axes of rest.
+
+    Args:
+        spacing: of the particles [m].
+        lower: corner on its floor [m], shape (3,).
+        counts: spacings along each side.
+        ring: width of the relaxation ring, in spacings.
+        cell: by which it moves, in spacings.
+        freeboard: height of its sides above the surface at rest [m].
+        squeeze: compression of the water at rest for each metre under the surface [1/m].
+    """
+
+    spacing: float
+    lower: Floats
+    counts: tuple[int, int, int]
+    ring: int
+    cell: int
+    freeboard: float
+    squeeze: float
+
+    @property
+    def upper(self) -> Floats:
+        """Corner on the surface [m], shape (3,)."""
+        out: Floats = self.lower + self.spacing * np.array(self.counts)
+        return out
+
+    @property
+    def middle(self) -> Floats:
+        """Of the box [m], shape (3,)."""
+        out: Floats = 0.5 * (self.lower + self.upper)
+        return out
+
+    def cells_to(self, place: Floats) -> tuple[int, int]:
+        """Return by how many cells the box should move for a place to be in its middle cell."""
+        off = (place - self.middle)[:2] / (self.cell * self.spacing)
+        east, north = (int(math.copysign(math.floor(abs(x)), x)) for x in off)
+        return east, north
+
+    def moved(self, cells: tuple[int, int]) -> Box:
+        """Return the box that is some cells further."""
+        way = self.cell * self.spacing * np.array([*cells, 0.0])
+        return self._replace(lower=self.lower + way)
+
+    def holds(self, rest: Floats, *, slack: float = 0.0) -> Marks:
+        """Whether places of rest lie between its sides, shape (n,)."""
+        plan = rest[:, :2]
+        low, high = self.lower[:2] - slack, self.upper[:2] + slack
+        found: Marks = np.all((plan >= low) & (plan < high), axis=1)
+        return found
+
+    def lattice(self) -> Floats:
+        """Places of water at rest, compressed by its weight [m], shape (n, 3)."""
+        axes = [
+            low + self.spacing * (np.arange(n) + 0.5)
+            for low, n in zip(self.lower, self.counts, strict=True)
+        ]
+        depth = self.spacing * self.counts[2]
+        # what lies below is compressed by what lies above
+        up = axes[2] - self.lower[2]
+        axes[2] = axes[2] - self.squeeze * up * (depth - 0.5 * up)
+        return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+
+    def weight(self, rest: Floats) -> Floats:
+        """Return the outer sea's weight at places of rest, 0 inside to 1 at the sides (n,)."""
+        plan = rest[:, :2]
+        gap = np.minimum(plan - self.lower[:2], self.upper[:2] - plan).min(axis=1)
+        s = np.clip(1.0 - gap / (self.ring * self.spacing), 0.0, 1.0)
+        out: Floats = np.expm1(s**SOFT) / math.expm1(1.0)
+        return out
+
+    def sides(self) -> Samples:
+        """Samples of floor and sides."""
+        rows = math.ceil(self.freeboard / self.spacing)
+        high = self.upper + np.array([0.0, 0.0, rows * self.spacing])
+        return box_walls(self.lower, high, self.spacing)

@@ -1,0 +1,194 @@
+"""Keeps the state of a run on disk, so that one that was killed can be taken up where it was.
+
+A checkpoint holds everything that changes: the world's snapshot, the rigid-body scene in the
+engine's own format, the ledgers, and the rows recorded so far. It is a pickle, which can do
+anything when it is read: take up only runs of one's own.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import shutil
+import time
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from seals.config.run import RunSettings
+from seals.errors import ConfigError
+from seals.world import World
+
+FOLDER = "checkpoint"
+"""Folder of a run that holds its last checkpoint."""
+STATE, SCENE = "state.pkl", "scene.bin"
+MINUTE = 60.0
+"""Wall time between two checkpoints of a run with a fluid, unless it says otherwise [s]."""
+
+
+class Checkpoints:
+    """Writes a checkpoint into a run's folder every now and then.
+
+    Args:
+        folder: of the run.
+        every: wall time between two [s]; 0 for none.
+    """
+
+    def __init__(self, folder: Path, every: float) -> None:
+        """Start the clock."""
+        self.folder, self.every = folder / FOLDER, every
+        self._last = time.perf_counter()
+
+    def tick(self, world: World, books: Any) -> None:
+        """Write one when it is time.
+
+        Args:
+            world: after a step whose rows are recorded.
+            books: everything recorded so far.
+        """
+        now = time.perf_counter()
+        if self.every > 0.0 and now - self._last >= self.every:
+            write_checkpoint(self.folder, world, books)
+            self._last = time.perf_counter()
+
+    def clear(self) -> None:
+        """Remove the last one: the run is complete."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def interval_of(settings: RunSettings) -> float:
+    """Return the wall time between two checkpoints of a run; 0 for none [s].
+
+    Raises:
+        ConfigError: they are asked for and the backend cannot be kept on disk.
+    """
+    storing = hasattr(settings.backend, "store")
+    if settings.checkpoint is None:
+        return MINUTE if storing and settings.fluid is not None else 0.0
+    if settings.checkpoint > 0.0 and not storing:
+        raise ConfigError(
+            f"checkpoint={settings.checkpoint:g}: backend '{type(settings.backend).__name__}' "
+            "cannot be kept on disk.\nRun without checkpoints: checkpoint=0"
+        )
+    return settings.checkpoint
+
+
+def write_checkpoint(folder: Path, world: World, books: Any) -> None:
+    """Write the state of a run, whole or not at all; an earlier one gives way.
+
+    Raises:
+        ConfigError: a part of the run cannot be kept on disk.
+    """
+    backend: Any = world.backend
+    beside = folder.with_name(f".{folder.name}")
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.mkdir(parents=True)
+    snapshot = world.snapshot()._replace(scene=backend.store(beside / SCENE))
+    ledgers = {
+        name: (actor.ledger.time.copy(), actor.ledger.wrenches.copy())
+        for name, actor in world.actors.items()
+    }
+    state = {"snapshot": snapshot, "ledgers": ledgers, "books": books}
+    with (beside / STATE).open("wb") as file:
+        try:
+            _Pickler(file, _live(world)).dump(state)
+        except (pickle.PicklingError, TypeError, AttributeError) as cause:
+            raise ConfigError(
+                f"the state of this run cannot be kept on disk: {' '.join(str(cause).split())}.\n"
+                "Run without checkpoints: checkpoint=0"
+            ) from cause
+        file.flush()
+        os.fsync(file.fileno())
+    # the old one goes only when the new one is whole
+    shutil.rmtree(folder, ignore_errors=True)
+    beside.rename(folder)
+
+
+def take_up(kept: Path, world: World) -> Any:
+    """Put a world into the state of a checkpoint.
+
+    Args:
+        kept: folder of the checkpoint.
+        world: built from the same settings.
+
+    Returns:
+        The books, which go on in this world.
+
+    Raises:
+        ConfigError: the checkpoint is damaged, or of another version.
+    """
+    try:
+        state = _Unpickler(BytesIO((kept / STATE).read_bytes()), _live(world)).load()
+        snapshot = state["snapshot"]
+        scene = world.backend.recall(kept / SCENE, snapshot.scene)  # type: ignore[attr-defined]
+        world.restore(snapshot._replace(scene=scene))
+        for name, (times, wrenches) in state["ledgers"].items():
+            world.actors[name].ledger.load(times, wrenches)
+        return state["books"]
+    except (
+        OSError,
+        pickle.UnpicklingError,
+        EOFError,
+        AttributeError,
+        ImportError,
+        KeyError,
+        TypeError,
+        ValueError,
+    ) as cause:
+        text = " ".join(str(cause).split())
+        raise ConfigError(
+            f"the checkpoint in {kept} cannot be taken up: {text}.\n"
+            "It belongs to the very version that wrote it; begin the run anew: repeat=FOLDER"
+        ) from cause
+
+
+def checkpoint_of(run: Path) -> Path:
+    """Return the folder of a run's last checkpoint.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    whole, beside = run / FOLDER, run / f".{FOLDER}"
+    for folder in (whole, beside):
+        # cut off between the old one and the new one, the new one still stands beside
+        if (folder / STATE).is_file() and (folder is whole or not whole.exists()):
+            return folder
+    raise ConfigError(
+        f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
+        "none.\nBegin anew with repeat=FOLDER, and keep checkpoints: checkpoint=60"
+    )
+
+
+def _live(world: World) -> Mapping[str, Any]:
+    """Parts that belong to a process and are never written, by name."""
+    live: dict[str, Any] = {"fluid": world.fluid} if world.fluid is not None else {}
+    for name, actor in world.actors.items():
+        live[f"actor {name}"] = actor
+        if actor.pilot is not None:
+            live[f"pilot {name}"] = actor.pilot
+    return live
+
+
+class _Pickler(pickle.Pickler):
+    """Writes names in place of live parts."""
+
+    def __init__(self, file: Any, live: Mapping[str, Any]) -> None:
+        super().__init__(file, protocol=pickle.HIGHEST_PROTOCOL)
+        self._names = {id(part): name for name, part in live.items()}
+
+    def persistent_id(self, obj: Any) -> str | None:
+        return self._names.get(id(obj))
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads live parts by their names."""
+
+    def __init__(self, file: Any, live: Mapping[str, Any]) -> None:
+        super().__init__(file)
+        self._live = live
+
+    def persistent_load(self, name: str) -> Any:
+        if name not in self._live:
+            raise pickle.UnpicklingError(f"it speaks of '{name}', which this run does not have")
+        return self._live[name]

@@ -1,0 +1,139 @@
+"""The surface of a run's particle water as a mesh, every so often, for pictures and films."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.errors import ConfigError, MissingExtra
+from seals.fluid import Fluid
+from seals.logs.atomic import atomic_path
+from seals.world import World
+
+FOLDER = "surface"
+"""Folder of a run that holds the meshes, one file an instant, named by its time."""
+REACH, CUBE, THRESHOLD, ROUNDS = 3.0, 1.0, 0.6, 10
+"""Smoothing length and edge of the marching cubes in particle radii, share of the rest density at
+which the surface lies [1], rounds of smoothing."""
+SPACING = "spacing [m]"
+"""What a fluid calls the distance of its particles among its figures."""
+
+
+class Mesh(NamedTuple):
+    """A closed surface.
+
+    Args:
+        vertices: [m], shape (n, 3).
+        triangles: numbers of their corners, anticlockwise from outside, shape (m, 3).
+    """
+
+    vertices: Floats
+    triangles: NDArray[np.int64]
+
+
+def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
+    """Return the surface around particles.
+
+    Marching cubes on the density of the particles, smoothed with weights (Loeschner et al. 2023,
+    doi:10.1111/cgf.14836), by pysplashsurf.
+
+    Args:
+        places: of the particles [m], shape (n, 3).
+        spacing: at rest [m].
+        threads: whether all cores share the work.
+
+    Raises:
+        MissingExtra: pysplashsurf is not installed.
+    """
+    found, _ = refuse_missing().reconstruction_pipeline(
+        np.ascontiguousarray(places, dtype=np.float64),
+        particle_radius=0.5 * spacing,
+        smoothing_length=REACH,
+        cube_size=CUBE,
+        iso_surface_threshold=THRESHOLD,
+        multi_threading=threads,
+        mesh_cleanup=True,
+        mesh_smoothing_iters=ROUNDS,
+        mesh_smoothing_weights=True,
+    )
+    return Mesh(
+        np.array(found.mesh.vertices, dtype=float), np.array(found.mesh.triangles, dtype=np.int64)
+    )
+
+
+def refuse_missing() -> Any:
+    """Return pysplashsurf.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    try:
+        import pysplashsurf
+    except ImportError as cause:
+        raise MissingExtra(
+            "surface: meshes of the water need pysplashsurf, which cannot be imported.\n"
+            "Install it: pip install 'aam-seals[render]'; or leave surface out"
+        ) from cause
+    return pysplashsurf
+
+
+def write_ply(path: Path, mesh: Mesh) -> None:
+    """Write a mesh as a binary PLY file, which Blender, MeshLab and trimesh read."""
+    corners = np.zeros(len(mesh.triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    corners["count"], corners["corners"] = 3, mesh.triangles
+    head = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(mesh.vertices)}",
+        *(f"property float {axis}" for axis in "xyz"),
+        f"element face {len(mesh.triangles)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    with atomic_path(path) as beside:
+        text = "\n".join(head).encode("ascii")
+        beside.write_bytes(text + mesh.vertices.astype("<f4").tobytes() + corners.tobytes())
+
+
+class Surfaces:
+    """Writes the surface into a run's folder as PLY files.
+
+    Args:
+        folder: of the run.
+        every: simulated time between two [s].
+        fluid: of the run, or None.
+
+    Raises:
+        ConfigError: there is no fluid, or it has no particles.
+        MissingExtra: pysplashsurf is not installed.
+    """
+
+    def __init__(self, folder: Path, every: float, fluid: Fluid | None) -> None:
+        """Refuse before anything runs."""
+        if fluid is None:
+            raise ConfigError(
+                f"surface={every:g}: the run has no water of particles.\n"
+                "Choose it, or leave surface out: water=particles"
+            )
+        refuse_missing()
+        self.folder, self.every = folder / FOLDER, every
+
+    def tick(self, world: World, books: Any) -> None:
+        """Write the surface when it is time; one file for each multiple of ``every``."""
+        now, fluid = world.time, world.fluid
+        before = now - world.step_size
+        if fluid is None or _count(now, self.every) == _count(before, self.every):
+            return
+        places = fluid.particles()[0]
+        spacing = fluid.figures().get(SPACING)
+        if len(places) and spacing is not None:
+            write_ply(self.folder / f"t_{now:08.4f}.ply", surface_of(places, spacing))
+
+
+def _count(time: float, every: float) -> int:
+    return math.floor((time + 1e-9) / every)

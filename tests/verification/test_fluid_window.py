@@ -1,0 +1,130 @@
+"""The window of particle water: rest, a current, waves, momentum, and counts that add up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from seals.config.environment import EnvironmentSettings
+from seals.fluid import BodyStates, FluidBody, Surrounding
+from seals.plugins.fluids.window import FluidWindow
+from seals.plugins.waves.sea import WaveSea
+from seals.plugins.waves.still import WaveStill
+from seals.robot.pieces import Piece
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")
+Floats = NDArray[np.float64]
+STEP = 0.005
+SMALL: dict[str, Any] = {"spacing": 0.05, "ring": 4, "freeboard": 0.2}
+NOTHING = FluidBody("robot/nothing", ())
+BALL = FluidBody("robot/ball", (Piece("sphere", (0.1,), np.zeros(3), np.eye(3)),))
+
+
+def opened(wave: Any, body: FluidBody, **fields: Any) -> FluidWindow:
+    """Open a small window around one body."""
+    fluid = FluidWindow(**SMALL | fields)
+    environment = EnvironmentSettings(water_level=0.0, water_density=1000.0)
+    fluid.open(Surrounding(environment, wave, (), STEP), [body])
+    return fluid
+
+
+def held(place: tuple[float, float, float], speed: float = 0.0) -> BodyStates:
+    """Return a body that nothing but its way moves."""
+    still = np.zeros((1, 3))
+    velocity = np.array([[speed, 0.0, 0.0]])
+    turn, none = np.eye(3)[None], np.zeros((1, 3, 3))
+    return BodyStates(np.array([place]), turn, velocity, still, np.zeros(1), none, still)
+
+
+@pytest.fixture
+def closing() -> Iterator[list[FluidWindow]]:
+    """Close what a test opened."""
+    fluids: list[FluidWindow] = []
+    yield fluids
+    for fluid in fluids:
+        fluid.close()
+
+
+def test_still_water_in_a_window_stays_at_rest_and_level(closing: list[FluidWindow]) -> None:
+    """No particle comes or goes, nothing flows, the surface stays within a tenth of a spacing."""
+    fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4])
+    closing.append(fluid)
+    fluid.fill(held((0.0, 0.0, -0.2)))
+    for k in range(120):
+        fluid.exchange(held((0.0, 0.0, -0.2)), k * STEP, STEP)
+    figures, speed = fluid.figures(), fluid.particles()[1]
+    assert figures["particles"] == 14 * 14 * 8
+    assert figures["particles come"] == figures["particles gone"] == 0
+    assert np.abs(speed.mean(axis=0)).max() < 2e-3
+    assert np.sqrt((speed**2).mean()) < 0.03
+    places = np.array([[x, y, 0.0] for x in (-0.1, 0.0, 0.1) for y in (-0.1, 0.0, 0.1)])
+    level = np.asarray(fluid.surface(places).elevation)
+    assert abs(level.mean()) < 0.1 * 0.05
+    outside = fluid.surface(np.array([[30.0, 0.0, 0.0]])).elevation
+    assert float(outside[0, 0]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_current_passes_through_a_window_that_stays(closing: list[FluidWindow]) -> None:
+    """Water keeps the speed of the current, and the window stays with a robot that stands still."""
+    fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4], current=[1.0, 0.0])
+    closing.append(fluid)
+    place = (0.0, 0.0, -0.2)
+    fluid.fill(held(place))
+    pushed = []
+    for k in range(160):
+        impulses = fluid.exchange(held(place), k * STEP, STEP)
+        assert not impulses.any()
+        books = fluid.books()
+        assert books is not None
+        pushed.append(books.walls[:2] / STEP)
+    places, speed = fluid.particles()
+    figures = fluid.figures()
+    assert figures["shifts of the window"] == 15
+    assert speed.mean(axis=0) == pytest.approx([1.0, 0.0, 0.0], abs=0.01)
+    assert np.abs(places[:, :2]).max() < 0.35 + 1.5 * 0.05
+    assert figures["particles"] == pytest.approx(14 * 14 * 8, rel=0.005)
+    # what sides take of the weight of the water in a second would stop it if it were one-sided
+    weight = 1000.0 * 9.81 * 0.7 * 0.7 * 0.4
+    assert np.abs(np.mean(pushed, axis=0)).max() < 0.01 * weight
+
+
+def test_momentum_and_counts_add_up_on_a_tow_through_waves(closing: list[FluidWindow]) -> None:
+    """Books hold what the ring, the shifts and the level give and take; so does the count."""
+    fluid = opened(WaveSea(height=0.08, period=1.2), BALL, size=[0.9, 0.9, 0.4], current=[0.2, 0.1])
+    closing.append(fluid)
+    fluid.fill(held((0.0, 0.0, -0.2), 1.0))
+    start, gaps, sources = fluid.figures()["particles"], [], []
+    for k in range(120):
+        fluid.exchange(held((k * STEP, 0.0, -0.2), 1.0), k * STEP, STEP)
+        books = fluid.books()
+        assert books is not None
+        gaps.append(np.abs(books.gap).max() / books.gross)
+        sources.append(np.abs(books.sources).max() / books.gross)
+    figures = fluid.figures()
+    assert figures["shifts of the window"] >= 8
+    assert max(gaps) < 1e-5
+    assert max(sources) > 1e-2
+    came = figures["particles come"] - figures["particles gone"]
+    assert figures["particles"] == start + came
+    assert figures["particles"] == pytest.approx(18 * 18 * 8 - 4 / 3 * np.pi * 2**3, rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_surface_of_the_window_follows_the_outer_sea(closing: list[FluidWindow]) -> None:
+    """Two periods of a wave, the window moving along: rms within a tenth of the amplitude."""
+    fluid = opened(WaveSea(height=0.2, period=2.0), NOTHING, size=[1.2, 0.8, 0.6])
+    closing.append(fluid)
+    fluid.fill(held((0.0, 0.0, -0.1)))
+    places = np.array([[x, 0.0, 0.0] for x in (-0.2, -0.1, 0.0, 0.1, 0.2)])
+    off = []
+    for k in range(800):
+        x = 0.5 * k * STEP
+        fluid.exchange(held((x, 0.0, -0.1)), k * STEP, STEP)
+        at = places + np.array([x, 0.0, 0.0])
+        outer = fluid.parcel.outer.elevation(at, (k + 1) * STEP)
+        off.append(np.asarray(fluid.surface(at).elevation)[:, 0] - outer)
+    assert np.sqrt(np.mean(np.square(off))) < 0.1 * 0.1
