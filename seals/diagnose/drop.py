@@ -37,26 +37,21 @@ Pair: TypeAlias = tuple[Candidate, Standing]
 
 
 class Drops:
-    """Fits models of a log without pose.
+    """Fits models of a log of drops, each along a course of its own.
 
     Args:
-        problem: the log made ready.
-        gusts: factor on the stated level of the gusts.
+        base: the nominal model, fitted.
+        outset: the same before the fit; other models set out there when the fit came to nothing.
         processes: that share the fits.
     """
 
-    def __init__(self, problem: Problem, *, gusts: float = GUSTS, processes: int = 1) -> None:
-        """Fit the nominal model."""
-        self.problem, self.processes = problem, processes
-        self.between = Between(problem.plant)
-        self.library = problem.plant.library
-        coarse = Plant(problem.vehicle, self.library, problem.samples, parts=_COARSE)
-        course = nearest_course(coarse, leave=_SPECIAL, processes=processes)
-        self.doubt = Doubt(gusts=gusts, rough=surface(problem.plant, course))
-        outset = stand(self.between, course, (), {}, self.doubt)
-        self.base = converged(outset, rounds=_ROUNDS)
-        good = self.base.fit.cost < _NEAR * self.base.fitter.windows.observed
-        self._from = self.base if good else outset
+    def __init__(self, base: Standing, outset: Standing, *, processes: int = 1) -> None:
+        """Choose where to set out."""
+        self.base, self.doubt, self.processes = base, base.doubt, processes
+        self.between: Between = base.fitter.between
+        self.library = base.fitter.library
+        good = base.fit.cost < _NEAR * base.fitter.windows.observed
+        self._from = base if good else outset
 
     @property
     def nominal(self) -> Hypothesis:
@@ -139,10 +134,14 @@ class Drops:
         return self._shared(lambda job: converged(job, rounds=rounds), jobs)
 
 
+Found: TypeAlias = tuple[Hypothesis, Hypothesis, tuple[Hypothesis, ...]]
+"""Nominal model, chosen one and all that were tried."""
+
+
 def search_drops(
     problem: Problem, asked: float, *, processes: int, tell: Callable[[int], None]
-) -> tuple[Hypothesis, Hypothesis, tuple[Hypothesis, ...]]:
-    """Nominal model, chosen one and all that were tried, in a log of drops without pose.
+) -> Found:
+    """Search a log of drops without pose.
 
     One effect at most: readings of an impact alone do not hold two apart.
 
@@ -152,12 +151,23 @@ def search_drops(
         processes: that share the fits.
         tell: called with the number of stages done.
     """
-    drops = Drops(problem, processes=processes)
+    plant = problem.plant
+    coarse = Plant(problem.vehicle, plant.library, problem.samples, parts=_COARSE)
+    course = nearest_course(coarse, leave=_SPECIAL, processes=processes)
+    doubt = Doubt(gusts=GUSTS, rough=surface(plant, course))
+    outset = stand(Between(plant), course, (), {}, doubt)
+    base = converged(outset, rounds=_ROUNDS)
     tell(1)
-    tried = drops.singles()
+    found = chosen(Drops(base, outset, processes=processes), asked)
     tell(2)
+    return found
+
+
+def chosen(drops: Drops, asked: float) -> Found:
+    """Try all effects one by one; the best is taken if it stands out."""
+    tried = drops.singles()
     nominal = drops.nominal
-    real = [h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library)]
+    real = [h for h in tried if material(h.candidates[-1], h.fit, drops.library)]
     if not real or real[0].score < asked:
         return nominal, nominal, tried
     # stronger gusts, as far as they are admitted, may do as well as the effect

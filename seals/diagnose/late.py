@@ -8,7 +8,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.diagnose.between import Between
-from seals.diagnose.hypothesis import Hypothesis, price
+from seals.diagnose.drop import Drops, Found, chosen
+from seals.diagnose.hypothesis import Hypothesis, material
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.parallel import spread
 from seals.diagnose.problem import WINDOW, Problem
@@ -21,25 +22,31 @@ _OUTSET = 0.02
 """Delay from which a fit sets out [s]."""
 _MUCH = 1.2
 """Misfit of a model, per degree of freedom, from which on late sensors are looked for."""
+_BETTER = 100.0
+"""Misfit by which the nominal model on its own course must beat the best on the measured one."""
 _PLIANT = ("waves", "tether")
 """Effects whose place or period is free."""
 
 
-def late_sensors(
+def own_courses(
     problem: Problem, nominal: Hypothesis, best: Hypothesis, asked: float, *, processes: int = 1
-) -> Hypothesis | None:
-    """The model with late sensors, followed between the rows; None where it does not stand out.
+) -> Found | None:
+    """Search again along courses of the models' own; None where those gain nothing.
 
-    A course that was smoothed with late readings is bent at the impact, and straight lines between
-    the rows miss the impact's peak. So model and course are fitted together, with and without the
-    delay, and those two are compared.
+    A course that was smoothed with late readings is bent at the impact, straight lines between the
+    rows miss the impact's peak, and a hull that strikes fast is under water within a row. So model
+    and course are fitted together: first with and without late sensors, and where these are not
+    what is missing, with all other effects.
 
     Args:
         problem: the log made ready.
-        nominal: model, against which all are scored.
-        best: model that was found without.
-        asked: score that the delay must reach.
+        nominal: model, against which all were scored.
+        best: model that was found along the measured course.
+        asked: score that an effect must reach.
         processes: that share the fits.
+
+    Returns:
+        Nominal model, chosen one and all that were tried.
     """
     named = [c for c in problem.plant.library.candidates if DELAY in c.keys]
     if not named or not problem.impact or not _doubtful(best):
@@ -47,10 +54,10 @@ def late_sensors(
     course = problem.fitter.course
     rough = surface(problem.plant, course)
     if rough is not None:
-        late = [
+        later = [
             np.roll(rough.blur, k) for k in range(1 + int(2.0 * _OUTSET / problem.samples.step))
         ]
-        widened: Floats = np.max(late, axis=0)
+        widened: Floats = np.max(later, axis=0)
         rough = replace(rough, blur=widened)
     doubt = Doubt(gusts=problem.fitter.windows.gusts, rough=rough, length=WINDOW)
     between = Between(problem.plant)
@@ -62,15 +69,15 @@ def late_sensors(
     for one in found:
         one.fitter.settle(between)
     plain, delayed = found
-    paid = price(delayed.fit, problem.plant.library) - price(plain.fit, problem.plant.library)
-    if plain.level - delayed.level - paid < asked:
+    drops = Drops(plain, outsets[0], processes=processes)
+    late = drops.hypothesis(named[:1], delayed)
+    if late.score > asked and material(named[0], late.fit, drops.library):
+        late = replace(late, score=late.score + nominal.fit.cost - plain.fit.cost)
+        if late.score > best.score + asked:
+            return nominal, late, (late,)
+    if plain.fit.cost > best.fit.cost - _BETTER:
         return None
-    return Hypothesis(
-        candidates=(named[0],),
-        fit=delayed.fit,
-        fitter=delayed.fitter,
-        score=nominal.fit.cost - delayed.fit.cost - paid,
-    )
+    return chosen(drops, asked)
 
 
 def _doubtful(best: Hypothesis) -> bool:

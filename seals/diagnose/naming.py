@@ -10,7 +10,7 @@ from seals.diagnose.factors import Candidate
 from seals.diagnose.fit import Fitter
 from seals.diagnose.gusts import ADMITTED, unrest
 from seals.diagnose.hypothesis import Hypothesis, keys_of, material, scored
-from seals.diagnose.late import late_sensors
+from seals.diagnose.late import own_courses
 from seals.diagnose.lateness import timed
 from seals.diagnose.linearise import DELAY
 from seals.diagnose.normal import Fit
@@ -90,23 +90,40 @@ def search(
         asked = threshold + BLIND
         nominal, best, tried = search_drops(problem, asked, processes=processes, tell=tell)
         return Search(nominal=nominal, best=best, rounds=(tried,))
+    nominal, best, rounds = added(problem, threshold, processes=processes, tell=tell)
+    own = own_courses(problem, nominal, best, threshold + BLIND, processes=processes)
+    if own is not None:
+        # what was tried along another course has no say beside these
+        kept = [h for h in rounds[0] if own[0] is nominal and h.names != own[1].names]
+        nominal, best, fresh = own
+        rounds = [(*fresh, *kept)]
+    return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+
+
+def added(
+    problem: Problem, threshold: float, *, processes: int, tell: Callable[[int], None]
+) -> tuple[Hypothesis, Hypothesis, list[tuple[Hypothesis, ...]]]:
+    """Nominal model, the one with all effects that pay, and what was tried in every round."""
     nominal = settled(problem)
-    fitter = nominal.fitter
-    best, rounds = nominal, []
-    rough = surface(problem.plant, fitter.course) is not None
+    best = nominal
+    rounds: list[tuple[Hypothesis, ...]] = []
+    rough = surface(problem.plant, nominal.fitter.course) is not None
     for _ in range(MOST):
         tried = extensions(problem, nominal, best, processes=processes)
+        if problem.impact and not rounds:
+            nominal, tried = credited(problem, nominal, tried, processes=processes)
+            best = nominal
         rounds.append(tried)
         tell(len(rounds))
         tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
-        asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
-        asked += INEXACT * best.score if "waves" in best.names else 0.0
         if problem.vehicle.servo:
             tried = tuple(
                 sorted(tried, key=lambda h: -h.score + (0.0 if _in_the_arm(h) else JOINTED))
             )
         if not tried:
             break
+        asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
+        asked += INEXACT * best.score if "waves" in best.names else 0.0
         if problem.vehicle.servo and not _in_the_arm(tried[0]):
             asked += JOINTED
         if tried[0].score < best.score + asked:
@@ -120,12 +137,26 @@ def search(
             best = paired(nominal, best, rounds[0], processes=processes)
         elif len(best.candidates) > 2:
             best = exchanged(nominal, best, rounds[0], processes=processes)
-    asked = threshold + BLIND
-    late = late_sensors(problem, nominal, best, asked, processes=processes)
-    if late is not None and late.score > best.score + asked:
-        rounds[0] = (late, *(h for h in rounds[0] if h.names != late.names))
-        best = late
-    return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+    return nominal, best, rounds
+
+
+def credited(
+    problem: Problem, nominal: Hypothesis, tried: tuple[Hypothesis, ...], *, processes: int = 1
+) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
+    """The nominal model on the course of the best of some others, and those tried again beside it.
+
+    A loud effect is fitted along a course that follows it. Where it only led to a better course
+    through an impact, it must not take the credit.
+    """
+    if not tried or tried[0].fitter.course is nominal.fitter.course:
+        return nominal, tried
+    level = nominal.fitter.windows.gusts
+    fitter = linearised(problem.plant, tried[0].fitter.course, {}, gusts=level)
+    fitter = followed(fitter, (), rounds=2)
+    moved = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    if moved.fit.cost > nominal.fit.cost - _LOUD:
+        return nominal, tried
+    return moved, extensions(problem, moved, moved, processes=processes)
 
 
 def _in_the_arm(hypothesis: Hypothesis) -> bool:
