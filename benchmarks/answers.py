@@ -23,7 +23,6 @@ from seals.diagnose.linearise import Prediction, columns_along, predict
 from seals.diagnose.problem import Problem, forgotten, windows_of
 from seals.diagnose.screen import candidate_keys, linear_gain, screen
 from seals.diagnose.special import special_starts
-from seals.diagnose.windows import Whitened
 
 Names = tuple[str, ...]
 """Effects that are declared missing, the likeliest first; none for nothing missing."""
@@ -270,18 +269,9 @@ def all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Na
     """
     candidates = [c for c in fitter.library.candidates if c.name not in _CURVED]
     keys = candidate_keys(candidates)
-    misfit, parts = fitter.misfit({}), [fitter.whitened(keys, {})]
+    misfit, columns = fitter.misfit({}), fitter.whitened(keys, {})
     for start in curved.values():
-        moved = fitter.misfit(start)
-        parts.append(
-            Whitened(
-                outputs=misfit.outputs - moved.outputs, absorbed=misfit.absorbed - moved.absorbed
-            )
-        )
-    columns = Whitened(
-        outputs=np.concatenate([x.outputs for x in parts], axis=2),
-        absorbed=np.concatenate([x.absorbed for x in parts], axis=2),
-    )
+        columns = columns.beside(misfit.less(fitter.misfit(start)))
     ridge = np.concatenate([fitter.precision(keys, keys), np.ones(len(curved))])
     matrix = columns.product(columns).sum(axis=0) + np.diag(ridge)
     right = columns.product(misfit).sum(axis=0)[:, 0]

@@ -31,6 +31,14 @@ class Whitened:
             cross=np.concatenate([self.cross, other.cross], axis=2),
         )
 
+    def less(self, other: Whitened) -> Whitened:
+        """Differences column by column."""
+        return Whitened(
+            outputs=self.outputs - other.outputs,
+            absorbed=self.absorbed - other.absorbed,
+            cross=self.cross - other.cross,
+        )
+
     def product(self, other: Whitened) -> Floats:
         """Marginalised inner products with other outputs, shape (W, c, c')."""
         full = np.matmul(self.outputs.transpose(0, 2, 1), other.outputs)
