@@ -1,0 +1,29 @@
+"""The classical answers beside the diagnosis: each answers, and with names of the library."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from seals.diagnose.problem import prepare
+from seals.logs import read_native
+from seals.logs.shipped import find_log
+
+
+def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Asked about a flight in a hidden wind, all name effects; all at once names far too many."""
+    # at the end: the installed package comes before the checkout
+    monkeypatch.setattr(sys, "path", [*sys.path, str(Path(__file__).parents[2])])
+    from benchmarks.answers import METHODS, question
+
+    problem = prepare(read_native(find_log("hidden_effect/flight_a")))
+    asked = question(problem)
+    known = {c.name for c in problem.plant.library.candidates}
+    found = {name: method(asked) for name, method in METHODS.items()}
+    for names in found.values():
+        assert names
+        assert set(names) <= known
+    assert len(found["all at once"]) > 4
+    assert found["BIC with tolerances"] == ("wind",)
