@@ -38,7 +38,7 @@ def measures(alone: Tow, ball: Tow) -> Measured:
     }
     for name, tow in (("alone", alone), ("ball", ball)):
         found |= _water(name, tow)
-    found |= _surface(alone) | _cost(ball) | _forces(ball)
+    found |= _surface(alone) | _cost("alone", alone) | _cost("ball", ball) | _forces(ball)
     gap = max(float(alone.gap.max()), float(ball.gap.max()))
     return Measured({**found, "largest gap of the momentum books [1]": (gap, 1e-4)})
 
@@ -69,17 +69,13 @@ def _surface(tow: Tow) -> dict[str, tuple[float, float]]:
     }
 
 
-def _cost(tow: Tow) -> dict[str, tuple[float, float]]:
-    rows = len(tow.time)
-    ends = (
-        slice(round(PART * rows), round(2 * PART * rows)),
-        slice(round((1 - PART) * rows), rows),
-    )
-    first, last = (float(np.median(tow.cost[part])) for part in ends)
+def _cost(name: str, tow: Tow) -> dict[str, tuple[float, float]]:
+    few = round(PART * len(tow.time))
+    first, last = (float(np.median(c)) for c in (tow.cost[:few], tow.cost[-few:]))
     return {
-        "processor time of a step, second tenth of the way [ms]": (first * 1e3, NONE),
-        "processor time of a step, last tenth [ms]": (last * 1e3, NONE),
-        "change of the cost [%]": ((last / first - 1.0) * 100.0, 5.0),
+        f"{name}: processor time of a step, first tenth of the way [ms]": (first * 1e3, NONE),
+        f"{name}: the same, last tenth [ms]": (last * 1e3, NONE),
+        f"{name}: change of the cost [%]": ((last / first - 1.0) * 100.0, 5.0),
     }
 
 
@@ -118,7 +114,12 @@ def _rms(x: Floats) -> float:
 
 
 def _wave_force(tow: Tow, late: Any) -> float:
-    """Mean size of the force at the frequency of encounter, largest axis [N]."""
+    """Mean size of the force at the frequency of encounter, largest axis [N].
+
+    Not a number where fewer than two waves were met.
+    """
+    if not np.isfinite(tow.encounter):
+        return NONE
     angle = tow.encounter * tow.time[late]
     basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
     found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]

@@ -40,6 +40,9 @@ class Shape(NamedTuple):
     height: float
 
 
+SETTLE = 0.6
+"""Time for which bodies are held until the water around them rests [s]."""
+
 SHAPES = {
     "sphere": Shape("sphere", (0.1,), 4.0 / 3.0 * np.pi * 0.1**3, 0.2),
     "box": Shape("box", (0.24, 0.24, 0.2), 0.24 * 0.24 * 0.2, 0.2),
@@ -105,6 +108,7 @@ def drift(
             f"initial.velocity=[0,0,{speed}]",
             f"fluid.spacing={spacing}",
             f"fluid.size={list(tank)}",
+            f"fluid.settle={SETTLE}",
             *more,
         ]
         world = build_world(build_run(compose(words)))

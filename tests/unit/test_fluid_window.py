@@ -8,8 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.config.compose import compose
 from seals.config.environment import EnvironmentSettings
+from seals.config.run import build_run
 from seals.errors import ConfigError, PhysicsError
+from seals.experiments.open_sea.measures import measures
+from seals.experiments.open_sea.tow import Tow, towed
 from seals.ground import Solid
 from seals.plugins.fluids.sampling import Samples
 from seals.plugins.fluids.window import FluidWindow
@@ -218,3 +222,61 @@ def test_a_steep_sea_is_refused() -> None:
     """Linear theory ends at a steepness of 0.3."""
     with pytest.raises(ConfigError, match=r"has the steepness 0.50"):
         WaveSea(height=1.0, period=2.0)
+
+
+def test_a_tow_needs_a_window_and_some_way() -> None:
+    """The experiment refuses a basin, still water and a way that is too short."""
+    basin = build_run(compose(["robot=ball", "water=particles"]))
+    with pytest.raises(ConfigError, match="water=window wave=sea"):
+        towed(basin, way=60.0, speed=1.5, radius=0.1)
+    window = build_run(compose(["robot=ball", "water=window", "wave=sea"]))
+    with pytest.raises(ConfigError, match=r"a way of 1 m is too short .*\n.* 6 m or more"):
+        towed(window, way=1.0, speed=1.5, radius=0.1)
+
+
+def test_jumps_and_wave_force_of_a_known_tow() -> None:
+    """Figures of a tow whose force, surface and cost are known."""
+    rows, step = 4000, 0.01
+    time = step * np.arange(1, rows + 1)
+    shifted = np.arange(rows) % 40 == 39
+    force = np.zeros((rows, 3))
+    force[:, 2] = 100.0 + 8.0 * np.cos(2.0 * time)
+    # each shift leaves a step of 0.5 N that fades within twenty steps
+    force[:, 0] = -30.0 + 0.5 * (np.arange(rows) % 40 >= 39) + 0.5 * (np.arange(rows) % 40 < 20)
+    none = np.zeros((rows, 9))
+    tow = Tow(
+        time=time,
+        place=1.5 * time,
+        force=force,
+        inside=none + 0.01,
+        tops=none - 0.02,
+        outside=none,
+        shifted=shifted,
+        cost=np.where(time > 36.0, 0.022, 0.02),
+        gap=np.full(rows, 1e-7),
+        particles=np.full(rows, 500),
+        twins=np.full((4, 10, 3), 0.1),
+        come=7.0,
+        gone=5.0,
+        shot=np.zeros((0, 3)),
+        sea=np.zeros((2, 0)),
+        radius=0.1,
+        depth=0.2,
+        amplitude=0.1,
+        encounter=2.0,
+        spacing=0.05,
+        samples=10,
+        step=step,
+    )
+    found = {name: value for name, (value, _) in measures(tow, tow).figures.items()}
+    wave = 8.0 * 2.0 / math.pi
+    assert found["mean wave force, largest axis [N]"] == pytest.approx(wave, rel=1e-3)
+    assert found["mean jump at a shift over mean wave force [%]"] == pytest.approx(
+        50.0 / wave, rel=0.02
+    )
+    assert found["with the shift less without it, mean of 10 steps [%]"] == pytest.approx(
+        10.0 / wave, rel=1e-3
+    )
+    surface = "elevation inside against outside, rms over amplitude [%]"
+    assert found[surface] == pytest.approx(10.0)
+    assert found["ball: change of the cost [%]"] == pytest.approx(10.0)

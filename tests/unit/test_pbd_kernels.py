@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.plugins.fluids.pbd.lattice import SHAPES, calibrate, lattice, sheet_mean
-from seals.plugins.fluids.pbd.points import boundary_weights, close_pairs
+from seals.plugins.fluids.pbd.lattice import SHAPES, calibrate, lattice, shape_of, sheet_mean
+from seals.plugins.fluids.pbd.points import BULGE, close_pairs, weigh
 from seals.plugins.fluids.pbd.schedule import weights
 from seals.plugins.fluids.pbd.settings import Kernel
 
@@ -19,12 +19,13 @@ def grid(*counts: int) -> np.ndarray:
     return np.stack(axes, -1).reshape(-1, len(counts)).astype(float)
 
 
+@pytest.mark.parametrize("support", [2.0, 2.3])
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_water_on_the_lattice_has_rest_density(kernel: Kernel) -> None:
+def test_water_on_the_lattice_has_rest_density(kernel: Kernel, support: float) -> None:
     """The shares of all neighbours and of the particle itself add up to one."""
-    found = calibrate(kernel)
-    r = np.linalg.norm(lattice(), axis=1)
-    shape = SHAPES[kernel]
+    found = calibrate(kernel, support)
+    r = np.linalg.norm(lattice(support), axis=1)
+    shape = shape_of(kernel, support)
     assert found.own + found.factor * shape(r)[0].sum() == pytest.approx(1.0, abs=1e-12)
 
 
@@ -49,13 +50,13 @@ def test_a_sheet_of_samples_stands_for_water_and_presses_twice(kernel: Kernel) -
     """One spacing above a sheet: the density of a layer of water, twice its slope."""
     found = calibrate(kernel)
     a, b = found.solid
-    shape = SHAPES[kernel]
-    layer = sheet_mean(lambda r: found.factor * shape(r)[0], lambda r: found.factor * shape(r)[1])
-    solid = sheet_mean(
-        lambda r: (1 - r / 2) ** 7 * (a + b * (1 - r / 2)),
-        lambda r: -0.5 * (1 - r / 2) ** 6 * (7 * a + 8 * b * (1 - r / 2)) / r,
-    )
-    assert solid == pytest.approx(layer * [1, 2], rel=1e-9)
+
+    def solid(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        u = 1 - r / 2
+        return u**7 * (a + b * u), -0.5 * u**6 * (7 * a + 8 * b * u) / r
+
+    layer = found.factor * sheet_mean(SHAPES[kernel], 1.0, 2.0)
+    assert sheet_mean(solid, 1.0, 2.0) == pytest.approx(layer * [1, 2], rel=1e-9)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -65,26 +66,27 @@ def test_a_flat_sheet_has_weight_one(kernel: Kernel) -> None:
     flat = np.pad(grid(9, 9), ((0, 0), (0, 1)))
     given = {"kernel": kernel, "lattice": found, "convex": False}
     middle = 4 * 9 + 4
-    assert boundary_weights(0.1 * flat, spacing=0.1, **given)[middle] == pytest.approx(1.0)
-    dense = boundary_weights(0.05 * flat, spacing=0.1, **given)[middle]
+    assert weigh(0.1 * flat, spacing=0.1, **given).weights[middle] == pytest.approx(1.0)
+    dense = weigh(0.05 * flat, spacing=0.1, **given).weights[middle]
     assert dense == pytest.approx(0.25, rel=0.05)
 
 
-def test_weights_of_convex_bodies_add_up_to_their_surface() -> None:
-    """Samples half a spacing inside a sphere and a cube stand for the area outside."""
+def test_samples_of_a_ball_move_inwards_and_weigh_their_own_area() -> None:
+    """By a share of the curvature of their sphere, not of a plane; weights are its area."""
     found = calibrate(Kernel.spline)
-    i = np.arange(254) + 0.5
-    polar, turn = np.arccos(1 - 2 * i / 254), np.pi * (1 + 5**0.5) * i
+    given = {"spacing": 1.0, "kernel": Kernel.spline, "lattice": found}
+    i = np.arange(572) + 0.5
+    polar, turn = np.arccos(1 - 2 * i / 572), np.pi * (1 + 5**0.5) * i
     ball = 4.5 * np.stack(
         [np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)], 1
     )
-    cube = grid(10, 10, 10)
-    cube = cube[((cube == 0) | (cube == 9)).any(axis=1)]
-    for points, area in ((ball, 4 * np.pi * 25), (cube, 600.0)):
-        total = boundary_weights(
-            points, spacing=1.0, kernel=Kernel.spline, lattice=found, convex=True
-        ).sum()
-        assert total == pytest.approx(area, rel=0.02)
+    moved = weigh(ball, convex=True, **given)
+    inwards = 4.5 - np.linalg.norm(moved.points, axis=1)
+    assert inwards.mean() == pytest.approx(BULGE / 4.5, rel=0.1)
+    assert moved.weights.sum() == pytest.approx(4 * np.pi * 4.5**2, rel=0.03)
+    assert weigh(ball, convex=False, **given).points == pytest.approx(ball)
+    flat = np.pad(grid(9, 9), ((0, 0), (0, 1)))
+    assert weigh(flat, convex=True, **given).points[4 * 9 + 4] == pytest.approx(flat[4 * 9 + 4])
 
 
 def test_close_pairs_equal_brute_force() -> None:

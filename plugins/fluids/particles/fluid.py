@@ -62,6 +62,7 @@ class FluidParticles:
         wind: over the water.
         gauges: of the surface height, by name, each [east, north] in m.
         look: time between two looks at the surface [s].
+        settle: for how long the water comes to rest around held bodies before the first step [s].
 
     Assumptions:
         Air pushes nothing. A particle is a blob of water of the size of its spacing.
@@ -103,6 +104,7 @@ class FluidParticles:
     wind: WindSettings = field(default_factory=WindSettings)
     gauges: dict[str, list[float]] = field(default_factory=dict)
     look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    settle: float = param(0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source=_CHOSEN, fit=False)
 
     name: ClassVar[str] = "particles"
     accounts_for: ClassVar[tuple[str, ...]] = (

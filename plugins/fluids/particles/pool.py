@@ -20,6 +20,11 @@ from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
 from seals.plugins.fluids.sampling.solids import sample_solid
 
+CALM = 20.0
+"""Rate at which motion is taken out of water that settles [1/s]."""
+CALMED = 0.7
+"""Share of the time for which it is; then the water is on its own."""
+
 
 class Pool:
     """Water in its basin.
@@ -53,7 +58,7 @@ class Pool:
         from seals.plugins.fluids.pbd.engine import Engine
         from seals.plugins.fluids.pbd.water import ParticleWater
 
-        self.settings, self.physics = settings, physics
+        self.settings, self.physics, self._step = settings, physics, around.step
         e = around.environment
         level = float(e.water_level or 0.0)
         self.paddle = paddle_of(settings, e)
@@ -130,8 +135,28 @@ class Pool:
         self.removed, self.left = len(places) - len(kept), 0
         self._place(states, 0.0)
         self.water.fill(kept)
+        self._settle(states)
         self._looked, self.last, self._exchange = -math.inf, None, None
         self._look(states, 0.0)
+
+    def _settle(self, states: BodyStates) -> None:
+        """Let the water come to rest around bodies that are held."""
+        steps = round(self.settings.settle / self._step)
+        free = int(CALMED * steps)
+        held = states._replace(
+            velocity=np.zeros_like(states.velocity),
+            spin=np.zeros_like(states.spin),
+            inverse_mass=np.zeros_like(states.inverse_mass),
+            inverse_inertia=np.zeros_like(states.inverse_inertia),
+            acceleration=np.zeros_like(states.acceleration),
+        )
+        for k in range(steps):
+            self._place(held, 0.0)
+            self.water.advance(
+                self._step, substeps=self.settings.substeps or self.water.substeps(self._step)
+            )
+            if k < free:
+                self.water.write(velocities=self.water.velocities() * math.exp(-CALM * self._step))
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
         """Advance by a step; return the impulses on the bodies, shape (K, 6)."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from seals.errors import PhysicsError
 from seals.plugins.fluids.pbd.device.bodies import GROUP, Bodies
 from seals.plugins.fluids.pbd.lattice import Calibration
-from seals.plugins.fluids.pbd.points import boundary_weights
+from seals.plugins.fluids.pbd.points import weigh
 from seals.plugins.fluids.pbd.settings import Kernel
 from seals.plugins.fluids.pbd.store import Globals, Samples
 
@@ -41,6 +41,8 @@ class Boundary:
     ) -> None:
         self.bodies, self.samples, self.numbers = bodies, samples, numbers
         self.spacing, self.kernel, self.lattice = spacing, kernel, lattice
+        # as given, and as the engine uses them
+        self.given: dict[int, Array] = {}
         self.points: dict[int, Array] = {}
         self.weights: dict[int, Array] = {}
         self.stale = True
@@ -63,15 +65,16 @@ class Boundary:
                 f"{total} boundary samples exceed the capacity of {self.samples.capacity}.\n"
                 f"Give boundary_capacity={total} or more, or a coarser spacing."
             )
-        whole = np.concatenate([self.points.get(body, np.empty((0, 3))), points])
-        self.points[body] = whole
-        self.weights[body] = boundary_weights(
+        whole = np.concatenate([self.given.get(body, np.empty((0, 3))), points])
+        self.given[body] = whole
+        self.points[body], self.weights[body] = weigh(
             whole, spacing=self.spacing, kernel=self.kernel, lattice=self.lattice, convex=convex
         )
         self.stale = True
 
     def clear(self, body: int) -> None:
         """Forget the samples of a body."""
+        self.given.pop(body, None)
         self.points.pop(body, None)
         self.weights.pop(body, None)
         self.stale = True

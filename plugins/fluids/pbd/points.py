@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.plugins.fluids.pbd.lattice import SHAPES, Calibration
+from seals.plugins.fluids.pbd.lattice import Calibration, shape_of
 from seals.plugins.fluids.pbd.settings import Kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+# how far water keeps off a convex surface, over H spacing^2: measured on held balls, 8 and 12
+# spacings across
+BULGE = 0.4
+# no sample is moved by more than this [spacings]
+MOST = 0.12
 # points looked at together, to bound the memory
 BATCH = 20_000
 
@@ -61,26 +67,49 @@ def nearest_pair(a: Array, b: Array, radius: float, *, same: bool = False) -> fl
     return best
 
 
-def boundary_weights(
+class Weighed(NamedTuple):
+    """Samples as the engine uses them.
+
+    Args:
+        points: positions [m], shape (b, 3).
+        weights: the area that each stands for, in squared spacings, shape (b,).
+    """
+
+    points: Array
+    weights: Array
+
+
+def weigh(
     points: Array, *, spacing: float, kernel: Kernel, lattice: Calibration, convex: bool
-) -> Array:
-    """Return the weight of each sample: the area it stands for, in squared spacings.
+) -> Weighed:
+    """Weigh samples, and move those of convex bodies inwards a little.
 
     Volumes follow Akinci et al. 2012, one over the sum of the kernel over the same body's samples,
     so uneven and single layers are allowed. They are scaled so that a flat square sheet with the
     given spacing completes the lattice of the water: weight one.
 
-    Samples of a convex body lie half a spacing below its surface, where there is less area than
-    on it. The offset between a sample and the mean of its neighbours measures the curvature H, and
-    (1 + H spacing / 2)^2 makes up for it; a box's edges gain the area that its faces lost.
+    Water keeps off a surface that bulges towards it, also off edges. The offset between a sample
+    and the mean of its neighbours measures the curvature H and the normal; `BULGE` H spacing^2
+    inwards makes the displaced volume right.
+
+    Args:
+        points: positions [m], shape (b, 3).
+        spacing: of the water [m].
+        kernel: smoothing kernel.
+        lattice: its calibration.
+        convex: whether the samples lie half a spacing below a surface that bulges.
     """
     total, offset = np.zeros(len(points)), np.zeros_like(points)
-    for i, j, r in close_pairs(points, points, 2 * spacing):
-        value, _ = SHAPES[kernel](r / spacing)
+    shape = shape_of(kernel, lattice.support)
+    for i, j, r in close_pairs(points, points, lattice.support * spacing):
+        value, _ = shape(r / spacing)
         np.add.at(total, i, value)
         np.add.at(offset, i, value[:, None] * (points[i] - points[j]))
     weights = np.asarray(lattice.sheet / (lattice.factor * total))
-    if convex:
-        bend = 2 * np.linalg.norm(offset, axis=1) / total / (lattice.spread * spacing)
-        weights = weights * (1 + 0.5 * bend) ** 2
-    return weights
+    if not convex:
+        return Weighed(points, weights)
+    # of length H spacing
+    bend = 2 * offset / total[:, None] / (lattice.spread * spacing)
+    size = np.linalg.norm(bend, axis=1, keepdims=True)
+    shift = BULGE * spacing * bend * np.minimum(1.0, MOST / np.maximum(BULGE * size, 1e-12))
+    return Weighed(points - shift, weights)

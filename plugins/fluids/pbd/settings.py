@@ -10,7 +10,7 @@ from seals.schema import param
 
 
 class Kernel(Enum):
-    """Smoothing kernels of support two spacings."""
+    """Shapes of the smoothing kernel."""
 
     spline = "spline"
     wendland = "wendland"
@@ -38,11 +38,19 @@ class PbdSettings:
         tolerance: residual mean compression at which iterations stop [1]; 0 runs a fixed count.
         warm_start: share of the last substep's multipliers that a substep starts from [1].
         solid_scale: weight s of boundary volumes in the density [1].
+        evenness: share of the shear in the pressure of particles that is undone [1], see
+            `device.isotropy`; 0 switches it off: a quarter faster, but water at rest is a paste.
         viscosity: rate of the XSPH blend of neighbouring velocities [1/s].
+        wall_friction: skin friction coefficient of walls that stand still [1]: a stress of half of
+            it times density times speed squared on the layer at the wall. A smooth plate has
+            1.33 / sqrt(Re) while its boundary layer is laminar, 0.074 / Re^(1/5) then
+            (Schlichting); walls slide without it. With stored lists only.
         cohesion: surface tension after Akinci et al. 2013 [N/m]; 0 switches it off.
         vorticity: strength of vorticity confinement [1]; 0 switches it off.
         kernel: smoothing kernel. The cubic spline holds submerged spheres, boxes and cylinders
             best; Wendland's is a tenth faster and holds the pressure of a still column best.
+        support: reach of the kernel [1 spacing]. 2 has 26 neighbours on the lattice and is the
+            fastest; 2.3 has 56 and carries waves better.
         search: neighbour search; ``auto`` takes the list, which wins on CPU and CUDA.
         neighbours: longest list of neighbours, fluid and boundary together.
         deterministic: particles of a cell keep the order of their numbers, so that a run repeats
@@ -67,10 +75,17 @@ class PbdSettings:
     solid_scale: float = param(
         1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
     )
-    viscosity: float = param(2.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
+    evenness: float = param(
+        0.9, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
+    )
+    viscosity: float = param(30.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
+    wall_friction: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.002, source="off; flat plate about 0.004"
+    )
     cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     kernel: Kernel = Kernel.spline
+    support: float = param(2.0, "1", bounds=(1.8, 3.5), tolerance=0.0, source="chosen", fit=False)
     search: Search = Search.auto
     neighbours: int = 80
     deterministic: bool = False

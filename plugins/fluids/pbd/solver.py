@@ -12,6 +12,7 @@ from seals.plugins.fluids.pbd.device.bodies import Bodies, Crowd
 from seals.plugins.fluids.pbd.device.cohesion import Cohesion
 from seals.plugins.fluids.pbd.device.finish import Finish
 from seals.plugins.fluids.pbd.device.grid import Grid
+from seals.plugins.fluids.pbd.device.isotropy import Isotropy
 from seals.plugins.fluids.pbd.device.kernels import Smoothing
 from seals.plugins.fluids.pbd.device.pressure import Pressure
 from seals.plugins.fluids.pbd.device.sorting import Sorting
@@ -63,9 +64,11 @@ class Solver:
         self.mass = settings.density * spacing**3
         walk = settings.search is Search.cells
         longest = 0 if walk else settings.neighbours
-        self.smoothing = Smoothing(settings.kernel, spacing)
+        self.smoothing = Smoothing(settings.kernel, spacing, settings.support)
         self.fields = Fields()
-        self.particles = Particles(self.fields, capacity, longest, accelerated)
+        self.particles = Particles(
+            self.fields, capacity, longest, accelerated, evened=settings.evenness > 0
+        )
         # only samples of bodies look for particles
         reach = longest if bodies else 0
         self.samples = Samples(self.fields, boundary_capacity, reach, accelerated)
@@ -90,6 +93,15 @@ class Solver:
         self.sorting = Sorting(
             *parts, self.grid, self.bounds, self.numbers, chosen.deterministic, accelerated
         )
+        self.isotropy = Isotropy(
+            *parts,
+            self.grid,
+            self.bounds,
+            self.numbers,
+            self.smoothing,
+            share=chosen.evenness,
+            scale=chosen.solid_scale,
+        )
         self.pressure = Pressure(
             particles=self.particles,
             samples=self.samples,
@@ -103,7 +115,14 @@ class Solver:
         )
         self.crowd = Crowd(self.bodies, self.particles, self.smoothing, self.grid)
         self.finish = Finish(
-            self.particles, self.grid, self.numbers, self.smoothing, chosen.viscosity > 0
+            self.particles,
+            self.grid,
+            self.numbers,
+            self.smoothing,
+            chosen.viscosity > 0,
+            self.samples,
+            friction=chosen.wall_friction,
+            spacing=self.spacing,
         )
 
     def _extras(self) -> tuple[Cohesion | None, Vorticity | None]:
@@ -140,6 +159,8 @@ class Solver:
             self.sorting.bin_samples()
         self.sorting.begin()
         self.sorting.survey()
+        if self.particles.evened:
+            self.isotropy.find()
         if moving:
             self.sorting.survey_samples()
             self.crowd.count()

@@ -67,8 +67,14 @@ class Particles:
     of the multiplier between sweeps, and the multiplier between substeps.
     """
 
-    def __init__(self, fields: Fields, count: int, neighbours: int, turned: bool) -> None:
+    def __init__(
+        self, fields: Fields, count: int, neighbours: int, turned: bool, *, evened: bool = False
+    ) -> None:
         self.capacity = count
+        self.evened = evened
+        # what makes the pressure of a particle even, see ``device.isotropy``
+        self.even = fields.vector(6, ti.f32, count if evened else 1)
+        self.third = fields.scalar(ti.f32, count if evened else 1)
         self.place = [fields.vector(4, ti.f32, count) for _ in range(2)]
         self.velocity = [fields.vector(3, ti.f32, count) for _ in range(2)]
         self.number = [fields.scalar(ti.i32, count) for _ in range(2)]

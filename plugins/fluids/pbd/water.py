@@ -163,8 +163,8 @@ class ParticleWater:
             points: positions [m], shape (b, 3), each point once: a spacing apart they hold, two
                 thirds of one apart water also slides along them.
             convex: whether the samples lie half a spacing below a surface that bulges towards the
-                water, and their volumes make up for the smaller area there. By default so for
-                bodies, not for static samples.
+                water, which keeps off it a little: see `points.weigh`. By default so for bodies,
+                not for static samples.
 
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the capacity.
@@ -316,9 +316,9 @@ class ParticleWater:
         """Pressures of the last substep [Pa], shape (n,)."""
         if not self.solver.current:
             return np.zeros(self.count)
-        virial = self.solver.smoothing.lattice.virial
-        scale = virial * self.settings.density / self.solver.current**2
-        return scale * self._multipliers()
+        p = self.solver.particles
+        virial = self._rows(p.third) if p.evened else self.solver.smoothing.lattice.virial
+        return virial * (self.settings.density / self.solver.current**2) * self._multipliers()
 
     def placed(self) -> tuple[Array, Array, Array, Array]:
         """Position, rotation, velocity and spin of the bodies as the water moved them."""
@@ -343,7 +343,8 @@ class ParticleWater:
         p = self.solver.particles
         fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
         arrays: dict[str, Any] = {name: f.to_numpy() for name, f in fields.items()}
-        arrays |= {"density": p.density.to_numpy(), "origin": self.origin.copy()}
+        arrays |= {"density": p.density.to_numpy(), "third": p.third.to_numpy()}
+        arrays |= {"origin": self.origin.copy()}
         arrays |= {"count": self.count, "time": self.time, "depth": self._depth}
         return Snapshot(arrays)
 
@@ -354,6 +355,7 @@ class ParticleWater:
         p.velocity[0].from_numpy(arrays["velocity"])
         p.number[0].from_numpy(arrays["number"])
         p.density.from_numpy(arrays["density"])
+        p.third.from_numpy(arrays["third"])
         self.boundary.stale |= bool((self.origin != arrays["origin"]).any())
         self.origin = arrays["origin"].copy()
         self.count, self.time, self._depth = arrays["count"], arrays["time"], arrays["depth"]

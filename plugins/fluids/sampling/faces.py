@@ -60,7 +60,7 @@ def fine_face(
 
 def face_edge(edge: float, spacing: float) -> float:
     """Return the distance of the outermost samples along an edge [m]."""
-    return edge * (1.0 - 1.0 / max(1, round(edge / spacing)))
+    return max(edge - spacing, 0.0)
 
 
 def smaller_edge(edge: float, spacing: float, fine: float) -> float:
@@ -72,7 +72,7 @@ def smaller_edge(edge: float, spacing: float, fine: float) -> float:
 
 def smaller_radius(radius: float, spacing: float, fine: float) -> float:
     """Return the radius whose outer shell lies where that of ``radius`` does [m]."""
-    reach = radius * (1.0 - 0.5 / max(1, round(radius / spacing)))
+    reach = max(radius - 0.5 * spacing, 0.0)
     shells = max(1, round(reach / fine + 0.5))
     return reach / (1.0 - 0.5 / shells)
 

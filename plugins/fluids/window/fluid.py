@@ -72,7 +72,9 @@ class FluidWindow:
         The window moves with the orbits of its waves as a whole, so it must hold the robot also
         when waves carry the two apart by their height. What the robot radiates ends in the ring,
         so the window should be some times as wide as the robot: the water that it pushes aside has
-        to pass between it and the sides. No obstacles, no shore. The limits of `FluidParticles`.
+        to pass between it and the sides. A shift sends a small pulse of sound through the window,
+        see `experiments/open_sea`. An irregular sea of many components costs more than the
+        particles. No obstacles, no shore. The limits of `FluidParticles`.
 
     References:
         Jacobsen, Fuhrman and Fredsoe 2012, doi:10.1002/fld.2726, for the weight of the ring;

@@ -144,14 +144,12 @@ class Parcel:
     def _put_sides(self, time: float) -> None:
         """Put sides and floor where the outer sea has carried them."""
         boundary = self.water.boundary
-        rest = self._sides.points + (self.box.lower - self._first.lower)
-        points = self.outer.places(rest, time)
-        if 0 in boundary.points:
-            # the weights stay: the sides are strained by less than the steepness
-            boundary.points[0], boundary.stale = points, True
-        else:
+        if 0 not in boundary.points:
             boundary.add(0, self._sides.points, convex=False)
-            boundary.points[0] = points
+            self._rest = boundary.points[0]
+        rest = self._rest + (self.box.lower - self._first.lower)
+        # the weights stay: the sides are strained by less than the steepness
+        boundary.points[0], boundary.stale = self.outer.places(rest, time), True
 
     def _add(self, body: int, samples: Samples) -> None:
         """Hand samples to the engine, with the volumes that they stand for."""

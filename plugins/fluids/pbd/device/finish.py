@@ -5,7 +5,7 @@ from typing import Any
 from seals.plugins.fluids.pbd.device.grid import SLACK, Grid
 from seals.plugins.fluids.pbd.device.kernels import Smoothing
 from seals.plugins.fluids.pbd.language import ti
-from seals.plugins.fluids.pbd.store import CHUNK, Globals, Particles
+from seals.plugins.fluids.pbd.store import CHUNK, Globals, Particles, Samples
 
 
 @ti.data_oriented
@@ -18,6 +18,9 @@ class Finish:
         numbers: counts, blend; data out: partial sums.
         smoothing: the kernel.
         blended: whether neighbouring velocities are blended at all.
+        samples: data in: sorted samples.
+        friction: of static walls, see `rub` [1].
+        spacing: distance at rest [m].
     """
 
     def __init__(
@@ -27,7 +30,14 @@ class Finish:
         numbers: Globals,
         smoothing: Smoothing,
         blended: bool,
+        samples: Samples,
+        *,
+        friction: float,
+        spacing: float,
     ) -> None:
+        self.s, self.friction, self.spacing = samples, friction, spacing
+        # what a wall adds to the density of the layer on it
+        self.full = smoothing.lattice.behind
         self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
         self.blended = blended
         self.listed = particles.longest > 0
@@ -41,6 +51,8 @@ class Finish:
                 v = self.p.velocity[1][i]
                 if ti.static(self.blended):
                     v += self.g.blend[None] * self.pull(src, i, v)
+                if ti.static(self.friction > 0 and self.listed):
+                    v += self.rub(src, i, v)
                 self.p.velocity[0][i] = v
                 self.p.number[0][i] = self.p.number[1][i]
                 # neighbours read the first three components meanwhile: they keep their values
@@ -54,6 +66,32 @@ class Finish:
             for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
                 total += ti.cast(self.p.wall[i], ti.f64)
             self.g.walls[c] += total / ti.cast(self.g.step[None], ti.f64)
+
+    @ti.func
+    def rub(self, src: ti.template(), i, v) -> Any:
+        """Change of velocity by static walls: a stress of friction / 2 density speed^2.
+
+        It acts on the layer at the wall, a spacing deep, against the flow along the wall, and is
+        taken implicitly: it stops no particle within one substep.
+        """
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        near, normal = 0.0, ti.Vector([0.0, 0.0, 0.0])
+        for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            t = self.p.list[i, k]
+            if self.s.owner[t] == 0:
+                o = self.s.place[t]
+                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                w, g = self.kernel.solid(e.norm_sqr())
+                near += o[3] * w
+                normal -= o[3] * g * e
+        size = normal.norm() + 1e-9
+        along = v - v.dot(normal) / (size * size) * normal
+        share = ti.min(near / self.full, 1.0)
+        rate = 0.5 * self.friction * share * along.norm() / self.spacing
+        change = -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along
+        self.p.wall[i] += self.g.step[None] * change
+        return change
 
     @ti.func
     def pull(self, src: ti.template(), i, v) -> Any:

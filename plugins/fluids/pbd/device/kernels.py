@@ -9,27 +9,29 @@ from seals.plugins.fluids.pbd.settings import Kernel
 
 @ti.data_oriented
 class Smoothing:
-    """Value and gradient of a kernel with a support of two spacings.
+    """Value and gradient of a kernel.
 
     Args:
         kernel: which one.
         spacing: distance of particles at rest [m].
+        reach: support of the kernel [1 spacing].
     """
 
-    def __init__(self, kernel: Kernel, spacing: float) -> None:
+    def __init__(self, kernel: Kernel, spacing: float, reach: float) -> None:
         self.kind = {Kernel.wendland: 0, Kernel.spline: 1}[kernel]
-        self.lattice = calibrate(kernel)
-        self.support = 2 * spacing
-        self.per_spacing = 1 / spacing
+        self.lattice = calibrate(kernel, reach)
+        self.support = reach * spacing
+        # distances are in halves of the support below
+        self.per_half = 2 / self.support
         self.factor = self.lattice.factor
-        self.slope = self.lattice.factor / spacing**2
+        self.slope = self.lattice.factor * self.per_half**2
         self.own = self.lattice.own
         self.solid_a, self.solid_b = self.lattice.solid
 
     @ti.func
     def both(self, r2) -> Any:
         """Density share [1] and slope over distance [1/m^2], zero beyond the support."""
-        q = ti.sqrt(r2) * self.per_spacing
+        q = ti.sqrt(r2) * self.per_half
         w, g = 0.0, 0.0
         if ti.static(self.kind == 0):
             u = ti.max(1 - 0.5 * q, 0.0)
@@ -57,10 +59,10 @@ class Smoothing:
     @ti.func
     def solid(self, r2) -> Any:
         """Density share [1] and slope over distance [1/m^2] of a boundary sample of weight one."""
-        q = ti.sqrt(r2) * self.per_spacing
+        q = ti.sqrt(r2) * self.per_half
         u = ti.max(1 - 0.5 * q, 0.0)
         u3 = u * u * u
         u6 = u3 * u3
         w = u6 * u * (self.solid_a + self.solid_b * u)
         g = -0.5 * u6 * (7 * self.solid_a + 8 * self.solid_b * u) / ti.max(q, 1e-3)
-        return w, g * (self.per_spacing * self.per_spacing)
+        return w, g * (self.per_half * self.per_half)

@@ -9,6 +9,7 @@ from typing import Any
 
 from seals.plugins.fluids.pbd.device.bodies import Bodies
 from seals.plugins.fluids.pbd.device.grid import SLACK, Grid
+from seals.plugins.fluids.pbd.device.isotropy import turned
 from seals.plugins.fluids.pbd.device.kernels import Smoothing
 from seals.plugins.fluids.pbd.language import ti
 from seals.plugins.fluids.pbd.store import Globals, Particles, Samples
@@ -164,31 +165,41 @@ class Pressure:
         at = self.p.place[src][i]
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
+        own = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                s += self.press(src, self.p.list[i, k], q, at[3])
+                theirs, mine = self.press(src, self.p.list[i, k], q, at[3])
+                s, own = s + theirs, own + mine
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         # a particle presses on itself with a zero distance: nothing
-                        s += self.press(src, j, q, at[3])
+                        theirs, mine = self.press(src, j, q, at[3])
+                        s, own = s + theirs, own + mine
+        s += self.evenly(i, own)
         if self.p.beside[i] > 0:
             s += self.press_off(i, q, at[3])
         self.p.place[dst][i] = ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]])
         self.p.velocity[1][i] += s / self.g.step[None]
 
     @ti.func
+    def evenly(self, i, s) -> Any:
+        """Displacement by a particle's multiplier, made even."""
+        return turned(self.p.even[i], s) if ti.static(self.p.evened) else s
+
+    @ti.func
     def press(self, src: ti.template(), j, q, mine) -> Any:
-        """Displacement by one neighbour."""
+        """Displacement by one neighbour's multiplier, and by the particle's own."""
         o = self.p.place[src][j]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
-        s = ti.Vector([0.0, 0.0, 0.0])
+        theirs, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed) or r2 < self.support2:
-            s = -(mine + o[3]) * self.kernel.gradient(r2) * e
-        return s
+            slope = -self.kernel.gradient(r2) * e
+            theirs, own = self.evenly(j, o[3] * slope), mine * slope
+        return theirs, own
 
     @ti.func
     def press_off(self, i, q, mine) -> Any:
@@ -198,7 +209,7 @@ class Pressure:
         if ti.static(self.listed):
             for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
                 t = self.p.list[i, k]
-                part = self.push(t, q, mine)
+                part = self.push(i, t, q, mine)
                 s += part
                 if self.s.owner[t] == 0:
                     wall += part
@@ -207,7 +218,7 @@ class Pressure:
                 for oy in range(-1, 2):
                     first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                     for t in range(first, last):
-                        part = self.push(t, q, mine)
+                        part = self.push(i, t, q, mine)
                         s += part
                         if self.s.owner[t] == 0:
                             wall += part
@@ -215,13 +226,13 @@ class Pressure:
         return s
 
     @ti.func
-    def push(self, t, q, mine) -> Any:
-        """Displacement of a particle at ``q`` by the sorted sample ``t``: pressure and contact."""
+    def push(self, i, t, q, mine) -> Any:
+        """Displacement of particle ``i`` at ``q`` by the sorted sample: pressure and contact."""
         o = self.s.place[t]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         _, g = self.kernel.solid(r2)
-        s = (-mine * self.scale * o[3] * g) * e
+        s = self.evenly(i, (-mine * self.scale * o[3] * g) * e)
         if r2 < self.contact * self.contact:
             r = ti.sqrt(r2) + 1e-9
             # several samples of a fine sheet share what one coarse sample does
@@ -241,9 +252,10 @@ class Pressure:
                 if self.bounds.inside(x):
                     if ti.static(self.listed):
                         for k in range(self.s.near[s]):
-                            at = self.p.place[src][self.s.list[s, k]]
+                            j = self.s.list[s, k]
+                            at = self.p.place[src][j]
                             q = ti.Vector([at[0], at[1], at[2]])
-                            total -= self.push(t, q, at[3])
+                            total -= self.push(j, t, q, at[3])
                     else:
                         for ox in range(-1, 2):
                             for oy in range(-1, 2):
@@ -251,5 +263,5 @@ class Pressure:
                                 for j in range(first, last):
                                     at = self.p.place[src][j]
                                     q = ti.Vector([at[0], at[1], at[2]])
-                                    total -= self.push(t, q, at[3])
+                                    total -= self.push(j, t, q, at[3])
                 self.s.push[s] = total
