@@ -40,7 +40,6 @@ TANK = [
     "fluid.size=[0.32,0.32,0.24]",
     "fluid.freeboard=0.3",
     "fluid.physics.deterministic=true",
-    "fluid.threads=1",
     "environment.tank_bottom=-0.24",
     "initial.position=[0,0,0.15]",
     "time.duration=0.6",
