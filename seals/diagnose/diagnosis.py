@@ -169,7 +169,8 @@ def _effect(claim: Claim) -> dict[str, Any]:
 
 
 def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
-    hypothesis = next(h for h in found.rounds[0] if h.candidates[-1].name == name)
+    tried = (h for r in found.rounds for h in r)
+    hypothesis = next(h for h in tried if h.candidates[-1].name == name)
     candidate = hypothesis.candidates[-1]
     return {
         "name": name,
