@@ -17,8 +17,9 @@ from seals.experiments.water_validation import (
     hydrostatics,
     standing_wave,
 )
-from seals.experiments.water_validation.case import Case, Outcome
+from seals.experiments.water_validation.case import Case, Grade, Outcome
 from seals.experiments.water_validation.page import Result, write_page
+from seals.plugins.fluids.particles.settings import Device
 
 CASES: tuple[Case, ...] = (
     hydrostatics.CASE,
@@ -41,13 +42,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("cases", nargs="*", help="names; all of the mode when left out")
     parser.add_argument("--full", action="store_true", help="finer, and the slow cases too")
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the page")
+    parser.add_argument("--device", choices=[d.value for d in Device], default="cpu")
+    parser.add_argument("--threads", type=int, default=0, help="on the cpu; 0 for all")
     given = parser.parse_args(arguments)
+    grade = Grade(not given.full, Device(given.device), given.threads)
     results = []
     for case in chosen(given.cases, full=given.full):
         print(f"{case.title} ...", flush=True)
         begun = time.perf_counter()
         try:
-            outcome: Outcome | None = case.run(not given.full)
+            outcome: Outcome | None = case.run(grade)
             missing = ""
         except LogError as absent:
             outcome, missing = None, str(absent).splitlines()[0]
@@ -55,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         results.append(result)
         for line in result.words():
             print(f"  {line}", flush=True)
-    path = write_page(given.out, results, full=given.full)
+    path = write_page(given.out, results, grade=grade, cases=CASES)
     print(f"page: {path}")
     return 0 if all(result.passed for result in results) else 1
 

@@ -1,4 +1,4 @@
-"""Bodies of one shape and any weight, in a tank of particles, moved by the rigid-body engine."""
+"""Bodies of one shape and any weight, in a tank of particles, touched by nothing else."""
 
 from __future__ import annotations
 
@@ -100,6 +100,7 @@ def drift(
         _write(Path(folder), shape, mass)
         words = [
             f"robot={folder}",
+            "backend=free",
             "water=particles",
             f"time.step={step}",
             f"environment.tank_bottom={-tank[2]}",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.experiments.water_validation.case import Grade
 from seals.plugins.fluids.pbd.engine import Engine
 from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.pbd.water import ParticleWater
@@ -19,6 +20,7 @@ def filled_box(
     spacing: float,
     inside: Callable[[Floats], Any],
     *,
+    grade: Grade,
     physics: PbdSettings | None = None,
 ) -> ParticleWater:
     """Return a box with floor and four walls, filled with water at rest where ``inside`` says.
@@ -27,6 +29,7 @@ def filled_box(
         size: of the box; its low corner is the origin [m].
         spacing: of the particles [m].
         inside: takes places (n, 3) and returns which of them hold water.
+        grade: where it runs.
         physics: numbers of the water.
     """
     counts = np.round(np.array(size) / spacing).astype(int)
@@ -44,7 +47,7 @@ def filled_box(
         boundary_capacity=len(walls.points),
         bodies=0,
         settings=physics or PbdSettings(),
-        engine=Engine(),
+        engine=Engine(device=grade.device.value, threads=grade.threads),
     )
     water.add_boundary(body=0, points=walls.points)
     water.fill(places)

@@ -5,7 +5,43 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from seals.plugins.fluids.particles.settings import Device
 from seals.report.figures import Chart
+
+
+class Grade(NamedTuple):
+    """How a case is run.
+
+    Args:
+        quick: coarse, and only what is needed.
+        device: where the particles are computed.
+        threads: on the CPU; 0 for all.
+    """
+
+    quick: bool
+    device: Device = Device.cpu
+    threads: int = 0
+
+    def words(self) -> list[str]:
+        """Return the overrides of a run."""
+        return [f"fluid.device={self.device.value}", f"fluid.threads={self.threads}"]
+
+    @property
+    def accelerated(self) -> bool:
+        """Whether the particles are computed on an accelerator."""
+        return self.device is not Device.cpu
+
+    def command(self, name: str) -> str:
+        """Return the command that runs a case in this way.
+
+        Example:
+            >>> Grade(quick=True).command("heave")
+            'seals validate water heave'
+        """
+        more = ("" if self.quick else " --full") + (
+            f" --device {self.device.value}" if self.accelerated else ""
+        )
+        return f"seals validate water {name}{more}"
 
 
 class Line(NamedTuple):
@@ -61,13 +97,13 @@ class Case(NamedTuple):
     Args:
         name: of the case, also of its picture.
         title: one line.
-        run: takes whether the run is a quick one.
+        run: takes how to run it.
         quick: whether it is part of the quick set.
     """
 
     name: str
     title: str
-    run: Callable[[bool], Outcome]
+    run: Callable[[Grade], Outcome]
     quick: bool = True
 
 

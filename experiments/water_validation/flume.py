@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from seals.config.environment import EnvironmentSettings
-from seals.experiments.water_validation.case import Case, Line, Outcome, relative
+from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
 from seals.fluid import BodyStates, Surrounding
 from seals.medium.linear_waves import wavenumber
 from seals.plugins.fluids.particles import FluidParticles
@@ -19,9 +19,9 @@ from seals.report.figures import Chart, Series
 HEIGHT, PERIOD, DEPTH, STEP = 0.08, 1.0, 0.4, 0.004
 
 
-def run(quick: bool) -> Outcome:
+def run(grade: Grade) -> Outcome:
     """Make waves for eight periods and split the last ones into coming and going."""
-    spacing = 0.02 if quick else 0.0125
+    spacing = 0.02 if grade.quick else 0.01
     k = wavenumber(2.0 * math.pi / PERIOD, DEPTH, 9.81)
     length = 2.0 * math.pi / k
     beach, clear = 1.3 * length, 1.7 * length
@@ -33,6 +33,8 @@ def run(quick: bool) -> Outcome:
         maker=MakerSettings(kind=Maker.piston, height=HEIGHT, period=PERIOD),
         beach=BeachSettings(length=beach),
         look=0.0,
+        device=grade.device,
+        threads=grade.threads,
     )
     environment = EnvironmentSettings(water_level=0.0, tank_bottom=-DEPTH, water_density=1000.0)
     fluid.open(Surrounding(environment, WaveStill(), (), STEP), ())
@@ -80,4 +82,4 @@ def _split(t: np.ndarray, eta: np.ndarray, x: np.ndarray, k: float) -> tuple[flo
     return float(np.hypot(*fit[:2])), float(np.hypot(*fit[2:4]))
 
 
-CASE = Case("flume", "Piston, waves and beach", run)
+CASE = Case("flume", "Piston, waves and beach", run, quick=False)

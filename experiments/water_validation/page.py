@@ -1,19 +1,20 @@
-"""The page of the water's validation: one table, one picture a case."""
+"""The page of the water's validation: one table, one picture a case, of all cases run so far."""
 
 from __future__ import annotations
 
+import json
 import math
 import platform
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from seals.errors import MissingExtra
-from seals.experiments.water_validation.case import Case, Line, Outcome
+from seals.experiments.water_validation.case import Case, Grade, Line, Outcome
 from seals.logs.atomic import write_text
 from seals.report.pictures import write_picture
 
-PAGE = "water_validation.md"
+PAGE, FIGURES = "water_validation.md", "water_validation.json"
 
 
 class Result(NamedTuple):
@@ -46,37 +47,82 @@ class Result(NamedTuple):
         ]
 
 
-def write_page(folder: Path, results: Sequence[Result], *, full: bool) -> Path:
-    """Write the page and its pictures; other cases' pictures stay."""
+def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: Any) -> Path:
+    """Write the page, its pictures and its figures; those of cases that were not run now stay.
+
+    Args:
+        folder: of the page.
+        results: of the cases run now.
+        grade: how they were run.
+        cases: all cases, in the order of the page.
+    """
     pictures = folder / "water_validation"
     pictures.mkdir(parents=True, exist_ok=True)
-    parts = [_head(results, full=full)]
+    known = _kept(pictures / FIGURES)
     for result in results:
-        parts.append(_section(result, pictures))
+        if result.outcome is None:
+            continue
+        known[result.case.name] = _record(result, grade)
+        try:
+            write_picture(pictures / f"{result.case.name}.png", list(result.outcome.charts))
+        except MissingExtra as absent:
+            print(f"no picture of {result.case.name}: {str(absent).splitlines()[0]}")
+    write_text(pictures / FIGURES, json.dumps(known, indent=1))
+    shown = [(case, known[case.name]) for case in cases if case.name in known]
+    parts = [_head(shown)] + [_section(case, record, pictures) for case, record in shown]
     write_text(folder / PAGE, "\n".join(parts))
     return folder / PAGE
 
 
-def _head(results: Sequence[Result], *, full: bool) -> str:
-    mode = "full" if full else "quick"
+def _kept(path: Path) -> dict[str, Any]:
+    """Figures of earlier runs."""
+    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
+
+
+def _record(result: Result, grade: Grade) -> dict[str, Any]:
+    o = result.outcome
+    assert o is not None
+    return {
+        "lines": [_plain(line) for line in o.lines],
+        "particles": o.particles,
+        "spacing": o.spacing,
+        "across": o.across,
+        "source": o.source,
+        "remark": o.remark,
+        "seconds": round(result.seconds),
+        "command": grade.command(result.case.name),
+        "machine": platform.machine() + (", CUDA" if grade.accelerated else ""),
+    }
+
+
+def _plain(line: Line) -> list[Any]:
+    """A line as JSON holds it: nan becomes null."""
+    values = [float(x) if isinstance(x, float) else x for x in line]
+    return [None if isinstance(x, float) and math.isnan(x) else x for x in values]
+
+
+def _line(row: list[Any]) -> Line:
+    what, found, reference, off, allowed, share = row
+    nan = float("nan")
+    given = [nan if x is None else float(x) for x in (found, reference, off)]
+    return Line(what, given[0], given[1], given[2], allowed, share)
+
+
+def _head(shown: Sequence[tuple[Case, dict[str, Any]]]) -> str:
     rows = [
         "| case | figure | simulated | reference | error | allowed | |",
         "|---|---|---|---|---|---|---|",
     ]
-    for result in results:
-        if result.outcome is None:
-            rows.append(f"| {result.case.title} | left out: {result.missing} | | | | | |")
-            continue
-        for line in result.outcome.lines:
+    for case, record in shown:
+        for line in map(_line, record["lines"]):
             bar = "-" if line.allowed is None else _size(line, line.allowed)
             rows.append(
-                f"| {result.case.title} | {line.what} | {number(line.found)} | "
+                f"| {case.title} | {line.what} | {number(line.found)} | "
                 f"{number(line.reference)} | {error(line)} | {bar} | {verdict(line)} |"
             )
     return (
         "# Validation of the particle water\n\n"
-        f"Written by `seals validate water{' --full' if full else ''}` "
-        f"({mode} mode, {platform.machine()}). "
+        "Written by `seals validate water`, case by case; each says how it was run. "
         "Figures without a bar are published, not judged. What the water gets wrong of a "
         "textbook's drag, found by the diagnosis: [water_drag_loop.md](water_drag_loop.md).\n\n"
         + "\n".join(rows)
@@ -84,21 +130,15 @@ def _head(results: Sequence[Result], *, full: bool) -> str:
     )
 
 
-def _section(result: Result, pictures: Path) -> str:
-    if result.outcome is None:
-        return ""
-    o = result.outcome
-    name = f"{result.case.name}.png"
-    try:
-        write_picture(pictures / name, list(o.charts))
-        picture = f"![{result.case.title}]({pictures.name}/{name})\n"
-    except MissingExtra:
-        picture = ""
+def _section(case: Case, r: dict[str, Any], pictures: Path) -> str:
+    name = f"{case.name}.png"
+    picture = f"![{case.title}]({pictures.name}/{name})\n" if (pictures / name).is_file() else ""
     facts = (
-        f"{o.particles:,} particles of {o.spacing * 1e3:.3g} mm, {o.across:.3g} across the length "
-        f"that matters; {result.seconds:.0f} s. Reference: {o.source}. {o.remark}"
+        f"`{r['command']}` ({r['machine']}): {r['particles']:,} particles of "
+        f"{r['spacing'] * 1e3:.3g} mm, {r['across']:.3g} across the length that matters; "
+        f"{r['seconds']} s. Reference: {r['source']}. {r['remark']}"
     )
-    return f"## {result.case.title}\n\n{facts.strip()}\n\n{picture}"
+    return f"## {case.title}\n\n{facts.strip()}\n\n{picture}"
 
 
 def verdict(line: Line) -> str:

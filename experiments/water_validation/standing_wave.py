@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from seals.experiments.water_validation.box import advance, filled_box
-from seals.experiments.water_validation.case import Case, Line, Outcome, relative
+from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
 from seals.medium.linear_waves import wavenumber
 from seals.report.figures import Chart, Series
 
@@ -17,15 +17,16 @@ LENGTH, DEPTH, STEP, GRAVITY = 1.0, 0.4, 0.004, 9.81
 AMPLITUDE = 0.03
 
 
-def run(quick: bool) -> Outcome:
+def run(grade: Grade) -> Outcome:
     """Let half a wave swing and fit a damped cosine to its centre of mass."""
-    spacing = 0.02 if quick else 0.01
+    spacing = 0.02 if grade.quick else 0.01
     k = math.pi / LENGTH
     omega = _omega(k)
     water = filled_box(
         (LENGTH, 6 * spacing, DEPTH + 4 * AMPLITUDE),
         spacing,
         lambda p: p[:, 2] < DEPTH + AMPLITUDE * np.cos(k * p[:, 0]),
+        grade=grade,
     )
     time, swing = [0.0], [water.positions()[:, 0].mean()]
     for n in range(round(5.0 * 2.0 * math.pi / omega / STEP)):

@@ -54,6 +54,8 @@ class Calibration(NamedTuple):
         virial: pressure over (multiplier / volume) in settled water; near one.
         behind: density that a wall adds to the layer of water on it.
         solid: factors of the boundary's kernel, see ``solid_factors``.
+        along: what a wall adds to the moments of the layer of water on it along the wall, over what
+            it adds across.
     """
 
     support: float
@@ -66,6 +68,7 @@ class Calibration(NamedTuple):
     virial: float
     behind: float
     solid: tuple[float, float]
+    along: float
 
 
 def shape_of(kernel: Kernel, support: float) -> Callable[[Array], tuple[Array, Array]]:
@@ -116,6 +119,7 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
     response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
     flat = points[:, 2] == 0
     layers = np.arange(1.0, support)
+    solid = solid_factors(shape, factor, support)
     return Calibration(
         support=support,
         factor=factor,
@@ -126,7 +130,8 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
         top=float(response.max()) / stiffness,
         virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
         behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
-        solid=solid_factors(shape, factor, support),
+        solid=solid,
+        along=along_over_across(solid, support),
     )
 
 
@@ -171,3 +176,20 @@ def solid_factors(
     columns = [sheet_mean(power(n), 1.0, support) for n in (7, 8)]
     a, b = np.linalg.solve(np.stack(columns, axis=1), wanted)
     return float(a), float(b)
+
+
+def along_over_across(solid: tuple[float, float], support: float) -> float:
+    """Return the second moment of a sheet's push along the sheet over that across it.
+
+    Seen from the layer of water on it, one spacing away; averaged over places along the sheet.
+
+    Args:
+        solid: factors (a, b) of the boundary's kernel.
+        support: of the kernel [1 spacing].
+    """
+    a, b = solid
+    r = np.linspace(1.0, support, 4001)
+    u = 1 - r / support
+    # rings: 2 pi r dr; slope over distance of u^7 (a + b u)
+    weight = r * (7 * a * u**6 + 8 * b * u**7) / r
+    return float((weight * (r**2 - 1) / 2).sum() / weight.sum())

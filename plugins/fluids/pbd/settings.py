@@ -40,7 +40,12 @@ class PbdSettings:
         solid_scale: weight s of boundary volumes in the density [1].
         evenness: share of the shear in the pressure of particles that is undone [1], see
             `device.isotropy`; 0 switches it off: a quarter faster, but water at rest is a paste.
-        viscosity: rate of the XSPH blend of neighbouring velocities [1/s].
+        viscosity: rate of the XSPH blend of neighbouring velocities [1/s]; a viscosity of some
+            0.3 rate spacing^2.
+        calming: rate at which motion that differs from one particle to the next is taken out [1/s]:
+            the blend applied twice, so that flow which is smooth over ten spacings is left alone.
+            It takes out what ``evenness`` stirs; waves lose half as much as with a blend that
+            keeps the water as calm.
         wall_friction: skin friction coefficient of walls that stand still [1]: a stress of half of
             it times density times speed squared on the layer at the wall. A smooth plate has
             1.33 / sqrt(Re) while its boundary layer is laminar, 0.074 / Re^(1/5) then
@@ -76,9 +81,12 @@ class PbdSettings:
         1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
     )
     evenness: float = param(
-        0.9, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
+        0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
     )
-    viscosity: float = param(30.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
+    viscosity: float = param(0.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="off")
+    calming: float = param(
+        400.0, "1/s", bounds=(0.0, 1e4), tolerance=0.0, source="measured on waves", fit=False
+    )
     wall_friction: float = param(
         0.0, "1", bounds=(0.0, 1.0), tolerance=0.002, source="off; flat plate about 0.004"
     )

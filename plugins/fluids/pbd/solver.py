@@ -67,7 +67,12 @@ class Solver:
         self.smoothing = Smoothing(settings.kernel, spacing, settings.support)
         self.fields = Fields()
         self.particles = Particles(
-            self.fields, capacity, longest, accelerated, evened=settings.evenness > 0
+            self.fields,
+            capacity,
+            longest,
+            accelerated,
+            evened=settings.evenness > 0,
+            calmed=settings.calming > 0,
         )
         # only samples of bodies look for particles
         reach = longest if bodies else 0
@@ -119,8 +124,9 @@ class Solver:
             self.grid,
             self.numbers,
             self.smoothing,
-            chosen.viscosity > 0,
             self.samples,
+            blended=chosen.viscosity > 0,
+            calmed=chosen.calming > 0,
             friction=chosen.wall_friction,
             spacing=self.spacing,
         )
@@ -142,6 +148,7 @@ class Solver:
         self.numbers.step[None] = step
         self.numbers.compliance[None] = soft
         self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
+        self.numbers.calm[None] = 1 - math.exp(-self.settings.calming * step)
         lattice = self.smoothing.lattice
         self.schedule = weights(
             self.settings.iterations,
@@ -169,6 +176,8 @@ class Solver:
             self.cohesion.pull(buffers(done)[0])
         if self.vorticity is not None:
             self.vorticity.confine(buffers(done)[0])
+        if self.finish.calmed:
+            self.finish.roughen(buffers(done)[0])
         self.finish.close(buffers(done)[0])
         return done
 

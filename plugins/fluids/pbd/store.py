@@ -68,7 +68,14 @@ class Particles:
     """
 
     def __init__(
-        self, fields: Fields, count: int, neighbours: int, turned: bool, *, evened: bool = False
+        self,
+        fields: Fields,
+        count: int,
+        neighbours: int,
+        turned: bool,
+        *,
+        evened: bool = False,
+        calmed: bool = False,
     ) -> None:
         self.capacity = count
         self.evened = evened
@@ -81,6 +88,8 @@ class Particles:
         self.multiplier = fields.scalar(ti.f32, count)
         self.density = fields.scalar(ti.f32, count)
         self.wall = fields.vector(3, ti.f32, count)
+        # difference to the neighbours' velocities, see ``device.finish``
+        self.rough = fields.vector(3, ti.f32, count if calmed else 1)
         self.cell = fields.scalar(ti.i32, count)
         self.slot = fields.scalar(ti.i32, count)
         self.order = fields.scalar(ti.i32, count)
@@ -126,6 +135,7 @@ class Globals:
         self.compliance = fields.scalar(ti.f32)
         self.warm = fields.scalar(ti.f32)
         self.blend = fields.scalar(ti.f32)
+        self.calm = fields.scalar(ti.f32)
         self.gravity = fields.scalar(ti.f32)
         self.trouble = fields.scalar(ti.i32, 8)
         self.chunks = (particles + CHUNK - 1) // CHUNK

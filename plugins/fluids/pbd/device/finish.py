@@ -18,6 +18,7 @@ class Finish:
         numbers: counts, blend; data out: partial sums.
         smoothing: the kernel.
         blended: whether neighbouring velocities are blended at all.
+        calmed: whether roughness of the flow is taken out, see `close`.
         samples: data in: sorted samples.
         friction: of static walls, see `rub` [1].
         spacing: distance at rest [m].
@@ -29,9 +30,10 @@ class Finish:
         grid: Grid,
         numbers: Globals,
         smoothing: Smoothing,
-        blended: bool,
         samples: Samples,
         *,
+        blended: bool,
+        calmed: bool,
         friction: float,
         spacing: float,
     ) -> None:
@@ -39,18 +41,34 @@ class Finish:
         # what a wall adds to the density of the layer on it
         self.full = smoothing.lattice.behind
         self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
-        self.blended = blended
+        self.blended, self.calmed = blended, calmed
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
 
     @ti.kernel
+    def roughen(self, src: ti.template()):
+        """Data in: places of ``src``, velocities of buffer 1. Data out: the flow's roughness."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.p.rough[i] = self.pull(src, i, self.p.velocity[1])
+
+    @ti.kernel
     def close(self, src: ti.template()):
-        """Data in: places of ``src``, velocities of buffer 1. Data out: buffer 0, wall impulse."""
+        """Data in: places of ``src``, velocities of buffer 1. Data out: buffer 0, wall impulse.
+
+        Equation:
+            (L v)_i = sum_j W_ij (v_j - v_i); v <- v + blend L v - calm L (L v). The second term
+            takes out what differs from one particle to the next and leaves what is smooth over
+            some spacings: it falls with the fourth power of the wave number.
+        """
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 v = self.p.velocity[1][i]
-                if ti.static(self.blended):
-                    v += self.g.blend[None] * self.pull(src, i, v)
+                if ti.static(self.calmed):
+                    v += self.g.blend[None] * self.p.rough[i]
+                    v -= self.g.calm[None] * self.pull(src, i, self.p.rough)
+                elif ti.static(self.blended):
+                    v += self.g.blend[None] * self.pull(src, i, self.p.velocity[1])
                 if ti.static(self.friction > 0 and self.listed):
                     v += self.rub(src, i, v)
                 self.p.velocity[0][i] = v
@@ -94,8 +112,9 @@ class Finish:
         return change
 
     @ti.func
-    def pull(self, src: ti.template(), i, v) -> Any:
-        """Difference to the neighbours' velocities, weighted by the kernel."""
+    def pull(self, src: ti.template(), i, values: ti.template()) -> Any:
+        """Difference to the neighbours' values, weighted by the kernel."""
+        v = values[i]
         at = self.p.place[src][i]
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
@@ -104,7 +123,7 @@ class Finish:
                 j = self.p.list[i, k]
                 o = self.p.place[src][j]
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                s += self.kernel.value(e.norm_sqr()) * (self.p.velocity[1][j] - v)
+                s += self.kernel.value(e.norm_sqr()) * (values[j] - v)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
@@ -116,7 +135,7 @@ class Finish:
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                         r2 = e.norm_sqr()
                         if r2 < self.support2:
-                            s += self.kernel.value(r2) * (self.p.velocity[1][j] - v)
+                            s += self.kernel.value(r2) * (values[j] - v)
         return s
 
     @ti.kernel

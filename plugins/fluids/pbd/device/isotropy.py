@@ -60,6 +60,8 @@ class Isotropy:
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
         self.reach = SLACK * grid.support
+        along = smoothing.lattice.along
+        self.across, self.along = 1 / (1 - along), along / (1 + 2 * along)
 
     @ti.kernel
     def find(self):
@@ -79,13 +81,15 @@ class Isotropy:
     def around(self, i, q) -> Any:
         """Sum the moments: diagonal, and (yz, xz, xy)."""
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        # of boundary samples
+        c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
                 o = self.p.place[1][self.p.list[i, k]]
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
             for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
-                a, b = self.solid(a, b, self.p.list[i, k], q)
+                c, d = self.solid(c, d, self.p.list[i, k], q)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
@@ -98,16 +102,16 @@ class Isotropy:
                     if self.p.beside[i] > 0:
                         first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                         for t in range(first, last):
-                            a, b = self.solid(a, b, t, q)
-        return a, b
+                            c, d = self.solid(c, d, t, q)
+        return a + self.across * (c - self.along * (c[0] + c[1] + c[2])), b + self.across * d
 
     @ti.func
-    def solid(self, a, b, t, q) -> Any:
+    def solid(self, c, d, t, q) -> Any:
         """Add a boundary sample, which presses for itself and for the water behind it: half."""
         o = self.s.place[t]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         _, g = self.kernel.solid(e.norm_sqr())
-        return moment(a, b, e, -0.5 * self.scale * o[3] * g)
+        return moment(c, d, e, -0.5 * self.scale * o[3] * g)
 
 
 @ti.func

@@ -1,0 +1,5 @@
+"""Rigid bodies in free motion: joints and servos, but no contacts; needs no engine."""
+
+from seals.plugins.backends.free.backend import BackendFree
+
+__all__ = ["BackendFree"]

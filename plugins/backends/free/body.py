@@ -1,0 +1,183 @@
+"""One robot in free motion: poses, equations of motion, half-step velocities."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Configuration, Dynamics, LinkPoses
+from seals.config.environment import EnvironmentSettings
+from seals.dynamics.equations import Assembly
+from seals.dynamics.linear import solved
+from seals.dynamics.servo import driven, heavier
+from seals.dynamics.tree import forward
+from seals.errors import PhysicsError
+from seals.frames import exponential, matrix_of, multiply, normalised
+from seals.ground import ground_height
+from seals.robot.model import RobotModel
+
+
+class State(NamedTuple):
+    """What a robot in free motion remembers.
+
+    Args:
+        position: base origin, world [m], shape (3,).
+        quaternion: q_WB_xyzw, shape (4,).
+        joints: [rad or m], shape (J,).
+        now: generalised velocity at the current time, shape (n,).
+        middle: half a step earlier, shape (n,); None after a start.
+        change: generalised acceleration of the last step, shape (n,); None after a start.
+    """
+
+    position: Floats
+    quaternion: Floats
+    joints: Floats
+    now: Floats
+    middle: Floats | None = None
+    change: Floats | None = None
+
+
+class FreeBody:
+    """A robot that touches nothing; it takes joint drives implicitly.
+
+    Args:
+        robot: the robot.
+        ground: surroundings whose ground it must not reach; None to let it through.
+    """
+
+    implicit = True
+
+    def __init__(self, robot: RobotModel, *, ground: EnvironmentSettings | None) -> None:
+        """Place the robot at the origin, at rest."""
+        self.robot, self._ground = robot, ground
+        self._lead = 0 if robot.tree.fixed_base else 6
+        self._assembly = Assembly(robot.spatial_inertia[None])
+        self._untouched = np.zeros((len(robot.links), 6)), np.zeros(len(robot.links))
+        for zeros in self._untouched:
+            zeros.setflags(write=False)
+        upright = np.array([0.0, 0.0, 0.0, 1.0])
+        joints = np.zeros(robot.tree.joints)
+        self._state = State(np.zeros(3), upright, joints, np.zeros(robot.degrees))
+        self._poses: tuple[Floats, Floats] | None = None
+        self._change = np.zeros(robot.degrees)
+
+    def reset(self, configuration: Configuration) -> None:
+        """Place the robot; memory of earlier steps is forgotten."""
+        c = Configuration(*(np.array(x, dtype=float) for x in configuration))
+        speed = np.concatenate([c.velocity, c.spin, c.rates]) if self._lead else c.rates
+        self._set(State(c.position, c.quaternion, c.joints, speed))
+
+    def _set(self, state: State) -> None:
+        self._state, self._poses = state, None
+
+    def snapshot(self) -> State:
+        """Return the state; it is replaced, never written to."""
+        return self._state
+
+    def restore(self, kept: State) -> None:
+        """Put a state back."""
+        self._set(kept)
+
+    def read(self) -> Configuration:
+        """Return where the robot is and how it moves."""
+        s = self._state
+        still = np.zeros(3)
+        linear, spin = (s.now[:3], s.now[3:6]) if self._lead else (still, still)
+        return Configuration(s.position, s.quaternion, linear, spin, s.joints, s.now[self._lead :])
+
+    def poses(self) -> LinkPoses:
+        """Return the poses of all links and the generalised velocity."""
+        s = self._state
+        if self._poses is None:
+            turn = matrix_of(s.quaternion[None])
+            self._poses = forward(self.robot.tree, s.position[None], turn, s.joints[None])
+        return LinkPoses(*self._poses, s.now[None])
+
+    def middle_speed(self) -> Floats | None:
+        """Return the generalised velocity at the middle of the last step, shape (1, n), or None."""
+        middle = self._state.middle
+        return None if middle is None else middle[None]
+
+    def joint_positions(self) -> Floats:
+        """Return the joint coordinates [rad or m], shape (J,)."""
+        return self._state.joints
+
+    def apply(self, dynamics: Dynamics, step: float) -> None:
+        """Find the generalised acceleration of the next step."""
+        d = dynamics
+        total = self._assembly.total_inertia(d.found, 1)
+        bias = d.kinematics.bias(d.moving)
+        terms = self._assembly.velocity_terms(d.motion, d.found)
+        load = d.wrench - terms - np.matmul(total, bias[:, :, :, None])[:, :, :, 0]
+        matrix, right = self._assembly.system(d.kinematics, total, load, d.joint_force)
+        if d.armature is not None:
+            matrix = heavier(matrix, d.armature[None])
+        if d.joint_drive is None:
+            self._change = solved(matrix[0], right[0])
+        else:
+            self._change = self._driven(matrix, right, d, step)
+
+    def _driven(self, matrix: Floats, right: Floats, d: Dynamics, step: float) -> Floats:
+        """Accelerations with joint drives at the end of the step, or at its two middles.
+
+        Equation:
+            force - kp h^2 a / 2 - kd h (a - a_last) between half-step velocities; after a start
+            force - kp (h v + h^2 a) - kd h a.
+        """
+        drive, s = d.joint_drive, self._state
+        assert drive is not None
+        if s.change is None:
+            force = drive.force - drive.stiffness * step * s.now[None, self._lead :]
+            share = 1.0
+        else:
+            force = drive.force + drive.damping * (step * s.change[self._lead :])
+            share = 0.5
+        gain = step * drive.damping + share * step * step * drive.stiffness
+        gain = gain + np.zeros_like(drive.force)
+        found: Floats = driven(matrix, right, drive._replace(force=force), gain)[0][0]
+        return found
+
+    def advance(self, step: float) -> None:
+        """Move by one step.
+
+        Raises:
+            PhysicsError: the motion is not finite, or the robot has reached the ground.
+        """
+        s, change = self._state, self._change
+        kick = step * change
+        middle = s.now + 0.5 * kick if s.middle is None else s.middle + kick
+        now = middle + 0.5 * kick
+        if not np.isfinite(now).all():
+            raise PhysicsError(
+                f"the motion of robot '{self.robot.name}' is not finite.\n"
+                "Take a smaller time.step, or check forces and masses."
+            )
+        position, quaternion = s.position, s.quaternion
+        if self._lead:
+            position = position + step * middle[:3]
+            turned = multiply(exponential(step * middle[None, 3:6]), quaternion[None])
+            quaternion = normalised(turned)[0]
+        joints = s.joints + step * middle[self._lead :]
+        self._set(State(position, quaternion, joints, now, middle, change))
+        if self._ground is not None:
+            self._refuse_ground(self._ground)
+
+    def _refuse_ground(self, ground: EnvironmentSettings) -> None:
+        x, y, z = self._state.position.tolist()
+        height = ground_height(ground, x, y)
+        if height is not None and z < height:
+            raise PhysicsError(
+                f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
+                "backend=free knows no contacts.\n"
+                "Take backend=pybullet, or let it through: backend.passable=true"
+            )
+
+    def contact_wrenches(self) -> Floats:
+        """Return zeros: nothing touches, shape (L, 6)."""
+        return self._untouched[0]
+
+    def contact_normals(self) -> Floats:
+        """Return zeros, shape (L,)."""
+        return self._untouched[1]
