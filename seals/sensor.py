@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sensing.around import Around, no_surroundings
+from seals.sensing.board import Board, nothing_aboard
+
+if TYPE_CHECKING:
+    from seals.sight.eye import Eye
 
 NO_CONTACT: Floats = np.zeros(6)
 NO_CONTACT.setflags(write=False)
 NOBODY: Mapping[str, Floats] = MappingProxyType({})
+NOWHERE, NOTHING_ABOARD = no_surroundings(), nothing_aboard()
 
 
 class Felt(NamedTuple):
@@ -32,6 +38,11 @@ class Felt(NamedTuple):
             origin, link axes [N, N m], shape (6,).
         pressing: sum of the normal forces of those contacts [N]; zero means nothing touches.
         others: origins of the scene's other bodies, world [m], by name.
+        around: water, ground and other bodies, to be asked.
+        board: joints, rotors and battery of the robot, to be asked.
+        askew: turn of a sensor's axes against those it is said to have, shape (3, 3), None for
+            none.
+        eye: through which a camera sees the scene, None for other sensors.
     """
 
     time: float
@@ -45,14 +56,25 @@ class Felt(NamedTuple):
     contact: Floats = NO_CONTACT
     pressing: float = 0.0
     others: Mapping[str, Floats] = NOBODY
+    around: Around = NOWHERE
+    board: Board = NOTHING_ABOARD
+    askew: Floats | None = None
+    eye: Eye | None = None
 
 
 @runtime_checkable
 class Sensor(Protocol):
     """A sensor: a keyword-only dataclass with explicit memory and a random state passed in.
 
-    One that reads neither ``specific_force`` nor ``spin_rate`` may say so by a class attribute
-    ``inertial`` that is false; they are zero for it then.
+    `seals.sensing` holds bases with all that sensors share. Attributes that a sensor may have:
+
+    - ``inertial``: false for one that reads neither ``specific_force`` nor ``spin_rate``; they are
+      zero for it then.
+    - ``idles``: true for one that does nothing while no reading is due; it is not called then.
+    - ``latency``, ``dropout``, ``outage``: see `seals.sensing.carried.Carried`.
+    - ``sees``: true for a camera; it gets an ``eye`` where the run has a renderer.
+    - ``bind(outfit)``: told once what the robot has, before ``channels`` is asked.
+    - ``sigmas()``: standard deviation of a reading by channel, without drift and bias, for the log.
     """
 
     link: str
@@ -69,7 +91,9 @@ class Sensor(Protocol):
     def sense(
         self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
-        """Return readings (None when not due) and the new memory.
+        """Return readings and the new memory.
+
+        There are none when none is due, or when the sensor is silent; it may leave out channels.
 
         Args:
             felt: motion of the sensor's link.

@@ -14,13 +14,15 @@ from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.pbd.water import ParticleWater
 from seals.plugins.fluids.sampling import box_walls
 
+HERE = Grade(quick=True)
+
 
 def filled_box(
     size: Sequence[float],
     spacing: float,
     inside: Callable[[Floats], Any],
     *,
-    grade: Grade,
+    grade: Grade = HERE,
     physics: PbdSettings | None = None,
 ) -> ParticleWater:
     """Return a box with floor and four walls, filled with water at rest where ``inside`` says.

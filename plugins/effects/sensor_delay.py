@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
@@ -12,24 +12,27 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class SensorDelay(Effect):
-    """Delay of gyroscope and accelerometer against the time base of the log.
+    """Delay of sensors against the time base of the log; of gyroscope and accelerometer at first.
 
     Equation:
         Row t holds the value of t - d.
 
     Args:
         delay: d [s].
-        links: not used; the delay is that of the inertial sensors.
+        sensors: names of the sensors that are late, ``*`` for all; empty for the inertial ones.
+        links: not used; the delay is that of sensors.
         correction: see `seals.effects.Effect`.
 
     Assumptions:
-        Constant, the same for both sensors; comes before misalignment, scale and bias.
+        Constant, the same for all those sensors; comes before misalignment, scale and bias.
 
     Valid range:
         Delays below the length of the log.
 
     Limitations:
-        No smoothing: a low-pass filter also delays, see the sensor's bandwidth.
+        No smoothing: a low-pass filter also delays, see the sensor's bandwidth. Sensors other than
+        inertial ones are late by whole steps of the simulation. A diagnosis knows late inertial
+        sensors alone.
 
     References:
         None needed: a shift in time.
@@ -42,9 +45,10 @@ class SensorDelay(Effect):
     delay: float = param(
         0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
     )
+    sensors: list[str] = field(default_factory=list)
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)
 
     @staticmethod
     def timing(params: Parameters) -> Timing:
-        """Further delay of the inertial sensors [s]."""
+        """Further delay of the sensors [s]."""
         return Timing(sensor_delay=params["delay"])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
 from seals.frames import exponential, matrix_of, unrotate
 from seals.motion import Reading
@@ -19,7 +20,7 @@ _LIMITS: dict[str, Any] = {
 
 @dataclass(kw_only=True)
 class SensorMisalignment(Effect):
-    """Inertial sensor whose axes are those of the body turned by a rotation vector.
+    """Sensors whose axes are turned by a rotation vector; the inertial ones at first.
 
     Equation:
         Both readings: measured = Exp(r)^T true, before scale and bias.
@@ -28,17 +29,20 @@ class SensorMisalignment(Effect):
         rotation_x: r about sensor x [rad].
         rotation_y: r about sensor y [rad].
         rotation_z: r about sensor z [rad].
-        links: not used; it acts on the inertial sensors.
+        sensors: names of the sensors that are turned, ``*`` for all; empty for the inertial ones.
+        links: not used; it acts on sensors.
         correction: see `seals.effects.Effect`.
 
     Assumptions:
-        Gyroscope and accelerometer are turned together, as one block.
+        Gyroscope and accelerometer are turned together, as one block. Other sensors are turned
+        about their mounting point and look in the turned direction.
 
     Valid range:
         Any turn; a turn by more than half a circle has another vector.
 
     Limitations:
-        No error of the angles between the axes of one sensor.
+        No error of the angles between the axes of one sensor. Sensors without a mounting cannot be
+        turned. A diagnosis knows turned inertial sensors alone.
 
     References:
         Sola 2017, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508.
@@ -51,13 +55,19 @@ class SensorMisalignment(Effect):
     rotation_x: float = param(0.0, "rad", **_LIMITS)
     rotation_y: float = param(0.0, "rad", **_LIMITS)
     rotation_z: float = param(0.0, "rad", **_LIMITS)
+    sensors: list[str] = field(default_factory=list)
     order: ClassVar[int] = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor misalignment",)
 
     @staticmethod
+    def askew(params: Parameters) -> Array:
+        """Return the turn of the axes, Exp(r), shape (1 or N, 3, 3)."""
+        return matrix_of(exponential(params["rotation"]))
+
+    @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:
         """Both readings in the turned axes [rad/s, m/s^2]."""
-        turn = matrix_of(exponential(params["rotation"]))
+        turn = SensorMisalignment.askew(params)
         return Reading(
             angular_velocity=unrotate(turn, reading.angular_velocity),
             specific_force=unrotate(turn, reading.specific_force),

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
+from seals.sensing.carried import Carried
 from seals.sensor import Felt
 
 
 @dataclass(kw_only=True)
-class SensorContact:
+class SensorContact(Carried):
     """Contact sensor of a link: the normal force, and whether it exceeds a threshold.
 
     Equation:
@@ -23,7 +24,6 @@ class SensorContact:
         the normal forces of all contacts of the link.
 
     Args:
-        link: link that feels.
         rate: readings a second [Hz].
         threshold: least normal force that counts as contact [N].
         noise: standard deviation of the force while there is contact [N].
@@ -48,7 +48,6 @@ class SensorContact:
         {'contact': 1, 'pressing': 1}
     """
 
-    link: str = "root"
     rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
     threshold: float = param(
         0.05, "N", bounds=(1e-9, 1e4), tolerance=0.01, source="Dahiya et al. 2010", fit=False
@@ -56,8 +55,6 @@ class SensorContact:
     noise: float = param(0.02, "N", bounds=(0.0, 1e3), tolerance=0.01, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.05, source="chosen")
     largest: float = param(50.0, "N", bounds=(1e-6, 1e6), tolerance=0.0, source="chosen", fit=False)
-
-    inertial: ClassVar[bool] = False
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError
-from seals.frames import matrix_of, quaternion_of_rpy
 from seals.schema import param
+from seals.sensing.carried import Carried
+from seals.sensing.mount import Mount
 from seals.sensor import Felt
 
 
@@ -23,7 +23,7 @@ class _Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class SensorImu:
+class SensorImu(Carried):
     """Accelerometer and gyroscope at a mounting point of a link.
 
     Equation:
@@ -32,7 +32,6 @@ class SensorImu:
         white noise, range, quantisation.
 
     Args:
-        link: link that carries the sensor; ``root`` is the base.
         position: mounting point in link axes [m].
         rpy: turn of the sensor axes against the link axes [rad].
         rate: readings a second [Hz].
@@ -63,7 +62,6 @@ class SensorImu:
         100.0
     """
 
-    link: str = "root"
     position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
@@ -114,17 +112,8 @@ class SensorImu:
     )
 
     def __post_init__(self) -> None:
-        """Turn the mounting into arrays."""
-        for name in ("position", "rpy"):
-            if len(getattr(self, name)) != 3 or not np.all(np.isfinite(getattr(self, name))):
-                raise ConfigError(
-                    f"imu.{name}={getattr(self, name)} is not allowed.\n"
-                    "Allowed: three finite numbers."
-                )
-        self._arm = np.asarray(self.position, dtype=float)
-        self._turn = matrix_of(quaternion_of_rpy(np.asarray([self.rpy], dtype=float)))[0].T
-        self._aligned = not np.any(self.rpy)
-        self._centred = not np.any(self.position)
+        """Turn mounting and errors into arrays."""
+        self._mount = Mount("imu", self.position, self.rpy)
         self._range = np.array([[self.accelerometer_range], [self.gyroscope_range]])
         self._lowest = -self._range
         self._step = np.array([[self.accelerometer_step], [self.gyroscope_step]])
@@ -134,6 +123,8 @@ class SensorImu:
         self._sigma = density * math.sqrt(self.rate)
         walk = np.array([[self.accelerometer_walk], [self.gyroscope_walk]])
         self._drift = walk * math.sqrt(1.0 / self.rate)
+
+    inertial: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""
@@ -145,12 +136,8 @@ class SensorImu:
 
     def ideal(self, felt: Felt) -> Floats:
         """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
-        force, spin = felt.specific_force, felt.spin
-        if not self._centred:
-            r = self._arm
-            force = force + np.cross(felt.spin_rate, r) + np.cross(spin, np.cross(spin, r))
-        both = np.array((force, spin))
-        return both if self._aligned else both @ self._turn.T
+        here = self._mount.felt(felt)
+        return np.array((here.specific_force, here.spin))
 
     def sense(
         self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool

@@ -11,11 +11,12 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.schema import param
+from seals.sensing.carried import Carried
 from seals.sensor import Felt
 
 
 @dataclass(kw_only=True)
-class SensorLocator:
+class SensorLocator(Carried):
     """Place of another body relative to a link, link axes.
 
     Equation:
@@ -23,7 +24,6 @@ class SensorLocator:
         components; seen is 1 within the range, and 0 with a zero offset beyond it.
 
     Args:
-        link: link that looks, ``root`` for the base.
         target: name of the object in the run.
         rate: readings a second [Hz].
         noise: standard deviation of each component as a share of the distance [1].
@@ -37,7 +37,7 @@ class SensorLocator:
         Rates up to that of the simulation.
 
     Limitations:
-        The truth with noise in place of images; no latency, no outliers, no orientation.
+        The truth with noise in place of images; no outliers, no orientation.
 
     References:
         Olson 2011, AprilTag, ICRA: errors of 1 to 2 % of the distance.
@@ -47,7 +47,6 @@ class SensorLocator:
         {'offset': 3, 'seen': 1}
     """
 
-    link: str = "root"
     target: str = ""
     rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
     noise: float = param(0.01, "1", bounds=(0.0, 1.0), tolerance=0.005, source="Olson 2011")
@@ -56,7 +55,7 @@ class SensorLocator:
         20.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False
     )
 
-    inertial: ClassVar[bool] = False
+    idles: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

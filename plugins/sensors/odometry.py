@@ -12,13 +12,14 @@ from seals.arrays import Floats
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.frames import exponential, multiply, quaternion_of
 from seals.schema import param
+from seals.sensing.carried import Carried
 from seals.sensor import Felt
 
 _SIGMA: dict[str, Any] = {"tolerance": 0.3, "relative": True}
 
 
 @dataclass(kw_only=True)
-class SensorOdometry:
+class SensorOdometry(Carried):
     """Position, attitude, velocity and rates of a link, as motion capture or odometry give them.
 
     Equation:
@@ -27,7 +28,6 @@ class SensorOdometry:
         estimated_spin = w + n_w, all n white and normal.
 
     Args:
-        link: that is located, ``root`` for the base.
         rate: readings per second [Hz].
         position_noise: standard deviation of each component [m].
         velocity_noise: standard deviation of each component [m/s].
@@ -35,13 +35,13 @@ class SensorOdometry:
         gyroscope_noise: noise density of the rates [rad/s/sqrt(Hz)].
 
     Assumptions:
-        Errors are white: drift and latency are left out.
+        Errors are white: drift is left out.
 
     Valid range:
         Rates up to that of the simulation.
 
     Limitations:
-        No outages, no drift of the position, no bias of the gyroscope; see ``imu`` for those.
+        No drift of the position, no bias of the gyroscope; see ``imu`` for those.
 
     References:
         Noise as of motion capture with onboard filtering: chosen.
@@ -51,7 +51,6 @@ class SensorOdometry:
         100.0
     """
 
-    link: str = "root"
     rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
     position_noise: float = param(0.001, "m", bounds=(0.0, 10.0), source="chosen", **_SIGMA)
     velocity_noise: float = param(0.01, "m/s", bounds=(0.0, 10.0), source="chosen", **_SIGMA)
@@ -64,7 +63,7 @@ class SensorOdometry:
         **_SIGMA,
     )
 
-    inertial: ClassVar[bool] = False
+    idles: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from seals.config.build import build
@@ -15,8 +15,10 @@ from seals.config.objects import ObjectSettings, check_objects
 from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals
 from seals.config.robot import RobotSettings
+from seals.config.sight import SightSettings
 from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError, suggestion
+from seals.optics import Optics
 from seals.registry import get, names
 from seals.schema import param
 
@@ -101,6 +103,11 @@ class RunSettings:
             needs the extra ``render``.
         checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
             fluid and none without.
+        viewer: renderer that draws for cameras, or None.
+        optics: light in water and noise of cameras.
+        water_type: Jerlov's type of the water that cameras look through, in place of that in
+            ``optics``; absent to leave it.
+        sight: how the scene is drawn for cameras.
         model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
         force: whether to take a model that was withdrawn.
     """
@@ -126,12 +133,16 @@ class RunSettings:
         0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
     )
     checkpoint: float | None = optional("s", bounds=(0.0, 1e6), source="chosen")
+    viewer: Any = None
+    optics: Optics = field(default_factory=Optics)
+    water_type: str | None = None
+    sight: SightSettings = field(default_factory=SightSettings)
     model: Any = None
     force: bool = False
 
 
-PLAIN = ("environment", "initial", "time", "robot")
-SINGLE = ("backend", "wave", "fluid", "controller", "guide")
+PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
+SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
 SEVERAL = ("effects", "sensors", "actuators")
 
 
@@ -166,6 +177,9 @@ def build_run(config: Any) -> RunSettings:
         values |= {"name": str(config.name), "seed": int(config.seed)}
         values |= {"checkpoint": None if every is None else float(every)}
         values |= {"surface": float(config.get("surface") or 0.0)}
+        if config.get("water_type") is not None:
+            values["water_type"] = str(config.water_type)
+            values["optics"] = replace(values["optics"], water_type=values["water_type"])
         for key in SINGLE:
             node = config.get(key)
             values[key] = None if node is None else build(node, where=key)

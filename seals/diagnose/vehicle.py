@@ -102,7 +102,7 @@ def read_vehicle(meta: Mapping[str, Any]) -> Vehicle:
         lag=lag,
         commands=commands,
         full_voltage=(spec.get("battery") or {}).get("full_voltage"),
-        sigma={k: float(v["sigma"]) for k, v in channels.items()},
+        sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
         gust_time=float(gust.get("correlation_time", 0.35)),
@@ -112,6 +112,18 @@ def read_vehicle(meta: Mapping[str, Any]) -> Vehicle:
         servo={} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
     )
 
+
+READ = (
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "specific_force",
+    "depth",
+    "joint_position",
+    "battery_voltage",
+)
+"""Channels that a diagnosis reads; readings of other sensors are carried along."""
 
 _GAINS = ("kp", "kd", "torque_limit", "armature")
 

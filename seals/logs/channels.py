@@ -21,6 +21,7 @@ class Channel:
         numbered: whether the components are ``_1 .. _n``.
         command: whether it is an order that was sent, not a measurement.
         body: whether it is a vector in body axes.
+        aside: whether it is carried along only, so that its noise need not be stated.
         unit: SI unit as text.
         meaning: one line for people.
     """
@@ -30,6 +31,7 @@ class Channel:
     numbered: bool = False
     command: bool = False
     body: bool = False
+    aside: bool = False
     unit: str
     meaning: str
 
@@ -117,6 +119,98 @@ _TABLE = (
     Channel(stem="battery_voltage", unit="V", meaning="terminal voltage under load"),
     Channel(stem="battery_current", unit="A", meaning="current out of the battery"),
     Channel(stem="battery_charge", unit="1", meaning="state of charge, 1 for full"),
+    Channel(
+        stem="rotor_speed",
+        aside=True,
+        numbered=True,
+        unit="rad/s",
+        meaning="speed of a rotor, positive in its own direction",
+    ),
+    Channel(
+        stem="velocity_valid",
+        aside=True,
+        unit="1",
+        meaning="whether a Doppler log holds the bottom, 1 or 0; without it there is no velocity",
+    ),
+    Channel(
+        stem="dvl_altitude",
+        aside=True,
+        unit="m",
+        meaning="height of a Doppler log above the bottom, its axis",
+    ),
+    Channel(
+        stem="dvl_beam_velocity",
+        aside=True,
+        numbered=True,
+        unit="m/s",
+        meaning="velocity along a beam of a Doppler log, towards the bottom positive",
+    ),
+    Channel(
+        stem="dvl_beam_range", aside=True, numbered=True, unit="m", meaning="range of such a beam"
+    ),
+    Channel(
+        stem="magnetic_field",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="T",
+        meaning="magnetic field in the axes of its sensor",
+    ),
+    Channel(
+        stem="gps_position",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="m",
+        meaning="antenna, east, north, up",
+    ),
+    Channel(
+        stem="gps_velocity",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="m/s",
+        meaning="of the antenna, world axes",
+    ),
+    Channel(
+        stem="range", aside=True, unit="m", meaning="distance to the nearest thing along a beam"
+    ),
+    Channel(stem="range_valid", aside=True, unit="1", meaning="whether a beam returned, 1 or 0"),
+    Channel(stem="contact", aside=True, unit="1", meaning="whether a pad is touched, 1 or 0"),
+    Channel(stem="pressing", aside=True, unit="N", meaning="normal force on a pad"),
+    Channel(
+        stem="offset",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="m",
+        meaning="place of another body, link axes",
+    ),
+    Channel(stem="seen", aside=True, unit="1", meaning="whether a locator sees its target, 1 or 0"),
+    Channel(
+        stem="estimated_position",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="m",
+        meaning="as odometry reports it",
+    ),
+    Channel(
+        stem="estimated_orientation",
+        aside=True,
+        suffixes=("w", "x", "y", "z"),
+        unit="1",
+        meaning="quaternion as odometry reports it, body to world",
+    ),
+    Channel(
+        stem="estimated_velocity",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="m/s",
+        meaning="as odometry reports it, body axes",
+    ),
+    Channel(
+        stem="estimated_spin",
+        aside=True,
+        suffixes=_VECTOR,
+        unit="rad/s",
+        meaning="as odometry reports it, body axes",
+    ),
     Channel(stem="joint_position", numbered=True, unit="rad", meaning="joint angle, link side"),
     Channel(stem="joint_velocity", numbered=True, unit="rad/s", meaning="joint rate, link side"),
     Channel(stem="roll", unit="rad", meaning="roll angle of a body that has no quaternion"),

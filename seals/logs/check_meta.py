@@ -90,7 +90,8 @@ def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, .
     channels = sensors.get("channels") if isinstance(sensors, Mapping) else sensors
     for place, table in (("sensors.channels", channels), ("tolerance", meta.get("tolerance"))):
         for name, entry in (table if isinstance(table, Mapping) else {}).items():
-            if place == "tolerance" or str(name) in CHANNELS:
+            known = CHANNELS.get(str(name))
+            if place == "tolerance" or (known is not None and not known.aside):
                 yield f"{place}.{name}", entry, _SIGMA
 
 

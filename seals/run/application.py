@@ -85,7 +85,9 @@ def run_into(
         facts.update(_facts(settings, overrides or [], original, cut))
         write_start(folder, facts)
 
-    record = simulate(settings, label=settings.name, started=begin, keepers=keepers, kept=kept)
+    record = simulate(
+        settings, label=settings.name, started=begin, keepers=keepers, kept=kept, folder=folder
+    )
     write_log(folder, record, settings)
     remarks = oversights(settings, overrides or [])
     remarks += [] if original is None else _verdict(folder, original)

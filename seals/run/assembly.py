@@ -22,6 +22,7 @@ from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
 from seals.run.origin import plugin_name
 from seals.run.resting import refuse_fluid, resting_effects, without
+from seals.run.sight import open_eyes
 from seals.twin import Twin, TwinState
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
@@ -81,6 +82,7 @@ def build_world(settings: RunSettings) -> World:
     )
     actor.pilot = build_pilot(settings, actor)
     objects = add_objects(settings, steps=steps)
+    watch = open_eyes(settings, {ROBOT: actor, **objects})
     sink(settings, [actor, *objects.values()])
     world = World(
         settings.backend,
@@ -89,6 +91,7 @@ def build_world(settings: RunSettings) -> World:
         step=settings.time.step,
         seed=settings.seed,
         fluid=settings.fluid,
+        watch=watch,
     )
     places = {
         name: object_configuration(name, settings.objects[name], thing.robot)

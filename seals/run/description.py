@@ -58,7 +58,8 @@ def describe_run(
         initial: truth of the first row by channel.
     """
     vehicle = describe_vehicle(settings, robot, layout)
-    effects = [_effect(name, effect) for name, effect in settings.effects.items()]
+    acting = {n: e for n, e in settings.effects.items() if not _elsewhere(e, settings.sensors)}
+    effects = [_effect(name, effect) for name, effect in acting.items()]
     return {
         "vehicle": vehicle,
         "environment": _environment(settings),
@@ -191,6 +192,12 @@ def _solids(settings: RunSettings) -> dict[str, Any]:
     return out
 
 
+def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
+    """Whether an effect is a fault of sensors that are not inertial: no law of the vehicle."""
+    named = [n for n in getattr(effect, "sensors", ()) if n in sensors]
+    return bool(named) and not any("specific_force" in sensors[n].channels() for n in named)
+
+
 def _effect(name: str, effect: Any) -> dict[str, Any]:
     medium = getattr(getattr(effect, "medium", None), "value", "any")
     found = _plugin("effect", effect)
@@ -207,6 +214,17 @@ def _plugin(kind: str, plugin: Any) -> dict[str, Any]:
     values = {key: getattr(plugin, key) for key in parameters_of(plugin)}
     name = plugin_name(kind, type(plugin))
     return {"name": name, "parameters": values} if values else {"name": name}
+
+
+def _noise(sensor: Any, channel: str) -> dict[str, float]:
+    """Standard deviation of a channel's white noise and the latency of its sensor, where told."""
+    density = getattr(sensor, NOISE_FIELDS.get(channel, ""), None)
+    sigma = float(density) * math.sqrt(sensor.rate) if density else None
+    told: Mapping[str, float] = sensor.sigmas() if hasattr(sensor, "sigmas") else {}
+    sigma = told.get(channel, sigma) or RESOLVED.get(channel)
+    late = float(getattr(sensor, "latency", 0.0))
+    out = {"sigma": sigma} if sigma else {}
+    return {**out, "latency": late} if late else out
 
 
 def _tolerance(settings: RunSettings) -> dict[str, Any]:
@@ -235,13 +253,13 @@ def _sensors(settings: RunSettings, sources: Mapping[str, str]) -> dict[str, Any
                 }
             continue
         sensor = settings.sensors[source]
-        channel = name.removeprefix(f"{source}_")
+        # a sensor 'gps' reads the channel 'gps_position': the prefix is not always the sensor's
+        own = name in sensor.channels()
+        channel = name if own else name.removeprefix(f"{source}_")
         entry = {"rate": sensor.rate, "sensor": source}
         if channel in CHANNELS:
             entry["unit"] = CHANNELS[channel].unit
-        density = getattr(sensor, NOISE_FIELDS.get(channel, ""), None)
-        if density:
-            entry["sigma"] = float(density) * math.sqrt(sensor.rate)
+        entry |= _noise(sensor, channel)
         channels[name] = entry
         if channel == "specific_force" and "imu" not in out:
             turn = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))

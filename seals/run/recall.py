@@ -12,7 +12,7 @@ from seals.errors import ConfigError, RobotError
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
 
-_SINGLE = ("backend", "wave", "fluid", "controller", "guide")
+_SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 

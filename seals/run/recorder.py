@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
+from seals.logs.channels import CHANNELS
 from seals.world.actor import Actor
 
 AXES = ("x", "y", "z")
@@ -106,8 +107,10 @@ class Recorder:
         channels = dict(self.truth)
         channels |= {self._names[key]: values[: self.rows] for key, values in self._read.items()}
         out = {"t": self.time}
+        own = {name: channel for (_, channel), name in self._names.items()}
         for name, values in channels.items():
-            out |= dict(zip(_named(name, values.shape[1]), values.T, strict=True))
+            names = _named(name, values.shape[1], own.get(name, name))
+            out |= dict(zip(names, values.T, strict=True))
         return {name: np.ascontiguousarray(values) for name, values in out.items()}
 
 
@@ -126,12 +129,13 @@ def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
     return names
 
 
-def _named(channel: str, width: int) -> list[str]:
-    """Column names of one channel, as the log format spells them."""
-    if channel.startswith("joint_"):
-        return [f"{channel}_{k + 1}" for k in range(width)]
+def _named(name: str, width: int, channel: str) -> list[str]:
+    """Column names of one channel, as the log format spells them, under its name in this log."""
+    known = CHANNELS.get(channel)
+    if channel.startswith("joint_") or (known is not None and known.numbered):
+        return [f"{name}_{k + 1}" for k in range(width)]
     if width == 1:
-        return [channel]
+        return [name]
     if width in (3, 4):
-        return [f"{channel}_{axis}" for axis in (AXES if width == 3 else ("w", *AXES))]
-    return [f"{channel}_{k + 1}" for k in range(width)]
+        return [f"{name}_{axis}" for axis in (AXES if width == 3 else ("w", *AXES))]
+    return [f"{name}_{k + 1}" for k in range(width)]

@@ -26,6 +26,7 @@ from seals.run.commands import Commands
 from seals.run.company import Company, describe_objects
 from seals.run.description import describe_run
 from seals.run.fluid_book import FluidBook
+from seals.run.pictures import Pictures
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
 from seals.run.stages import Stages
@@ -84,6 +85,7 @@ def simulate(
     started: Callable[[], None] | None = None,
     keepers: Sequence[Keeper] = (),
     kept: Path | None = None,
+    folder: Path | None = None,
 ) -> Record:
     """Simulate a run from start to end, or until its guide is done or gives up.
 
@@ -96,6 +98,7 @@ def simulate(
         started: called when the world stands and before the first step.
         keepers: look at the run after every step, to write down more of it on disk.
         kept: folder of a checkpoint of the same run, to go on from.
+        folder: where pictures of cameras are kept; None keeps none.
 
     Raises:
         SealsError: the run cannot start.
@@ -106,6 +109,7 @@ def simulate(
         world = build_world(settings)
         try:
             books = _books(settings, world, steps) if kept is None else _taken_up(kept, world)
+            books.pictures.move(folder)
             stepping = _Stepping(world, books, steps, label, tuple(keepers))
             return _stepped(settings, stepping, started)
         finally:
@@ -129,6 +133,7 @@ class _Books(NamedTuple):
     aims: Aims
     commands: Commands
     fluid: FluidBook
+    pictures: Pictures
 
     def take(self, time: float) -> bool:
         """Record the present; return whether the run is over."""
@@ -137,6 +142,7 @@ class _Books(NamedTuple):
         self.commands.take(self.recorder.rows - 1)
         self.company.take()
         self.fluid.take()
+        self.pictures.take()
         return self.stages.over(time)
 
 
@@ -157,6 +163,7 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
         Aims(actor.pilot, steps=steps),
         Commands(actor, steps=steps),
         FluidBook(world.fluid),
+        Pictures(actor, None),
     )
     books.take(world.time)
     return books
@@ -189,6 +196,7 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
     if ending is Ending.interrupted:
         for ledger in (actor.ledger, *company.ledgers.values()):
             ledger.rewind(recorder.rows - 1)
+    books.pictures.close()
     log = _log(settings, actor.robot, books)
     log.meta.update(stages.described())
     return Record(

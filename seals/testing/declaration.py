@@ -139,7 +139,9 @@ def _check_docstring(name: str, cls: type) -> None:
         f"its docstring has the headings {', '.join(given) or '(none)'}",
         f"Allowed, in this order: {', '.join(HEADINGS)}.",
     )
-    body = " ".join(text.partition("Args:")[2].partition("Assumptions:")[0].split())
+    told_by = [text, *(inspect.getdoc(base) or "" for base in cls.__mro__[1:-1])]
+    parts = [t.partition("Args:")[2].partition("Assumptions:")[0] for t in told_by]
+    body = " ".join(" ".join(parts).split())
     for parameter, meta in parameters_of(cls).items():
         entry = re.search(rf"\b{parameter}: (.*?)(?= \w+: |$)", body)
         told = entry is not None and (

@@ -8,13 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from seals.config.environment import EnvironmentSettings
+from seals.config.ground import ObstacleSettings
+from seals.sensing.around import Around
+from seals.sensing.board import Board, Outfit
 from seals.sensor import Felt, Sensor
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
+from seals.testing.lateness import check_delivery
 
 INERTIAL = {"specific_force": 3, "angular_velocity": 3}
 """Channels of a sensor that is checked as an inertial one."""
+
+OUTFIT = Outfit(joints=("first", "second", "third"), rotors=4, battery=True)
+"""What the robot has that a sensor is checked on."""
+HEIGHTS = {"under water": -3.0, "in the air": 2.0}
+"""Height of the sensor above the water surface [m]; the bottom lies at -5 m, a wall ahead."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,10 +54,11 @@ def check_sensor(
 ) -> SensorReport:
     """Check that a sensor keeps the contract of its kind.
 
-    It must give its declared channels when due and nothing otherwise, repeat itself under one seed,
-    draw random numbers only from the state it is given, and leave the memory it is given alone. A
-    sensor of specific force and angular velocity must also obey the physics of an inertial unit,
-    and its declared noise.
+    It must give its declared channels when due, under water or in the air above it, and nothing
+    otherwise, repeat itself under one seed, draw random numbers only from the state it is given,
+    and leave the memory it is given alone. Where it declares them, its readings must come as late,
+    and be lost as often, as it says. A sensor of specific force and angular velocity must also obey
+    the physics of an inertial unit, and its declared noise.
 
     Args:
         sensor: name of an installed sensor, or its class.
@@ -62,6 +73,9 @@ def check_sensor(
 
     def make(**more: Any) -> Sensor:
         made: Sensor = cls(**{**(values or {}), **more})
+        bind = getattr(made, "bind", None)
+        if bind is not None:
+            bind(OUTFIT)
         return made
 
     made = make()
@@ -72,19 +86,20 @@ def check_sensor(
         "See seals.sensor.Sensor.",
     )
     require(made.rate > 0.0, name, f"has the rate {made.rate} Hz", "Allowed: above zero.")
-    _check_due(name, made, seed)
-    _check_seed(name, make, seed)
+    place = _check_due(name, made, seed)
+    _check_seed(name, make, place, seed)
     channels = made.channels()
     figures = check_inertial(name, make, seed=seed) if channels == INERTIAL else {}
+    figures |= check_delivery(name, make, lambda k: _moving(k, place), seed=seed)
     return SensorReport(name=name, channels=channels, figures=figures)
 
 
-def _check_due(name: str, sensor: Sensor, seed: int) -> None:
-    """Check that readings come when due, complete and finite, and not otherwise."""
+def _check_due(name: str, sensor: Sensor, seed: int) -> str:
+    """Check that readings come when due, and not otherwise; return where they are complete."""
     rng = np.random.default_rng(seed)
     memory = sensor.start(rng)
     state = rng.bit_generator.state
-    nothing, memory = sensor.sense(_moving(0), memory, rng, due=False)
+    nothing, after = sensor.sense(_moving(0, "in the air"), memory, rng, due=False)
     require(
         nothing is None,
         name,
@@ -97,22 +112,46 @@ def _check_due(name: str, sensor: Sensor, seed: int) -> None:
         "draws noise when no reading is due",
         "Draw when due only.",
     )
-    reading, _ = sensor.sense(_moving(1), memory, rng, due=True)
-    require(reading is not None, name, "gives no reading when one is due", "Return a reading.")
-    shapes = {key: int(np.size(value)) for key, value in (reading or {}).items()}
     require(
-        shapes == dict(sensor.channels()),
+        not getattr(sensor, "idles", False) or after is memory,
         name,
-        f"reads {shapes}, declares {sensor.channels()}",
+        "says that it idles, and changes its memory when no reading is due",
+        "Return the memory as it is, or leave 'idles' false.",
+    )
+    whole = [place for place in HEIGHTS if _complete(name, sensor, place, after, seed)]
+    require(
+        bool(whole),
+        name,
+        f"gives some of {list(sensor.channels())} neither under water nor in the air",
+        "Return all channels in one of the two.",
+    )
+    return whole[0]
+
+
+def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> bool:
+    """Whether a reading at a place holds every channel; check what it holds."""
+    reading, _ = sensor.sense(_moving(1, place), memory, np.random.default_rng(seed), due=True)
+    shapes = {key: int(np.size(value)) for key, value in (reading or {}).items()}
+    declared = sensor.channels()
+    right = {key: width for key, width in declared.items() if key in shapes}
+    require(
+        shapes == right,
+        name,
+        f"reads {shapes}, declares {declared}",
         "Make them one.",
     )
-    finite = all(bool(np.isfinite(value).all()) for value in (reading or {}).values())
+    infinite = any(bool(np.isinf(value).any()) for value in (reading or {}).values())
     require(
-        finite, name, "gives a reading that is not finite", "Look for a division by a zero step."
+        not infinite,
+        name,
+        f"gives an infinite reading {place}",
+        "Leave out a channel that reads nothing.",
     )
+    finite = all(bool(np.isfinite(value).all()) for value in (reading or {}).values())
+    return finite and shapes == dict(declared)
 
 
-def _check_seed(name: str, make: Callable[[], Sensor], seed: int) -> None:
+def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) -> None:
     """Check that the record repeats under one seed, and from one memory."""
 
     def record() -> list[Any]:
@@ -120,9 +159,9 @@ def _check_seed(name: str, make: Callable[[], Sensor], seed: int) -> None:
         memory, rows = sensor.start(rng), []
         for k in range(20):
             before = rng.bit_generator.state
-            reading, following = sensor.sense(_moving(k), memory, rng, due=True)
+            reading, following = sensor.sense(_moving(k, place), memory, rng, due=True)
             rng.bit_generator.state = before
-            again, following = sensor.sense(_moving(k), memory, rng, due=True)
+            again, following = sensor.sense(_moving(k, place), memory, rng, due=True)
             same = all(np.array_equal(reading[c], again[c]) for c in reading)  # type: ignore[index, union-attr]
             require(
                 same,
@@ -144,11 +183,22 @@ def _check_seed(name: str, make: Callable[[], Sensor], seed: int) -> None:
     )
 
 
-def _moving(k: int) -> Felt:
-    """A turning, accelerating instant."""
-    return felt(
+def _moving(k: int, place: str) -> Felt:
+    """A turning, accelerating instant of a robot at rest in its joints."""
+    here = felt(
         force=(0.3 * k, 1.0, 9.0),
         spin=(0.1, -0.2, 0.05 * k),
         spin_rate=(1.0, 0.5, -0.5),
         time=0.004 * k,
+    )
+    wall = ObstacleSettings(size=[1.0, 20.0, 20.0], position=[6.0, 0.0, 0.0])
+    around = Around(
+        EnvironmentSettings(water_level=0.0, tank_bottom=-5.0, obstacles={"wall": wall})
+    )
+    joints, speeds = np.array([0.1, -0.2, 0.3]), np.array([500.0, 510.0, 520.0, 530.0])
+    return here._replace(
+        position=np.array([0.0, 0.0, HEIGHTS[place]]),
+        velocity=np.array([0.5, 0.1, -0.05]),
+        around=around,
+        board=Board(lambda: joints, lambda: speeds, lambda: (15.2, 8.0, 0.9)),
     )

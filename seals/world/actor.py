@@ -16,18 +16,21 @@ from seals.dynamics.kinematics import Kinematics, Moving
 from seals.dynamics.rows import link_motion
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid
 from seals.medium.build import build_surroundings, exact_of
 from seals.motion import Inputs, Joints, Wrench
 from seals.robot.model import RobotModel
-from seals.sensor import NOBODY, Felt, Sensor
+from seals.sensing.around import Around
+from seals.sensing.board import Board, spins
+from seals.sensing.rays import Shape, shapes_of_hull
+from seals.sensor import Sensor
 from seals.waves import Waves
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import Pilot, Seen
-from seals.world.readings import Past, ReadingChain
+from seals.world.senses import Instant, Senses
 from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
@@ -57,8 +60,7 @@ class Actor:
         drive: states of all drives, in the unit of the command, shape (1, n); None for none.
         drive_at_start: what ``drive`` is after a reset, None for standstill.
         voltage: of the battery [V], shape (1, 1); None when not known.
-        others: origins of the scene's other bodies by name, world [m]; the world sets it.
-        readings: last reading of every sensor, by sensor and channel.
+        senses: its sensors.
         pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
@@ -77,7 +79,6 @@ class Actor:
         """Add the robot to the scene."""
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity = environment.gravity
-        self.others: Mapping[str, Floats] = NOBODY
         self.body = backend.add(robot)
         if fluid is not None:
             waves = SeaOfFluid(fluid)
@@ -105,24 +106,29 @@ class Actor:
         self.drivetrain = Drivetrain(effects, robot.tree.joints)
         self.battery: Any = effects.supplies[0].effect if effects.supplies else None
         self.pilot: Pilot | None = None
-        self._chain = ReadingChain(effects)
-        self._past: dict[str, Past] = {}
-        self.readings: dict[str, dict[str, Floats] | None] = {}
-        self._sense_memory: dict[str, Any] = {}
-        self._next: dict[str, float] = {}
+        self._speeds: Mapping[str, Any] = {}
+        self._solid: list[tuple[int, Shape]] | None = None
+        self.senses = Senses(
+            robot,
+            effects,
+            sensors,
+            body=self.body,
+            around=Around(environment, waves),
+            board=Board(self.body.joint_positions, self._rotor_speeds, self.supply),
+            gravity=environment.gravity,
+        )
         self._before: Moving | None = None
         self._now: tuple[Kinematics, Moving] | None = None
         self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
-        self._still = np.zeros(3)
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
         self._due: tuple[Dynamics, Floats] | None = None
-        # accelerations are found for those that do not say they need none
-        self._inertial = {n: getattr(s, "inertial", True) for n, s in self.sensors.items()}
-        self._carriers = {
-            name: carrier_of(name, sensor, robot) for name, sensor in self.sensors.items()
-        }
+
+    @property
+    def readings(self) -> Mapping[str, Any]:
+        """Return what every sensor reported at the last instant, by channel, or None."""
+        return self.senses.readings
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
         """Place the robot, clear all memory."""
@@ -134,12 +140,9 @@ class Actor:
         self.drivetrain.reset()
         if self.pilot is not None:
             self.pilot.reset()
-        self._past = {}
+        self._speeds = {}
         self.ledger.rewind(0)
-        self._sense_memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
-        # the first reading comes after one period: before it, nothing was felt
-        self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
-        self.readings = dict.fromkeys(self.sensors)
+        self.senses.reset(rng)
         self._before, self._now, self._due = None, None, None
 
     def load(self, time: float, step: float) -> None:
@@ -168,6 +171,7 @@ class Actor:
         else:
             self._due = due, row
         self.memory = found.memory
+        self._speeds = {b.name: drives.speed for b, drives in found.drives}
         self._before, self._now = moving, None
 
     def immersed(self, step: float) -> BodyStates:
@@ -236,56 +240,34 @@ class Actor:
         return self._now
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
-        """Take the readings that are due at the new time."""
-        self.readings = dict.fromkeys(self.sensors)
+        """Take the readings that are due at the new time, and let the pilot hear what arrives."""
         if not self.sensors:
             return
-        kinematics, moving = self._look()
-        wrenches, normals = self.body.contact_wrenches(), self.body.contact_normals()
-        for name, sensor in self.sensors.items():
-            due = time >= self._next[name] - 1e-9
-            k = self._carriers[name]
-            outside = (wrenches[k], float(normals[k]), self.others)
-            felt = self._felt((time, step, self._inertial[name]), kinematics, moving, k, outside)
-            reading, self._sense_memory[name] = sensor.sense(
-                felt, self._sense_memory[name], rng, due=due
-            )
-            if reading is not None:
-                reading, self._past[name] = self._chain.report(
-                    time, reading, self._past.get(name, ())
-                )
-            self.readings[name] = reading
-            if due:
-                self._next[name] += max(1.0 / sensor.rate, 1e-9)
+        self.senses.take(Instant(time, step, *self._look(), self._before), rng)
         if self.pilot is not None:
-            self.pilot.hear(time, self.readings)
+            for taken, readings in self.senses.heard().items():
+                self.pilot.hear(taken, readings)
 
-    def _felt(
-        self,
-        clock: tuple[float, float, bool],
-        kinematics: Kinematics,
-        moving: Moving,
-        link: int,
-        outside: tuple[Floats, float, Mapping[str, Floats]],
-    ) -> Felt:
-        """Motion of one link, for inertial sensors with its mean accelerations over the step."""
-        time, step, inertial = clock
-        position, turn = kinematics.origins[0, link], kinematics.rotations[0, link]
-        twist = moving.twists[0, link]
-        force = rate = self._still
-        if inertial:
-            force = self.gravity * turn[2]
-        if inertial and self._before is not None and step > 0.0:
-            before = self._before
-            force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
-            rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn
-        return Felt(time, step, position, turn, twist[:3], twist[3:], force, rate, *outside)
+    def shapes(self) -> list[Shape]:
+        """Return the hulls of its links as they stand now, for the sensors of other bodies."""
+        if self._solid is None:
+            pairs = enumerate(self.robot.hulls)
+            self._solid = [(k, shape) for k, hull in pairs for shape in shapes_of_hull(hull)]
+        poses = self.body.poses()
+        return [s.moved(poses.origins[0, k], poses.rotations[0, k]) for k, s in self._solid]
+
+    def _rotor_speeds(self) -> Floats:
+        """Speeds of all rotors in the last step [rad/s], zeros before the first."""
+        bound = [b for b in self.effects.actuators if spins(b.effect)]
+        bound.sort(key=lambda b: b.hooks.first)
+        still = {b.name: np.zeros(b.hooks.count) for b in bound}
+        found = [np.reshape({**still, **self._speeds}[b.name], -1) for b in bound]
+        return np.concatenate([np.zeros(0), *found])
 
     def snapshot(self) -> Any:
         """Return memory of effects and sensors, commands, and the length of the ledger."""
-        sensing = (self._sense_memory, self._next, self.readings, self._past)
         commands = [_copy(getattr(self, name)) for name in _COMMANDS]
-        memory = (self.memory, *(dict(part) for part in sensing))
+        memory = (self.memory, self.senses.snapshot(), self._speeds)
         pilot = None if self.pilot is None else self.pilot.snapshot()
         train = (self.drivetrain.snapshot(), pilot)
         return memory, commands, train, self.ledger.rows, self._before
@@ -293,8 +275,8 @@ class Actor:
     def restore(self, kept: Any) -> None:
         """Put a snapshot back; the ledger forgets later rows."""
         memory, commands, train, rows, self._before = kept
-        self.memory, *sensing = memory
-        self._sense_memory, self._next, self.readings, self._past = (dict(x) for x in sensing)
+        self.memory, sensing, self._speeds = memory
+        self.senses.restore(sensing)
         for name, value in zip(_COMMANDS, commands, strict=True):
             setattr(self, name, _copy(value))
         self.drivetrain.restore(train[0])
@@ -302,22 +284,6 @@ class Actor:
             self.pilot.restore(train[1])
         self._now = None
         self.ledger.rewind(rows)
-
-
-def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:
-    """Return the index of the link that carries a sensor.
-
-    Raises:
-        ConfigError: the robot has no such link.
-    """
-    if sensor.link == "root":
-        return 0
-    if sensor.link not in robot.links:
-        raise ConfigError(
-            f"sensors.{name}.link: there is no link '{sensor.link}'.\n"
-            f"{suggestion(sensor.link, [*robot.links, 'root'])}"
-        )
-    return robot.links.index(sensor.link)
 
 
 def _copy(values: Floats | None) -> Floats | None:

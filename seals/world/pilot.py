@@ -133,7 +133,7 @@ class Pilot:
         return order
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
-        """Take note of the readings that came in at ``time`` [s]."""
+        """Take note of readings that have arrived, taken at ``time`` [s]."""
         fresh = {name: reading for name, reading in readings.items() if reading is not None}
         if fresh:
             kept = self._kept

@@ -1,15 +1,18 @@
-"""What inertial readings go through after the sensor: delay, then errors in their order."""
+"""Faults of sensors: what inertial readings go through, and which fault acts on which sensor."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.effects.binding import EffectSet
+from seals.effects.binding import BoundEffect, EffectSet
+from seals.errors import ConfigError, suggestion
 from seals.motion import Reading
-from seals.world.drivetrain import INSTANT, timing_of
+from seals.sensor import Sensor
+from seals.world.drivetrain import INSTANT
 
 CHANNELS = ("angular_velocity", "specific_force")
 """Channels that make a reading an inertial one."""
@@ -18,20 +21,26 @@ Past: TypeAlias = tuple[tuple[float, Floats], ...]
 """Readings that a delay still needs: time [s], and both channels of shape (2, 3)."""
 
 
+EVERY = "*"
+"""In place of names: every sensor."""
+
+
 class ReadingChain:
-    """Delay and errors of the inertial sensors of one robot.
+    """Delay and errors of an inertial sensor of one robot.
 
     A late reading is that of t - d, between two readings on the line through them. Before the first
     reading is d old, that one is reported.
 
     Args:
         effects: of the robot; those with ``measure`` act in the order of their ``order``.
+        name: of the sensor; empty for one that no fault names.
     """
 
-    def __init__(self, effects: EffectSet) -> None:
+    def __init__(self, effects: EffectSet, name: str = "") -> None:
         """Sort the errors and sum the delays."""
-        self.errors = sorted(effects.measures, key=lambda b: getattr(b.effect, "order", 0))
-        self.delay = max(float(timing_of(effects).sensor_delay), 0.0)
+        acting = [b for b in effects.measures if acts_on(b, name, inertial=True)]
+        self.errors = sorted(acting, key=lambda b: getattr(b.effect, "order", 0))
+        self.delay = max(_delay(effects, name, inertial=True), 0.0)
 
     def report(
         self, time: float, reading: dict[str, Floats], past: Past
@@ -40,10 +49,10 @@ class ReadingChain:
 
         Args:
             time: [s].
-            reading: by channel; left alone unless it holds both inertial channels.
+            reading: by channel, both inertial channels among them.
             past: from the last call, empty at first.
         """
-        if not (self.errors or self.delay) or not reading.keys() >= set(CHANNELS):
+        if not (self.errors or self.delay):
             return reading, past
         both = np.array([reading[channel] for channel in CHANNELS])
         if self.delay:
@@ -67,3 +76,77 @@ def _at(time: float, past: Past) -> tuple[Floats, Past]:
     after, following = past[1]
     share = (time - before) / (after - before)
     return value + share * (following - value), past
+
+
+class Faults:
+    """Which fault of the effects acts on which sensor.
+
+    A fault without names acts on the inertial sensors, as its law says. With names, or with ``*``
+    for all, it acts on those: every sensor can be late, and what is mounted can be turned.
+
+    Args:
+        effects: of the robot.
+        sensors: by name.
+
+    Attributes:
+        chains: of the inertial sensors, by name.
+        delays: of all other sensors [s].
+        turns: of their axes, None for none, shape (3, 3).
+
+    Raises:
+        ConfigError: a fault names a sensor that is not there, or one without axes.
+    """
+
+    def __init__(self, effects: EffectSet, sensors: Mapping[str, Sensor]) -> None:
+        """Sort faults by sensor."""
+        named = [b for b in effects.bound if getattr(b.effect, "sensors", None)]
+        for b in named:
+            _refuse_unknown(b, sensors)
+        inertial = {n for n, s in sensors.items() if s.channels().keys() >= set(CHANNELS)}
+        self.chains = {n: ReadingChain(effects, n) for n in sensors if n in inertial}
+        self.delays = {
+            n: 0.0 if n in inertial else _delay(effects, n, inertial=False) for n in sensors
+        }
+        self.turns: dict[str, Floats | None] = dict.fromkeys(sensors)
+        for b in named:
+            for name in sensors.keys() - inertial:
+                if hasattr(b.effect, "askew") and acts_on(b, name, inertial=False):
+                    self._turn(b, name, sensors[name])
+
+    def _turn(self, b: BoundEffect, name: str, sensor: Sensor) -> None:
+        """Turn the axes of one sensor, unless it has none and was only meant among all."""
+        if not hasattr(sensor, "rpy"):
+            if name in _chosen(b):
+                raise ConfigError(
+                    f"effects.{b.name}.sensors: '{name}' has no axes of its own to turn.\n"
+                    "Allowed: sensors with a mounting (position, rpy)."
+                )
+            return
+        turn, before = b.hooks.askew(b.params)[0], self.turns[name]
+        self.turns[name] = turn if before is None else before @ turn
+
+
+def acts_on(b: BoundEffect, name: str, *, inertial: bool) -> bool:
+    """Return whether a fault acts on the sensor of that name."""
+    chosen = _chosen(b)
+    return (name in chosen or EVERY in chosen) if chosen else inertial
+
+
+def _chosen(b: BoundEffect) -> list[str]:
+    return list(getattr(b.effect, "sensors", None) or [])
+
+
+def _delay(effects: EffectSet, name: str, *, inertial: bool) -> float:
+    """Sum of the delays of one sensor [s]."""
+    acting = [b for b in effects.timings if acts_on(b, name, inertial=inertial)]
+    late: list[Any] = [b.hooks.timing(b.params).sensor_delay for b in acting]
+    return float(sum(float(np.reshape(d, -1)[0]) for d in late))
+
+
+def _refuse_unknown(b: BoundEffect, sensors: Mapping[str, Sensor]) -> None:
+    for name in _chosen(b):
+        if name != EVERY and name not in sensors:
+            raise ConfigError(
+                f"effects.{b.name}.sensors: there is no sensor '{name}'.\n"
+                f"{suggestion(name, [*sensors, EVERY], label='Sensors')}"
+            )

@@ -12,6 +12,7 @@ from seals.backend import Backend, Configuration
 from seals.config.environment import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.fluid import Fluid
+from seals.sight.eye import Watch
 from seals.world.actor import Actor
 from seals.world.immersion import joined
 
@@ -62,6 +63,7 @@ class World:
         step: [s].
         seed: of the world's random state.
         fluid: open, that all robots are in, or None.
+        watch: the scene as cameras see it, or None; closed with the world.
 
     Attributes:
         time: [s].
@@ -77,14 +79,16 @@ class World:
         step: float,
         seed: int,
         fluid: Fluid | None = None,
+        watch: Watch | None = None,
     ) -> None:
         """Keep the parts; call `reset` before the first step."""
         self.backend, self.actors, self.environment = backend, dict(actors), environment
-        self.step_size, self.seed, self.fluid = step, seed, fluid
+        self.step_size, self.seed, self.fluid, self.watch = step, seed, fluid, watch
         self.time, self._count = 0.0, 0
         self.rng = np.random.default_rng(seed)
         for name, actor in self.actors.items():
-            actor.others = Others({n: a for n, a in self.actors.items() if n != name})
+            others = {n: a for n, a in self.actors.items() if n != name}
+            actor.senses.meet(Others(others), [a.shapes for a in others.values()])
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
         """Place all robots, set time to zero and reseed the random state.
@@ -147,8 +151,10 @@ class World:
             self.fluid.restore(snapshot.fluid)
 
     def close(self) -> None:
-        """Release backend and fluid."""
+        """Release backend, fluid and renderer."""
         self.backend.close()
+        if self.watch is not None:
+            self.watch.close()
         if self.fluid is not None:
             self.fluid.close()
 

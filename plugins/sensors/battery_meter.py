@@ -1,0 +1,98 @@
+"""Meter of the battery's voltage and current."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.errors import ConfigError
+from seals.schema import param
+from seals.sensing.board import Outfit
+from seals.sensing.instrument import Instrument, Seen
+from seals.sensing.noise import Noise
+from seals.sensor import Felt
+
+
+@dataclass(kw_only=True)
+class SensorBatteryMeter(Instrument):
+    """Terminal voltage under load and current of the battery.
+
+    Equation:
+        battery_voltage = U + voltage_bias + noise; battery_current = I (1 + current_error) +
+        current_bias + noise; both rounded to whole steps.
+
+    Args:
+        rate: readings a second [Hz].
+        voltage_noise: standard deviation [V].
+        voltage_bias: constant error [V].
+        voltage_step: quantisation, 0 for none [V].
+        current_noise: standard deviation [A].
+        current_bias: constant error [A].
+        current_error: error of the scale [1].
+        current_step: quantisation, 0 for none [A].
+
+    Assumptions:
+        Both are read at one instant.
+
+    Valid range:
+        Rates up to that of the simulation.
+
+    Limitations:
+        No ripple of the speed controllers; the state of charge is not read.
+
+    References:
+        Noise and steps chosen, as of a 12-bit converter over 60 V and a shunt for 120 A.
+
+    Example:
+        >>> SensorBatteryMeter().channels()
+        {'battery_voltage': 1, 'battery_current': 1}
+    """
+
+    rate: float = param(10.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    voltage_noise: float = param(0.01, "V", bounds=(0.0, 100.0), tolerance=0.01, source="chosen")
+    voltage_bias: float = param(0.0, "V", bounds=(-100.0, 100.0), tolerance=0.05, source="chosen")
+    voltage_step: float = param(
+        0.0146, "V", bounds=(0.0, 100.0), tolerance=0.0, source="12 bit over 60 V", fit=False
+    )
+    current_noise: float = param(0.05, "A", bounds=(0.0, 1e3), tolerance=0.05, source="chosen")
+    current_bias: float = param(0.0, "A", bounds=(-1e3, 1e3), tolerance=0.1, source="chosen")
+    current_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
+    current_step: float = param(
+        0.0293, "A", bounds=(0.0, 1e3), tolerance=0.0, source="12 bit over 120 A", fit=False
+    )
+
+    def bind(self, outfit: Outfit) -> None:
+        """Make sure that there is a battery.
+
+        Raises:
+            ConfigError: the robot has none.
+        """
+        if not outfit.battery:
+            raise ConfigError(
+                "sensor battery_meter: the robot has no battery.\n"
+                "Add one: +effect@effects.battery=battery"
+            )
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"battery_voltage": 1, "battery_current": 1}
+
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return voltage and current."""
+        voltage, current, _ = felt.board.supply()
+        seen = {"battery_voltage": np.array([voltage]), "battery_current": np.array([current])}
+        return seen, own
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of both."""
+        volts = Noise(sigma=self.voltage_noise, bias=self.voltage_bias, step=self.voltage_step)
+        amperes = Noise(
+            sigma=self.current_noise,
+            bias=self.current_bias,
+            gain=self.current_error,
+            step=self.current_step,
+        )
+        return {"battery_voltage": volts, "battery_current": amperes}

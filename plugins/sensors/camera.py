@@ -1,0 +1,139 @@
+"""Camera: colour, depth, parts and normals of what stands before a link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.config.fields import optional
+from seals.errors import ConfigError, suggestion
+from seals.schema import param
+from seals.sensing.carried import Carried
+from seals.sensing.mount import Mount
+from seals.sensor import Felt
+from seals.sight.camera import OPTICAL, Lens
+from seals.sight.eye import Shot
+from seals.sight.picture import Picture
+
+WHAT = ("rgb", "depth", "segmentation", "normals")
+"""Kinds of images."""
+_NGUYEN = "Nguyen, Izadi and Lovell 2012, 3DIMPVT, eq. 1, with its parabola begun at zero"
+
+
+@dataclass(kw_only=True)
+class SensorCamera(Carried):
+    """A pinhole camera with depth: it looks along x of its own axes, z up in the picture.
+
+    Equation:
+        A point at (x, y, z) in optical axes (right, down, ahead) appears in column
+        f x / z + width / 2 and row f y / z + height / 2, f = width / (2 tan(fov / 2)). The depth
+        read is z + (floor + growth z^2) n, n standard normal.
+
+    Args:
+        position: of the camera in link axes [m].
+        rpy: turn of the camera's axes (x along the view, z up) against those of the link [rad].
+        rate: pictures a second [Hz].
+        width: pixels along a row.
+        height: pixels along a column.
+        fov: horizontal field of view, edge to edge [rad].
+        fov_vertical: vertical field of view [rad]; absent for square pixels.
+        near: nearest depth that is seen [m].
+        far: farthest depth that is seen [m].
+        what: images that are kept: ``rgb``, ``depth``, ``segmentation``, ``normals``.
+        depth_floor: standard deviation of the depth at any distance [m].
+        depth_growth: its growth with the square of the distance [1/m].
+
+    Assumptions:
+        All pixels are exposed at one instant; no distortion, no blur by motion.
+
+    Valid range:
+        Rates up to that of the simulation.
+
+    Limitations:
+        Noise of the depth is white from pixel to pixel, without holes and without the fringe of
+        edges. Light in water and noise of the colours are those of the run's ``optics``.
+
+    References:
+        Hartley and Zisserman 2004, Multiple View Geometry, ch. 6; Nguyen, Izadi and Lovell 2012,
+        Modeling Kinect sensor noise, 3DIMPVT.
+
+    Example:
+        >>> SensorCamera(width=64, height=48).lens.cy
+        24.0
+    """
+
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rate: float = param(10.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source="chosen", fit=False)
+    width: int = 128
+    height: int = 128
+    fov: float = param(1.22, "rad", bounds=(1e-3, 2.9), tolerance=0.0, source="chosen", fit=False)
+    fov_vertical: float | None = optional("rad", bounds=(1e-3, 2.9), source="chosen")
+    near: float = param(0.02, "m", bounds=(1e-4, 1e4), tolerance=0.0, source="chosen", fit=False)
+    far: float = param(50.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False)
+    what: list[str] = field(default_factory=lambda: ["rgb", "depth"])
+    depth_floor: float = param(0.0012, "m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)
+    depth_growth: float = param(0.0019, "1/m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)
+
+    idles: ClassVar[bool] = True
+    sees: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Refuse what no picture can be made of."""
+        for name in self.what:
+            if name not in WHAT:
+                raise ConfigError(
+                    f"a camera does not give '{name}'.\n{suggestion(name, WHAT, label='Images')}"
+                )
+        if not self.what:
+            raise ConfigError(f"a camera gives no images: what=[].\n{suggestion('', WHAT)}")
+        self._mount = Mount("camera", self.position, self.rpy)
+        self.lens = Lens(
+            width=self.width,
+            height=self.height,
+            fov=self.fov,
+            fov_vertical=self.fov_vertical,
+            near=self.near,
+            far=self.far,
+        )
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels: the number of the picture, which is kept beside the log."""
+        return {"picture": 1}
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return the memory: the number of the next picture."""
+        return 0
+
+    def sense(
+        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+    ) -> tuple[dict[str, Floats] | None, Any]:
+        """Take a picture when due, where there is a scene to see; return its number."""
+        if not due:
+            return None, memory
+        if felt.eye is not None:
+            here = self._mount.felt(felt)
+            axes = here.rotation @ OPTICAL
+            camera = here.position, axes
+            picture = felt.eye.see(
+                camera, self.lens, felt.time, rng, normals="normals" in self.what
+            )
+            if "depth" in self.what:
+                picture = picture._replace(depth=self._measured(picture, rng))
+            what = tuple(self.what)
+            felt.eye.keep(Shot(memory, felt.time, picture, self.lens, what, *camera))
+        return {"picture": np.array([float(memory)])}, memory + 1
+
+    def _measured(self, picture: Picture, rng: np.random.Generator) -> NDArray[np.float32]:
+        """Depth with noise; what is not met stays so."""
+        depth: NDArray[np.float32] = np.asarray(picture.depth)
+        if not (self.depth_floor or self.depth_growth):
+            return depth
+        noise = rng.standard_normal(depth.shape, dtype=np.float32)
+        known = np.where(np.isfinite(depth), depth, np.float32(0.0))
+        spread = np.float32(self.depth_floor) + np.float32(self.depth_growth) * known * known
+        return np.maximum(depth + spread * noise, np.float32(0.0))

@@ -1,0 +1,90 @@
+"""Encoders of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from seals.errors import ConfigError, suggestion
+from seals.schema import param
+from seals.sensing.board import Outfit
+from seals.sensing.instrument import Instrument, Seen
+from seals.sensing.noise import Noise
+from seals.sensor import Felt
+
+
+@dataclass(kw_only=True)
+class SensorEncoders(Instrument):
+    """Joint positions in whole counts, on the link's side of the gears.
+
+    Equation:
+        joint_position = q + bias + noise, rounded to whole steps.
+
+    Args:
+        joints: names of the joints that are read; empty for all, in the order of the robot.
+        rate: readings a second [Hz].
+        resolution: one count [rad or m].
+        noise: standard deviation of a reading [rad or m].
+        bias: error of the zero, the same for all [rad or m].
+
+    Assumptions:
+        No backlash between joint and encoder.
+
+    Valid range:
+        Any joint speed: counts are not lost.
+
+    Limitations:
+        One resolution for all joints; no eccentricity. Take several for different joints.
+
+    References:
+        ams AS5600 data sheet: 12 bit a turn.
+
+    Example:
+        >>> sensor = SensorEncoders(resolution=0.01)
+        >>> sensor.bind(Outfit(joints=("hip", "knee")))
+        >>> sensor.channels()
+        {'joint_position': 2}
+    """
+
+    joints: list[str] = field(default_factory=list)
+    rate: float = param(100.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    resolution: float = param(
+        0.001534,
+        "rad or m",
+        bounds=(0.0, 10.0),
+        tolerance=0.0,
+        source="AS5600: 4096 counts a turn",
+        fit=False,
+    )
+    noise: float = param(0.0, "rad or m", bounds=(0.0, 10.0), tolerance=0.001, source="chosen")
+    bias: float = param(0.0, "rad or m", bounds=(-10.0, 10.0), tolerance=0.005, source="chosen")
+
+    def bind(self, outfit: Outfit) -> None:
+        """Find the joints.
+
+        Raises:
+            ConfigError: the robot has no such joint, or none.
+        """
+        for name in self.joints or [""] * (not outfit.joints):
+            if name not in outfit.joints:
+                raise ConfigError(
+                    f"encoders: the robot has no joint '{name}'.\n"
+                    f"{suggestion(name, list(outfit.joints), label='Joints')}"
+                )
+        self._columns = [outfit.joints.index(name) for name in self.joints or outfit.joints]
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels; one component for each joint once the robot is known."""
+        return {"joint_position": len(getattr(self, "_columns", self.joints)) or 1}
+
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return the joint positions."""
+        return {"joint_position": np.asarray(felt.board.joints())[self._columns]}, own
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of the positions."""
+        law = Noise(sigma=self.noise, bias=self.bias, step=self.resolution)
+        return {"joint_position": law}

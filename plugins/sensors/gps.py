@@ -1,0 +1,106 @@
+"""Receiver of a satellite navigation system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from seals.errors import ConfigError
+from seals.schema import param
+from seals.sensing.instrument import Instrument, Seen
+from seals.sensing.noise import Noise
+from seals.sensor import Felt
+
+_CEP = "u-blox M8 data sheet: 2.5 m CEP, most of it slow"
+
+
+@dataclass(kw_only=True)
+class SensorGps(Instrument):
+    """Position and velocity of the antenna in the world; silent while it is under water.
+
+    Equation:
+        gps_position = p + bias + d + noise, with d a first-order Gauss-Markov process for each
+        axis; gps_velocity = v + noise, both in world axes. No reading while the antenna is below
+        the local water surface, and for ``acquire`` after that.
+
+    Args:
+        rate: readings a second [Hz].
+        noise: standard deviation of the white error, east and north [m].
+        noise_up: the same upwards [m].
+        drift: standard deviation of the slow error in the long run, east and north [m].
+        drift_up: the same upwards [m].
+        drift_time: time constant of the slow error [s].
+        velocity_noise: standard deviation of each component of the velocity [m/s].
+        bias: constant error of the position, world axes [m].
+        acquire: time above the surface until the first reading [s].
+
+    Assumptions:
+        Open sky; the place of the world's origin is known.
+
+    Valid range:
+        Speeds up to those of vehicles.
+
+    Limitations:
+        Under water at an instant between two readings is not noticed. No multipath, no jumps when
+        satellites change, no dilution by geometry. East, north, up only: no latitudes.
+
+    References:
+        u-blox NEO-M8 data sheet: 2.5 m CEP, 0.05 m/s, hot start within 1 s. Comparison of Enhanced
+        Noise Model Performance Based on Analysis of Civilian GPS Data, 2020, Sensors 20(21), 6050
+        (the slow error as an Ornstein-Uhlenbeck process).
+
+    Example:
+        >>> SensorGps(position=[0.0, 0.0, 0.1]).channels()
+        {'gps_position': 3, 'gps_velocity': 3}
+    """
+
+    rate: float = param(
+        5.0, "Hz", bounds=(0.01, 1e3), tolerance=0.0, source="chosen: M8 goes to 10 Hz", fit=False
+    )
+    noise: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.2, source="chosen")
+    noise_up: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.4, source="chosen: twice")
+    drift: float = param(2.1, "m", bounds=(0.0, 1e3), tolerance=0.5, source=_CEP)
+    drift_up: float = param(4.0, "m", bounds=(0.0, 1e3), tolerance=1.0, source="chosen: twice")
+    drift_time: float = param(
+        300.0, "s", bounds=(1e-3, 1e6), tolerance=200.0, source="chosen: minutes"
+    )
+    velocity_noise: float = param(
+        0.05, "m/s", bounds=(0.0, 100.0), tolerance=0.02, source="u-blox M8 data sheet"
+    )
+    bias: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    acquire: float = param(
+        1.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="u-blox M8: hot start", fit=False
+    )
+
+    def __post_init__(self) -> None:
+        """Check the bias."""
+        if len(self.bias) != 3 or not np.all(np.isfinite(self.bias)):
+            raise ConfigError(
+                f"gps.bias={self.bias} is not allowed.\nAllowed: three finite numbers."
+            )
+        super().__post_init__()
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"gps_position": 3, "gps_velocity": 3}
+
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return where the antenna is and how it moves; ``own`` is when it was last under water."""
+        if felt.around.wet(felt.time, felt.position):
+            return None, felt.time
+        if own is not None and felt.time - own < self.acquire:
+            return None, own
+        return {"gps_position": felt.position, "gps_velocity": felt.rotation @ felt.velocity}, own
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of position and velocity."""
+        place = Noise(
+            sigma=np.array([self.noise, self.noise, self.noise_up]),
+            bias=np.asarray(self.bias, dtype=float),
+            drift=np.array([self.drift, self.drift, self.drift_up]),
+            drift_time=self.drift_time,
+        )
+        return {"gps_position": place, "gps_velocity": Noise(sigma=self.velocity_noise)}

@@ -1,0 +1,115 @@
+"""Pressure sensor, which gives the depth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.schema import param
+from seals.sensing.instrument import Instrument, Seen
+from seals.sensing.noise import Noise
+from seals.sensor import Felt
+
+
+@dataclass(kw_only=True)
+class SensorPressure(Instrument):
+    """Pressure of the water above that of the air, and the depth that follows from it.
+
+    Equation:
+        p = integral of rho (g + a_z) from the port to the local surface, a_z the vertical
+        acceleration of the water, rho by depth; reading = p (1 + gain_error) + bias + drift +
+        noise; depth = reading / (density gravity).
+
+    Args:
+        rate: readings a second [Hz].
+        noise: standard deviation of a reading [Pa].
+        bias: constant error [Pa].
+        gain_error: error of the scale [1].
+        drift: standard deviation of the slow error in the long run [Pa].
+        drift_time: its time constant [s].
+        resolution: quantisation, 0 for none [Pa].
+        largest: pressure at which it saturates [Pa].
+        density: of the water, as the sensor believes for the depth [kg/m^3].
+        gravity: likewise [m/s^2].
+        shallowest: least depth that is given, as above it the port may be in air [m].
+
+    Assumptions:
+        The flow about the body does not change the pressure at the port.
+
+    Valid range:
+        Depths up to that of ``largest``.
+
+    Limitations:
+        No dynamic pressure, no temperature. The depth is that of the port; in a log ``depth`` is
+        that of the body origin, so mount it there or correct it.
+
+    References:
+        TE Connectivity, MS5837-30BA data sheet: 30 bar, resolution 0.2 mbar; accuracy 50 mbar
+        before its offset is taken. Newman 1977, Marine Hydrodynamics, section 6.1 (pressure in
+        waves).
+
+    Example:
+        >>> SensorPressure(noise=0.0).channels()
+        {'pressure': 1, 'depth': 1}
+    """
+
+    rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    noise: float = param(20.0, "Pa", bounds=(0.0, 1e6), tolerance=10.0, source="MS5837: 0.2 mbar")
+    bias: float = param(
+        0.0, "Pa", bounds=(-1e6, 1e6), tolerance=100.0, source="zero: the offset is taken in air"
+    )
+    gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.002, source="chosen")
+    drift: float = param(50.0, "Pa", bounds=(0.0, 1e6), tolerance=50.0, source="chosen: 5 mm")
+    drift_time: float = param(
+        600.0, "s", bounds=(1e-3, 1e7), tolerance=300.0, source="chosen: slower than a dive"
+    )
+    resolution: float = param(
+        20.0, "Pa", bounds=(0.0, 1e6), tolerance=0.0, source="MS5837: 0.2 mbar", fit=False
+    )
+    largest: float = param(
+        2.9e6, "Pa", bounds=(1.0, 2e8), tolerance=0.0, source="MS5837: 30 bar absolute", fit=False
+    )
+    density: float = param(
+        998.2, "kg/m^3", bounds=(500.0, 2e4), tolerance=1.0, source="fresh water at 20 degC"
+    )
+    gravity: float = param(
+        9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.02, source="standard gravity, rounded"
+    )
+    shallowest: float = param(
+        0.02, "m", bounds=(-100.0, 100.0), tolerance=0.0, source="chosen: ten sigmas", fit=False
+    )
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"pressure": 1, "depth": 1}
+
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return the pressure at the port."""
+        return {"pressure": np.array([felt.around.pressure(felt.time, felt.position)])}, own
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of the pressure."""
+        law = Noise(
+            sigma=self.noise,
+            bias=self.bias,
+            gain=self.gain_error,
+            drift=self.drift,
+            drift_time=self.drift_time,
+            step=self.resolution,
+            high=self.largest,
+        )
+        return {"pressure": law}
+
+    def solve(self, seen: Seen, felt: Felt) -> dict[str, Floats]:
+        """Return pressure and, unless the port may be in air, depth."""
+        depth = seen["pressure"] / (self.density * self.gravity)
+        return {**seen, "depth": depth} if depth[0] >= self.shallowest else dict(seen)
+
+    def sigmas(self) -> dict[str, float]:
+        """Return the deviations by noise and quantisation."""
+        spread = self._noise["pressure"].spread
+        return {"pressure": spread, "depth": spread / (self.density * self.gravity)}

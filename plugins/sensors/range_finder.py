@@ -1,0 +1,142 @@
+"""Range finder or altimeter: a ray or a cone to the nearest thing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.effect import MediumKind
+from seals.errors import ConfigError
+from seals.schema import param
+from seals.sensing.instrument import Instrument, Seen
+from seals.sensing.noise import Noise
+from seals.sensor import Felt
+
+RINGS, SPOKES = 2, 8
+"""Rays of a cone: rings about the axis, rays of a ring."""
+
+
+@dataclass(kw_only=True)
+class SensorRangeFinder(Instrument):
+    """Distance along the sensor's x axis to ground, shore, obstacles, bodies and water surface.
+
+    Equation:
+        range = min over the rays of the distance to the first thing hit, times (1 + gain_error),
+        plus bias and noise. range_valid is 1 between ``nearest`` and ``farthest``; otherwise it is
+        0 and there is no range.
+
+    Args:
+        rate: readings a second [Hz].
+        nearest: least distance [m].
+        farthest: largest distance [m].
+        beam_width: full angle of the cone; 0 for one ray [rad].
+        noise: standard deviation at no distance [m].
+        noise_share: standard deviation that grows with the distance, added in squares [1].
+        bias: constant error [m].
+        gain_error: error of the scale, as from a wrong speed of sound [1].
+        resolution: quantisation, 0 for none [m].
+        medium: in which it works: ``water`` (an altimeter), ``air``, or ``any``.
+        meets_surface: whether the water surface returns the beam, as it does sound; without it a
+            beam that crosses the surface is lost.
+
+    Assumptions:
+        Everything returns the beam, at any angle. Of a cone the nearest return counts.
+
+    Valid range:
+        Surroundings that are smooth over the width of the beam.
+
+    Limitations:
+        A cone is seventeen rays: what lies between them is not seen. Other bodies are seen by their
+        hulls, those without a hull, and the robot itself, not at all.
+
+    References:
+        Blue Robotics Ping manual: 0.3 to 100 m, 25 deg. Benewake TFmini Plus data sheet: 0.1 to
+        12 m, 5 cm up to 6 m and 1 % beyond, 3.6 deg, steps of 5 mm.
+
+    Example:
+        >>> SensorRangeFinder(rpy=[0.0, 1.5708, 0.0]).channels()
+        {'range': 1, 'range_valid': 1}
+    """
+
+    rate: float = param(20.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source="chosen", fit=False)
+    nearest: float = param(0.1, "m", bounds=(0.0, 1e4), tolerance=0.0, source="TFmini", fit=False)
+    farthest: float = param(
+        12.0, "m", bounds=(1e-3, 1e4), tolerance=0.0, source="TFmini", fit=False
+    )
+    beam_width: float = param(
+        0.0, "rad", bounds=(0.0, 3.0), tolerance=0.0, source="chosen: one ray", fit=False
+    )
+    noise: float = param(0.01, "m", bounds=(0.0, 100.0), tolerance=0.01, source="chosen")
+    noise_share: float = param(0.005, "1", bounds=(0.0, 1.0), tolerance=0.005, source="chosen")
+    bias: float = param(0.0, "m", bounds=(-100.0, 100.0), tolerance=0.02, source="chosen")
+    gain_error: float = param(0.0, "1", bounds=(-0.5, 0.5), tolerance=0.01, source="chosen")
+    resolution: float = param(
+        0.005, "m", bounds=(0.0, 100.0), tolerance=0.0, source="TFmini: 5 mm", fit=False
+    )
+    medium: MediumKind = MediumKind.any
+    meets_surface: bool = True
+
+    def __post_init__(self) -> None:
+        """Spread the rays."""
+        super().__post_init__()
+        if not self.nearest < self.farthest:
+            raise ConfigError(
+                f"range_finder: nearest={self.nearest}, farthest={self.farthest}.\n"
+                "Allowed: nearest below farthest."
+            )
+        self._rays = _cone(self.beam_width)
+
+    def channels(self) -> dict[str, int]:
+        """Return the channels."""
+        return {"range": 1, "range_valid": 1}
+
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return the distance, infinite where nothing returns the beam."""
+        way = math.inf
+        works = self.medium is MediumKind.any
+        if not works:
+            wet = felt.around.wet(felt.time, felt.position)
+            works = wet == (self.medium is MediumKind.water)
+        if works:
+            way = float(self._ways(felt).min())
+        if not self.nearest <= way <= self.farthest:
+            return {"range_valid": np.zeros(1)}, own
+        return {"range": np.array([way]), "range_valid": np.ones(1)}, own
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of the range."""
+        law = Noise(
+            sigma=self.noise,
+            share=self.noise_share,
+            bias=self.bias,
+            gain=self.gain_error,
+            step=self.resolution,
+        )
+        return {"range": law}
+
+    def _ways(self, felt: Felt) -> Floats:
+        """Distances along all rays."""
+        around, here = felt.around, felt.position
+        rays = self._rays @ felt.rotation.T
+        found = np.minimum(around.ground_ahead(here, rays), around.bodies_ahead(here, rays))
+        crossing = around.water(felt.time, here, rays, np.minimum(found, self.farthest))
+        if self.meets_surface:
+            return np.minimum(found, crossing)
+        return np.where(crossing < found, math.inf, found)
+
+
+def _cone(width: float) -> Floats:
+    """Rays of a cone about x, shape (n, 3)."""
+    rays = [np.array([[1.0, 0.0, 0.0]])]
+    turn = 2.0 * math.pi * np.arange(SPOKES) / SPOKES
+    for k in range(1, RINGS + 1 if width > 0.0 else 1):
+        angle = 0.5 * width * k / RINGS
+        flat = math.sin(angle)
+        along = np.full(SPOKES, math.cos(angle))
+        rays.append(np.stack([along, flat * np.cos(turn), flat * np.sin(turn)], axis=1))
+    return np.concatenate(rays)

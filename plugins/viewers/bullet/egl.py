@@ -1,0 +1,129 @@
+"""PyBullet's OpenGL renderer without a display, as far as the machine has one."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+from seals.errors import MissingExtra, PhysicsError
+from seals.plugins.viewers.bullet.client import engine
+from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
+from seals.sight.camera import Cameras, Lens
+from seals.sight.light import Light
+from seals.sight.picture import Picture
+from seals.sight.scene import Poses, Scene
+
+SAMPLING = Sampling("ER_BULLET_HARDWARE_OPENGL", (0.0, 0.0))
+ENTRY = "_eglRendererPlugin"
+"""Prefix of the plug-in's functions."""
+PATIENCE = 60.0
+"""How long a first picture may take [s]."""
+_TRIAL = (
+    "import pybullet as p, sys; p.connect(p.DIRECT); "
+    "n = p.loadPlugin(sys.argv[1], '_eglRendererPlugin'); "
+    "r = p.getCameraImage(8, 8, renderer=p.ER_BULLET_HARDWARE_OPENGL) if n >= 0 else None; "
+    "sys.exit(0 if n >= 0 else 3)"
+)
+"""Loads the plug-in and takes a picture; a driver that is missing may end the whole process."""
+
+
+@dataclass(kw_only=True)
+class RendererEgl:
+    """OpenGL through EGL: fast on a graphics card, slow on a software driver.
+
+    Equation:
+        Pinhole projection, depth buffer; shading by PyBullet's own shader.
+
+    Assumptions:
+        A driver for EGL is installed. It is tried in a process of its own first, because one that
+        is missing or broken can end the program.
+
+    Valid range:
+        Linux; one scene a process.
+
+    Limitations:
+        Best effort: colours follow PyBullet's shader and differ from the other renderers'.
+
+    References:
+        Coumans and Bai 2016-2021, PyBullet, eglRenderer plug-in.
+
+    Example:
+        >>> RendererEgl().close()
+    """
+
+    def __post_init__(self) -> None:
+        """Keep the engine closed until `open`."""
+        self._drawing: Drawing | None = None
+
+    def open(self, scene: Scene, light: Light) -> None:
+        """Load a scene.
+
+        Raises:
+            MissingExtra: the plug-in or a driver is missing, or the trial failed.
+        """
+        self.close()
+        plugin = plugin_file()
+        try_out(plugin)
+        self._drawing = Drawing(scene, light, SAMPLING, "egl", (plugin, ENTRY))
+
+    def render(
+        self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool = False
+    ) -> Picture:
+        """Return the pictures of all cameras.
+
+        Raises:
+            PhysicsError: no scene is open.
+        """
+        if self._drawing is None:
+            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
+        return self._drawing.render(poses, cameras, lens, normals=normals)
+
+    def close(self) -> None:
+        """Release the engine; a second call does nothing."""
+        if self._drawing is not None:
+            self._drawing.close()
+        self._drawing = None
+
+
+def plugin_file() -> str:
+    """Return the file of PyBullet's EGL plug-in.
+
+    Raises:
+        MissingExtra: PyBullet, or the plug-in, is not installed.
+    """
+    engine("egl")
+    found = find_spec("eglRenderer")
+    if found is None or found.origin is None:
+        raise MissingExtra(
+            "viewer=egl needs PyBullet's plug-in eglRenderer, which this build does not have.\n"
+            "Draw on the processor: viewer=tiny"
+        )
+    return found.origin
+
+
+def try_out(plugin: str) -> None:
+    """Take a picture in a process of its own.
+
+    Raises:
+        MissingExtra: it did not work; the message says how it ended.
+    """
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _TRIAL, plugin],
+            capture_output=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+        ended = "" if done.returncode == 0 else f"ended with code {done.returncode}"
+        words = done.stderr.decode(errors="replace") + done.stdout.decode(errors="replace")
+    except subprocess.TimeoutExpired:
+        ended, words = f"took more than {PATIENCE:g} s", ""
+    if ended:
+        last = next((x.strip() for x in reversed(words.splitlines()) if x.strip()), "no words")
+        raise MissingExtra(
+            f"viewer=egl: a trial picture {ended} ({last[:120]}).\n"
+            "Install a driver for EGL (Debian: libegl1, libgl1-mesa-dri), or draw on the "
+            "processor: viewer=tiny"
+        )

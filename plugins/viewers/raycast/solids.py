@@ -1,0 +1,161 @@
+"""A scene as tables of convex primitives, sorted by kind."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.plugins.viewers.raycast.convex import solids_of
+from seals.sight.scene import Scene, Shape
+
+KINDS = ("sphere", "box", "cylinder", "convex", "plane")
+"""Order of the kinds in the tables."""
+
+
+class Solid(NamedTuple):
+    """One primitive in axes of its frame; half lengths, a cylinder's as radius, radius, half."""
+
+    kind: str
+    half: tuple[float, float, float]
+    position: Floats
+    rotation: Floats
+    colour: tuple[float, float, float]
+    part: int
+    frame: int
+    normals: Floats | None = None
+    offsets: Floats | None = None
+    tile: float = 0.0
+
+
+class Tables(NamedTuple):
+    """All primitives of a scene, K of them.
+
+    Args:
+        counts: number of each kind, in the order of ``KINDS``.
+        half: half lengths [m], shape (K, 3).
+        position: in the frames [m], shape (K, 3).
+        rotation: in the frames, shape (K, 3, 3).
+        colour: displayed, shape (K, 3).
+        part: shape (K,).
+        frame: shape (K,); the last frame of all stands still.
+        hulls: number of convex ones, and of planes, of each group of them.
+        normals: of the planes of convex ones, group by group, zero where one has fewer than its
+            group, shape (P, 3).
+        offsets: of those planes [m], one where there are fewer, shape (P,).
+        tile: edge of a plane's squares [m], shape (K,).
+    """
+
+    counts: tuple[int, ...]
+    half: Floats
+    position: Floats
+    rotation: Floats
+    colour: Floats
+    part: NDArray[np.int32]
+    frame: NDArray[np.int64]
+    hulls: tuple[tuple[int, int], ...]
+    normals: Floats
+    offsets: Floats
+    tile: Floats
+
+
+def tables_of(scene: Scene) -> Tables:
+    """Return the primitives of a scene.
+
+    Example:
+        >>> ball = Shape("capsule", (0.1, 1.0), np.zeros(3), np.eye(3), (1.0, 0.0, 0.0), 1)
+        >>> tables_of(Scene((ball,), ("nothing", "a"), ())).counts
+        (2, 0, 1, 0, 0)
+    """
+    found = [solid for shape in scene.shapes for solid in _split(shape)]
+    found.sort(key=lambda solid: (KINDS.index(solid.kind), _planes(solid)))
+    hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
+    still = len(scene.frames)
+    return Tables(
+        counts=tuple(sum(s.kind == kind for s in found) for kind in KINDS),
+        half=np.array([s.half for s in found]).reshape(-1, 3),
+        position=np.array([s.position for s in found]).reshape(-1, 3),
+        rotation=np.array([s.rotation for s in found]).reshape(-1, 3, 3),
+        colour=np.array([s.colour for s in found]).reshape(-1, 3),
+        part=np.array([s.part for s in found], dtype=np.int32),
+        frame=np.array([still if s.frame < 0 else s.frame for s in found], dtype=np.int64),
+        hulls=hulls,
+        normals=normals,
+        offsets=offsets,
+        tile=np.array([s.tile for s in found]),
+    )
+
+
+def _planes(solid: Solid) -> int:
+    """Planes that a convex solid has room for in its group: the next power of two."""
+    count = 0 if solid.offsets is None else len(solid.offsets)
+    return 1 << max(count - 1, 0).bit_length()
+
+
+def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
+    """Convex solids in groups of like size, and all their planes."""
+    sizes = [_planes(s) for s in solids]
+    groups = tuple((sizes.count(n), n) for n in sorted(set(sizes)))
+    normals, offsets = np.zeros((sum(sizes), 3)), np.ones(sum(sizes))
+    start = 0
+    for solid, size in zip(solids, sizes, strict=True):
+        assert solid.normals is not None
+        assert solid.offsets is not None
+        cut = slice(start, start + len(solid.offsets))
+        normals[cut], offsets[cut] = solid.normals, solid.offsets
+        start += size
+    return groups, normals, offsets
+
+
+def _split(shape: Shape) -> list[Solid]:
+    """The primitives that make up a shape."""
+    place, turn = np.asarray(shape.position, dtype=float), np.asarray(shape.rotation, dtype=float)
+    rest = (shape.colour, shape.part, shape.frame)
+    if shape.kind == "box":
+        x, y, z = (0.5 * edge for edge in shape.size)
+        return [Solid("box", (x, y, z), place, turn, *rest)]
+    if shape.kind == "plane":
+        return [Solid("plane", (1.0, 1.0, 1.0), place, turn, *rest, tile=shape.tile)]
+    if shape.kind == "sphere":
+        return [_ball(shape.size[0], place, turn, rest)]
+    if shape.kind == "cylinder":
+        return [_rod(*shape.size, place, turn, rest)]
+    if shape.kind == "capsule":
+        radius, length = shape.size
+        end = 0.5 * length * turn[:, 2]
+        ends = [_ball(radius, place + side * end, turn, rest) for side in (1.0, -1.0)]
+        return [_rod(radius, length, place, turn, rest), *ends]
+    assert shape.vertices is not None
+    assert shape.faces is not None
+    out = []
+    for piece in solids_of(shape.vertices, shape.faces):
+        centre, axes = place + turn @ piece.position, turn @ piece.rotation
+        if piece.kind == "sphere":
+            out.append(_ball(piece.size[0], centre, axes, rest))
+        elif piece.kind == "box":
+            x, y, z = (0.5 * edge for edge in piece.size)
+            out.append(Solid("box", (x, y, z), centre, axes, *rest))
+        elif piece.kind == "cylinder":
+            out.append(_rod(*piece.size, centre, axes, rest))
+        else:
+            planes = piece.normals, piece.offsets
+            out.append(Solid("convex", (1.0, 1.0, 1.0), centre, axes, *rest, *planes))
+    return out
+
+
+def _ball(
+    radius: float, place: Floats, turn: Floats, rest: tuple[tuple[float, float, float], int, int]
+) -> Solid:
+    return Solid("sphere", (radius, radius, radius), place, turn, *rest)
+
+
+def _rod(
+    radius: float,
+    length: float,
+    place: Floats,
+    turn: Floats,
+    rest: tuple[tuple[float, float, float], int, int],
+) -> Solid:
+    return Solid("cylinder", (radius, radius, 0.5 * length), place, turn, *rest)

@@ -1,0 +1,27 @@
+"""Typed settings of what cameras see beside the water's optics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.schema import param
+from seals.sight.scene import TILE, Detail
+
+
+@dataclass(kw_only=True)
+class SightSettings:
+    """How the scene is drawn for cameras.
+
+    Args:
+        detail: ``visual`` draws links as their URDF does, ``simple`` by the primitives that
+            displace water or touch.
+        tile: edge of the squares on level ground [m], 0 for one colour.
+        ripples: wind whose short waves lie on the water for the eye alone, so that light dances
+            in a calm pool as well; 0 for none [m/s].
+    """
+
+    detail: Detail = Detail.visual
+    tile: float = param(TILE, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+    ripples: float = param(
+        0.0, "m/s", bounds=(0.0, 15.0), tolerance=0.0, source="chosen: none", fit=False
+    )

@@ -1,0 +1,111 @@
+"""Keeps the pictures of a run's cameras in its folder: one file an image, and an index."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.logs.atomic import write_bytes, write_json, write_table
+from seals.sight import Eye, Shot
+from seals.sight.files import MILLIMETRE, images
+from seals.world import Actor
+
+FOLDER = "pictures"
+"""Folder of a run that holds a folder for each camera."""
+INDEX, SCENE = "index.parquet", "camera.json"
+
+
+class Pictures:
+    """Writes every new picture as it is taken: ``pictures/NAME/000123.png`` and its kin.
+
+    Args:
+        actor: that carries the cameras.
+        folder: of the run; None to write nothing.
+
+    Attributes:
+        rows: of the index, by camera: number, time and pose of every picture.
+    """
+
+    def __init__(self, actor: Actor, folder: Path | None) -> None:
+        """Begin with an empty index."""
+        self.actor, self.folder = actor, folder
+        self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._eyes()}
+
+    def _eyes(self) -> dict[str, Eye]:
+        return dict(self.actor.senses.eyes)
+
+    def take(self) -> None:
+        """Write the pictures that are new."""
+        if self.folder is None or not self.rows:
+            return
+        for name, eye in self._eyes().items():
+            shot = eye.shot
+            if shot is not None and shot.number >= len(self.rows[name]):
+                self._write(self.folder / FOLDER / name, shot)
+                self.rows[name].append(_row(shot))
+
+    def _write(self, folder: Path, shot: Shot) -> None:
+        for ending, content in images(shot.picture, shot.what).items():
+            write_bytes(folder / f"{shot.number:06d}{ending}", content)
+
+    def close(self) -> None:
+        """Write index and description of every camera."""
+        for name, rows in self.rows.items():
+            if self.folder is None or not rows:
+                continue
+            where = self.folder / FOLDER / name
+            write_table(where / INDEX, {key: [row[key] for row in rows] for key in rows[0]})
+            write_json(where / SCENE, self._described(name))
+
+    def _described(self, name: str) -> dict[str, Any]:
+        """What a reader of the files needs to know."""
+        sensor: Any = self.actor.senses.sensors[name]
+        lens, scene = sensor.lens, self._eyes()[name].watch.scene
+        return {
+            "link": sensor.link,
+            "position": list(sensor.position),
+            "rpy": list(sensor.rpy),
+            "width": lens.width,
+            "height": lens.height,
+            "fx": lens.fx,
+            "fy": lens.fy,
+            "cx": lens.cx,
+            "cy": lens.cy,
+            "near": lens.near,
+            "far": lens.far,
+            "what": list(sensor.what),
+            "depth_unit": MILLIMETRE,
+            "parts": list(scene.names),
+        }
+
+    def move(self, folder: Path | None) -> None:
+        """Go on in another folder, with the pictures taken so far.
+
+        Raises:
+            ConfigError: a picture that the index knows is missing.
+        """
+        before, self.folder = self.folder, folder
+        if before is None or folder is None or before == folder:
+            return
+        for name, rows in self.rows.items():
+            for row in rows:
+                stem = f"{int(row['number']):06d}"
+                found = sorted((before / FOLDER / name).glob(f"{stem}*.png"))
+                if not found:
+                    raise ConfigError(
+                        f"picture {stem} of camera '{name}' is missing in {before / FOLDER}.\n"
+                        "Begin the run anew: repeat=FOLDER"
+                    )
+                (folder / FOLDER / name).mkdir(parents=True, exist_ok=True)
+                for file in found:
+                    shutil.copyfile(file, folder / FOLDER / name / file.name)
+
+
+def _row(shot: Shot) -> dict[str, float]:
+    """Number, time, place [m] and optical axes (row by row) of a picture."""
+    row = {"number": float(shot.number), "t": shot.time}
+    row |= {f"position_{a}": float(v) for a, v in zip("xyz", shot.position, strict=True)}
+    flat = shot.axes.ravel().tolist()
+    return row | {f"axes_{i}{j}": flat[3 * i + j] for i in range(3) for j in range(3)}

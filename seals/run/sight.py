@@ -1,0 +1,115 @@
+"""Opens the eyes of a run: scene, renderer and water surface for its cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.run import RunSettings
+from seals.errors import ConfigError, suggestion
+from seals.fluid import SeaOfFluid
+from seals.ground import solids_of
+from seals.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
+from seals.registry import names
+from seals.run.immersed import surroundings
+from seals.sight import Poses, Renderer, Watch
+from seals.sight.gather import build_scene
+from seals.waves import Waves
+from seals.world import Actor
+
+MARGIN = 1.3
+"""Largest height of unknown waves over the largest of a sample of them [1]."""
+
+
+def open_eyes(settings: RunSettings, actors: Mapping[str, Actor]) -> Watch | None:
+    """Give every camera of a run its view of the scene; None without cameras.
+
+    Raises:
+        SealsError: the renderer is missing, or cannot draw here.
+    """
+    seeing = [a for a in actors.values() if any(map(sees, a.senses.sensors.values()))]
+    if not seeing:
+        return None
+    watch = Watch(
+        renderer_of(settings.viewer),
+        build_scene(
+            {name: actor.robot for name, actor in actors.items()},
+            solids_of(surroundings(settings)),
+            detail=settings.sight.detail,
+            tile=settings.sight.tile,
+        ),
+        lambda: poses_of(actors),
+        optics=settings.optics,
+        surface=surface_of(settings),
+    )
+    for actor in seeing:
+        actor.senses.open_eyes(watch)
+    return watch
+
+
+def sees(sensor: Any) -> bool:
+    """Return whether a sensor takes pictures."""
+    return bool(getattr(sensor, "sees", False))
+
+
+def renderer_of(viewer: Any) -> Renderer:
+    """Return the renderer of a run.
+
+    Raises:
+        ConfigError: there is none, or what was chosen draws no pictures.
+    """
+    if isinstance(viewer, Renderer):
+        return viewer
+    known = suggestion("", names("viewer"), label="Installed")
+    if viewer is None:
+        raise ConfigError(f"a camera needs a renderer, and viewer is not given.\n{known}")
+    raise ConfigError(f"viewer '{type(viewer).__name__}' draws no pictures for cameras.\n{known}")
+
+
+def poses_of(actors: Mapping[str, Actor]) -> Poses:
+    """Return where all links stand now, in the order of the scene's frames."""
+    found = [actor.body.poses() for actor in actors.values()]
+    places = [np.asarray(p.origins) for p in found]
+    return Poses(
+        np.concatenate(places, axis=1), np.concatenate([p.rotations for p in found], axis=1)
+    )
+
+
+def surface_of(settings: RunSettings) -> Surface | None:
+    """Return the water surface that cameras see; None without water."""
+    level = settings.environment.water_level
+    if level is None:
+        return None
+    waves: Any = settings.wave if settings.fluid is None else SeaOfFluid(settings.fluid)
+    surface: Surface = SurfaceStill(level=level)
+    if settings.fluid is not None or _moves(waves, level):
+        reach = FLUID if settings.fluid is not None else MARGIN * _highest(waves, level)
+        surface = SurfaceWaves(waves, level=level, reach=reach)
+    if settings.sight.ripples > 0.0:
+        short = ripples(wind=settings.sight.ripples, seed=settings.seed, level=level)
+        return SurfaceSum(surface, short)
+    return surface
+
+
+FLUID = 1.0
+"""How far the surface of a simulated water may be from its level [m]."""
+
+
+def _sample(waves: Waves, level: float) -> tuple[Floats, Any]:
+    """Elevation and normal at scattered points and times."""
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-50.0, 50.0, (1024, 2)), np.full(1024, level)])
+    sea = waves.at(points, rng.uniform(0.0, 100.0, (1024, 1)), level)
+    return np.asarray(sea.elevation, dtype=float), sea.normal
+
+
+def _moves(waves: Waves, level: float) -> bool:
+    """Whether the waves are anything but still water: such know no normal."""
+    return waves is not None and _sample(waves, level)[1] is not None
+
+
+def _highest(waves: Waves, level: float) -> float:
+    return float(np.abs(_sample(waves, level)[0]).max())

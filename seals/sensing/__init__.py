@@ -1,0 +1,1 @@
+"""What sensors share: mounting, noise, late and lost readings, and what they may look at."""

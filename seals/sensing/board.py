@@ -1,0 +1,56 @@
+"""What a sensor inside a robot may read: joints, rotors, battery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.binding import EffectSet
+from seals.robot.model import RobotModel
+
+
+class Outfit(NamedTuple):
+    """What a robot has; a sensor that must know gets it by its method ``bind``.
+
+    Args:
+        joints: names of the movable joints, in the order of their coordinates.
+        rotors: number of rotors, in the order of their commands.
+        battery: whether it has one.
+    """
+
+    joints: tuple[str, ...] = ()
+    rotors: int = 0
+    battery: bool = False
+
+
+class Board(NamedTuple):
+    """The robot's own state, read when a sensor asks for it.
+
+    Args:
+        joints: joint coordinates [rad or m], shape (J,).
+        rotors: speed of every rotor in the last step, as medium and motor leave it [rad/s].
+        supply: voltage [V], current [A] and state of charge [1] of the battery.
+    """
+
+    joints: Callable[[], Floats]
+    rotors: Callable[[], Floats]
+    supply: Callable[[], tuple[float, float, float]]
+
+
+def outfit_of(robot: RobotModel, effects: EffectSet) -> Outfit:
+    """Return what a robot has."""
+    rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
+    return Outfit(robot.joints, rotors, bool(effects.supplies))
+
+
+def spins(actuator: Any) -> bool:
+    """Return whether an actuator's drives are rotors: their reaction goes with their speed."""
+    return "reaction_coefficient" in actuator.constants()
+
+
+def nothing_aboard() -> Board:
+    """Return the board of a robot without joints, rotors and battery."""
+    return Board(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))

@@ -1,0 +1,233 @@
+"""All sensors of one robot: called when due, their readings reported and handed on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import RigidBody
+from seals.dynamics.kinematics import Kinematics, Moving
+from seals.effects.binding import EffectSet
+from seals.errors import ConfigError, suggestion
+from seals.robot.model import RobotModel
+from seals.sensing.around import Around
+from seals.sensing.board import Board, outfit_of
+from seals.sensing.delivery import NEW, Delivery, Line, Values
+from seals.sensing.rays import Shape
+from seals.sensor import NOBODY, Felt, Sensor
+from seals.sight.eye import Eye, Watch
+from seals.world.readings import Faults, Past
+
+_STILL = np.zeros(3)
+
+
+class Instant(NamedTuple):
+    """The new time at which readings are taken.
+
+    Args:
+        time: [s].
+        step: since the last one [s].
+        kinematics: of the links.
+        moving: velocities of the links.
+        before: velocities one step earlier, None at the start.
+    """
+
+    time: float
+    step: float
+    kinematics: Kinematics
+    moving: Moving
+    before: Moving | None
+
+
+class Senses:
+    """Sensors of one robot.
+
+    Args:
+        robot: that carries them.
+        effects: of the robot; those with ``timing`` and ``measure`` are faults of sensors.
+        sensors: by instance name.
+        body: of the robot, for contacts.
+        around: surroundings.
+        board: the robot's own state.
+        gravity: [m/s^2].
+
+    Attributes:
+        readings: what every sensor reported at the last instant, None for nothing.
+        arrived: readings that came in then, with the time each was taken [s], by sensor.
+        eyes: views of the scene of the cameras, by name; empty without a renderer.
+
+    Raises:
+        ConfigError: the robot lacks a link, or what a sensor reads.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        effects: EffectSet,
+        sensors: Mapping[str, Sensor],
+        *,
+        body: RigidBody,
+        around: Around,
+        board: Board,
+        gravity: float,
+    ) -> None:
+        """Tell the sensors what the robot has, and find the faults of each."""
+        self.sensors, self.body, self.gravity = dict(sensors), body, gravity
+        self.around, self.board = around, board
+        self.meet(NOBODY, ())
+        outfit = outfit_of(robot, effects)
+        for sensor in self.sensors.values():
+            bind = getattr(sensor, "bind", None)
+            if bind is not None:
+                bind(outfit)
+        self._carriers = {n: carrier_of(n, s, robot) for n, s in self.sensors.items()}
+        # accelerations are found for those that do not say they need none
+        self._inertial = {n: getattr(s, "inertial", True) for n, s in self.sensors.items()}
+        self._idles = {n: getattr(s, "idles", False) for n, s in self.sensors.items()}
+        self.eyes: dict[str, Eye] = {}
+        faults = Faults(effects, self.sensors)
+        self._chains, self._askew = faults.chains, faults.turns
+        self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
+        self._forget()
+
+    def meet(
+        self,
+        others: Mapping[str, Floats],
+        shapes: Sequence[Callable[[], Sequence[Shape]]],
+    ) -> None:
+        """Take note of the scene's other bodies.
+
+        Args:
+            others: their origins, world [m], by name.
+            shapes: of each, as they stand when asked.
+        """
+        self.others = others
+        self.around.bodies = lambda: [shape for body in shapes for shape in body()]
+
+    def open_eyes(self, watch: Watch) -> None:
+        """Give every camera its view of the scene."""
+        self.eyes = {n: Eye(watch) for n, s in self.sensors.items() if getattr(s, "sees", False)}
+
+    def _forget(self) -> None:
+        for eye in self.eyes.values():
+            eye.shot = None
+        self.readings: dict[str, Any] = dict.fromkeys(self.sensors)
+        self.arrived: list[tuple[float, str, Values]] = []
+        self._memory: dict[str, Any] = {}
+        self._past: dict[str, Past] = {}
+        self._lines: dict[str, Line] = {}
+        self._next: dict[str, float] = {}
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Clear all memory."""
+        self._forget()
+        self._memory = {name: sensor.start(rng) for name, sensor in self.sensors.items()}
+        # the first reading comes after one period: before it, nothing was felt
+        self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
+
+    def take(self, now: Instant, rng: np.random.Generator) -> None:
+        """Take the readings that are due."""
+        self.readings, self.arrived = dict.fromkeys(self.sensors), []
+        time, outside = now.time, None
+        for name, sensor in self.sensors.items():
+            due = time >= self._next[name] - 1e-9
+            if not due and self._idles[name] and self._ways[name].plain:
+                continue
+            reading = None
+            if due or not self._idles[name]:
+                if outside is None:
+                    outside = self.body.contact_wrenches(), self.body.contact_normals()
+                felt = self._felt(name, now, outside)
+                reading, self._memory[name] = sensor.sense(felt, self._memory[name], rng, due=due)
+            if reading is not None and name in self._chains:
+                past = self._past.get(name, ())
+                reading, self._past[name] = self._chains[name].report(time, reading, past)
+            if due:
+                self._next[name] += max(1.0 / sensor.rate, 1e-9)
+            self._hand_on(name, now, reading, rng)
+
+    def _hand_on(
+        self, name: str, now: Instant, reading: Values | None, rng: np.random.Generator
+    ) -> None:
+        """Report a reading, and hear what arrives."""
+        way = self._ways[name]
+        if way.plain:
+            if reading is not None:
+                self.readings[name] = reading
+                self.arrived.append((now.time, name, reading))
+            return
+        line = self._lines.get(name, NEW)
+        reading, line = way.report(now.time, now.step, reading, line, rng)
+        arrived, self._lines[name] = way.arrivals(now.time, reading, line)
+        self.readings[name] = reading
+        self.arrived += [(taken, name, values) for taken, values in arrived]
+
+    def heard(self) -> dict[float, dict[str, Values]]:
+        """Return what arrived at the last instant, by the time it was taken [s], oldest first."""
+        out: dict[float, dict[str, Values]] = {}
+        for taken, name, values in sorted(self.arrived, key=lambda entry: entry[0]):
+            out.setdefault(taken, {})[name] = values
+        return out
+
+    def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> Felt:
+        """Motion of one link, for inertial sensors with its mean accelerations over the step."""
+        time, step, kinematics, moving, before = now
+        link, inertial = self._carriers[name], self._inertial[name]
+        turn, twist = kinematics.rotations[0, link], moving.twists[0, link]
+        force = rate = _STILL
+        if inertial:
+            force = self.gravity * turn[2]
+        if inertial and before is not None and step > 0.0:
+            force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
+            rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn
+        # in the order of the fields: keywords cost as much as the arithmetic
+        return Felt(
+            time,
+            step,
+            kinematics.origins[0, link],
+            turn,
+            twist[:3],
+            twist[3:],
+            force,
+            rate,
+            outside[0][link],
+            float(outside[1][link]),
+            self.others,
+            self.around,
+            self.board,
+            self._askew[name],
+            self.eyes.get(name),
+        )
+
+    def snapshot(self) -> Any:
+        """Return all memory."""
+        parts = (self._memory, self._next, self.readings, self._past, self._lines)
+        shots = {name: eye.shot for name, eye in self.eyes.items()}
+        return tuple(dict(part) for part in parts), list(self.arrived), shots
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        parts, arrived, shots = kept
+        self._memory, self._next, self.readings, self._past, self._lines = (dict(x) for x in parts)
+        self.arrived = list(arrived)
+        for name, eye in self.eyes.items():
+            eye.shot = shots.get(name)
+
+
+def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:
+    """Return the index of the link that carries a sensor.
+
+    Raises:
+        ConfigError: the robot has no such link.
+    """
+    if sensor.link == "root":
+        return 0
+    if sensor.link not in robot.links:
+        raise ConfigError(
+            f"sensors.{name}.link: there is no link '{sensor.link}'.\n"
+            f"{suggestion(sensor.link, [*robot.links, 'root'])}"
+        )
+    return robot.links.index(sensor.link)
