@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
@@ -142,4 +143,17 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Release the engine."""
+        ...
+
+
+@runtime_checkable
+class Storing(Protocol):
+    """What a backend offers that can be kept on disk, for checkpoints of a run."""
+
+    def store(self, path: Path) -> Any:
+        """Write the scene to a file; return what is pickled beside it."""
+        ...
+
+    def recall(self, path: Path, bodies: Any) -> Any:
+        """Return a snapshot made of a file and what `store` returned."""
         ...

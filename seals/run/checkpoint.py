@@ -16,6 +16,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from seals.backend import Storing
 from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.world import World
@@ -63,7 +64,7 @@ def interval_of(settings: RunSettings) -> float:
     Raises:
         ConfigError: they are asked for and the backend cannot be kept on disk.
     """
-    storing = hasattr(settings.backend, "store")
+    storing = isinstance(settings.backend, Storing)
     if settings.checkpoint is None:
         return MINUTE if storing and settings.fluid is not None else 0.0
     if settings.checkpoint > 0.0 and not storing:
@@ -121,7 +122,8 @@ def take_up(kept: Path, world: World) -> Any:
     try:
         state = _Unpickler(BytesIO((kept / STATE).read_bytes()), _live(world)).load()
         snapshot = state["snapshot"]
-        scene = world.backend.recall(kept / SCENE, snapshot.scene)  # type: ignore[attr-defined]
+        backend: Any = world.backend
+        scene = backend.recall(kept / SCENE, snapshot.scene)
         world.restore(snapshot._replace(scene=scene))
         for name, (times, wrenches) in state["ledgers"].items():
             world.actors[name].ledger.load(times, wrenches)

@@ -27,6 +27,7 @@ from seals.plugins.fluids.particles.settings import (
 )
 from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.sampling import Thin
+from seals.plugins.fluids.vessel import ACCOUNTS
 from seals.schema import param
 from seals.waves import Sea
 
@@ -107,18 +108,7 @@ class FluidParticles:
     settle: float = param(0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source=_CHOSEN, fit=False)
 
     name: ClassVar[str] = "particles"
-    accounts_for: ClassVar[tuple[str, ...]] = (
-        "buoyancy",
-        "centre of buoyancy",
-        "added mass",
-        "slamming",
-        "linear drag",
-        "quadratic drag",
-        "angular drag",
-        "lift",
-        "radiation damping",
-        "steady current",
-    )
+    accounts_for: ClassVar[tuple[str, ...]] = ACCOUNTS
 
     def __post_init__(self) -> None:
         """Refuse counts that mean nothing; nothing is allocated yet."""

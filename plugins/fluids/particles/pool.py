@@ -17,8 +17,9 @@ from seals.plugins.fluids.particles.paddle import Board, Paddle, board_of
 from seals.plugins.fluids.particles.settings import Maker
 from seals.plugins.fluids.particles.zones import blown, calm
 from seals.plugins.fluids.pbd.settings import PbdSettings
-from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
+from seals.plugins.fluids.sampling import Samples, joined
 from seals.plugins.fluids.sampling.solids import sample_solid
+from seals.plugins.fluids.vessel import Immersed, account, add_samples, shown
 
 CALM = 20.0
 """Rate at which motion is taken out of water that settles [1/s]."""
@@ -64,14 +65,13 @@ class Pool:
         self.paddle = paddle_of(settings, e)
         self.basin = basin
         d = self.basin.spacing
-        self.samples = _body_samples(bodies, d, settings.thin)
-        self._filled = [sample_pieces(b.pieces, d, layers=ALL) for b in bodies]
+        self.immersed = Immersed(bodies, d, settings.thin)
         self._solids = joined([sample_solid(s, d, *self._inside()) for s in around.solids])
         fixed = self._fixed()
         moved = self._moved()
         self.bodies = len(bodies)
         count = math.prod(self.basin.counts)
-        boundary = sum(len(s.points) for s in (*self.samples, *moved, fixed))
+        boundary = self.immersed.count + sum(len(s.points) for s in (*moved, fixed))
         refuse_large(count, boundary, settings.most)
         low, high = self.basin.domain(settings.tide.amplitude)
         self.water = ParticleWater(
@@ -84,9 +84,8 @@ class Pool:
             settings=physics,
             engine=Engine(device=settings.device.value, threads=settings.threads),
         )
-        self._add(0, fixed)
-        for k, samples in enumerate((*self.samples, *moved)):
-            self._add(k + 1, samples)
+        for k, samples in enumerate((fixed, *self.immersed.samples, *moved)):
+            add_samples(self.water, k, samples)
         self.heights = HeightField(self.basin.lower, self.basin.upper, d, level)
         self.last: Books | None = None
         self.removed = self.left = 0
@@ -113,23 +112,11 @@ class Pool:
         out = [] if self.paddle is None else [self.basin.paddle()]
         return [*out, self.basin.floor()] if self._tidal else out
 
-    def _add(self, body: int, samples: Samples) -> None:
-        """Hand samples to the engine, with the volumes that they stand for."""
-        if not len(samples.points):
-            return
-        self.water.add_boundary(body=body, points=samples.points)
-        if (samples.thick < 1.0).any():
-            # what is thin has no surface that the engine could weigh: its volume counts
-            weights, thick = self.water.boundary.weights, samples.thick
-            own = samples.volumes / self.basin.spacing**3
-            weights[body] = thick * weights[body] + (1.0 - thick) * own
-            self.water.boundary.stale = True
-
     def fill(self, states: BodyStates) -> None:
         """Put the water at rest around bodies and solids."""
         if self.water.count:
             self.water.take(np.ones(self.water.count, dtype=bool))
-        there = joined([self._solids, *_placed(self._filled, states)])
+        there = joined([self._solids, self.immersed.volumes(states)])
         places = self.basin.lattice()
         kept = clear_of(places, there, self.basin.spacing)
         self.removed, self.left = len(places) - len(kept), 0
@@ -168,15 +155,9 @@ class Pool:
         moved = self.water.momentum()
         after = self._treat(step)
         self._exchange = done
-        pushed = done.impulses[: self.bodies]
-        walls = done.walls + done.impulses[self.bodies :, :3].sum(axis=0)
-        gross = float(np.abs(done.gravity).sum() + np.abs(done.impulses[:, :3]).sum())
-        gross += float(np.abs(done.walls).sum())
-        taken = pushed[:, :3].sum(axis=0)
-        sources = after - moved
-        self.last = Books(before, after, done.gravity, sources, taken, walls, gross)
+        self.last = account(done, self.bodies, before, after - moved, after)
         self._look(states, time + step)
-        return pushed
+        return done.impulses[: self.bodies]
 
     def _place(self, states: BodyStates, time: float) -> None:
         """Hand all bodies and moved boundaries to the engine."""
@@ -228,17 +209,12 @@ class Pool:
         if time - self._looked < self.settings.look - 1e-9:
             return
         self._looked = time
-        bodies = joined(_placed(self.samples, states)).points
+        bodies = self.immersed.surfaces(states).points
         self.heights.update(self.water.positions(), bodies)
 
     def figures(self) -> dict[str, float]:
         """What a person wants to watch."""
-        out = {"particles": float(self.water.count), "spacing [m]": self.basin.spacing}
-        if self._exchange is not None:
-            done = self._exchange
-            out["mean compression [1]"] = done.mean_compression
-            out["largest compression [1]"] = done.max_compression
-            out["iterations"] = done.iterations
+        out = shown(self.water, self._exchange)
         out["left through open sides"] = float(self.left)
         for name, place in self.settings.gauges.items():
             out[f"gauge {name} [m]"] = float(self.heights.at(np.array([place]))[0])
@@ -255,12 +231,6 @@ class Pool:
         self.water.restore(water)
         self.heights.heights = heights.copy()
         self.removed, self.left = counts
-
-
-def _placed(samples: Sequence[Samples], states: BodyStates) -> list[Samples]:
-    """Samples of the bodies in the world."""
-    pairs = zip(samples, states.position, states.rotation, strict=True)
-    return [s.placed(place, turn) for s, place, turn in pairs]
 
 
 def paddle_of(settings: Any, environment: EnvironmentSettings) -> Paddle | None:
@@ -280,13 +250,3 @@ def paddle_of(settings: Any, environment: EnvironmentSettings) -> Paddle | None:
 
 def _with(array: Floats, more: Sequence[Floats]) -> Floats:
     return np.concatenate([array, np.array(more)]) if more else array
-
-
-def _body_samples(bodies: Sequence[FluidBody], spacing: float, thin: Any) -> list[Samples]:
-    """Samples of every body, after a look at whether the fluid can see their robots."""
-    robots: dict[str, list[Any]] = {}
-    for body in bodies:
-        robots.setdefault(body.name.partition("/")[0], []).extend(body.pieces)
-    for name, pieces in robots.items():
-        refuse_coarse(name, pieces, spacing)
-    return [sample_pieces(body.pieces, spacing, thin=thin) for body in bodies]

@@ -20,6 +20,7 @@ from seals.medium.surroundings import WaterColumn
 from seals.plugins.fluids.particles.settings import Device
 from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.sampling import Thin
+from seals.plugins.fluids.vessel import ACCOUNTS
 from seals.plugins.fluids.window.box import Box
 from seals.plugins.fluids.window.outer import Outer
 from seals.plugins.fluids.window.parcel import Parcel
@@ -104,18 +105,7 @@ class FluidWindow:
     look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
 
     name: ClassVar[str] = "window"
-    accounts_for: ClassVar[tuple[str, ...]] = (
-        "buoyancy",
-        "centre of buoyancy",
-        "added mass",
-        "slamming",
-        "linear drag",
-        "quadratic drag",
-        "angular drag",
-        "lift",
-        "radiation damping",
-        "steady current",
-    )
+    accounts_for: ClassVar[tuple[str, ...]] = ACCOUNTS
 
     def __post_init__(self) -> None:
         """Refuse counts that mean nothing; nothing is allocated yet."""

@@ -14,7 +14,7 @@ from seals.fluid import BodyStates, Books, FluidBody
 from seals.plugins.fluids.particles.basin import clear_of, refuse_large
 from seals.plugins.fluids.particles.heights import HeightField
 from seals.plugins.fluids.pbd.settings import PbdSettings
-from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
+from seals.plugins.fluids.vessel import Immersed, account, add_samples, shown
 from seals.plugins.fluids.window.box import Box
 from seals.plugins.fluids.window.level import Keeper
 from seals.plugins.fluids.window.outer import Outer
@@ -76,19 +76,12 @@ class Parcel:
         self.settings, self.physics, self.outer = settings, physics, outer
         self._first = self.box = box
         d = box.spacing
-        self.bodies, self.names = len(bodies), [body.name for body in bodies]
-        robots: dict[str, list[Any]] = {}
-        for body in bodies:
-            robots.setdefault(body.name.partition("/")[0], []).extend(body.pieces)
-        for name, pieces in robots.items():
-            refuse_coarse(name, pieces, d)
-        self.samples = [sample_pieces(b.pieces, d, thin=settings.thin) for b in bodies]
-        self._filled = [sample_pieces(b.pieces, d, layers=ALL) for b in bodies]
+        self.bodies, self.immersed = len(bodies), Immersed(bodies, d, settings.thin)
         if bodies:
-            refuse_large_robot(self.samples[0], box)
+            refuse_large_robot(self.immersed.samples[0], box)
         self._sides = box.sides()
         count = math.ceil(SPARE * math.prod(box.counts))
-        boundary = sum(len(s.points) for s in (*self.samples, self._sides))
+        boundary = self.immersed.count + len(self._sides.points)
         refuse_large(count, boundary, settings.most)
         self._reach = self._room()
         self._high = np.array([0.0, 0.0, box.freeboard])
@@ -104,8 +97,8 @@ class Parcel:
             engine=Engine(device=settings.device.value, threads=settings.threads),
         )
         self._put_sides(0.0)
-        for k, samples in enumerate(self.samples):
-            self._add(k + 1, samples)
+        for k, samples in enumerate(self.immersed.samples):
+            add_samples(self.water, k + 1, samples)
         self.heights = HeightField(box.lower, box.upper, d, outer.level)
         self._forget()
 
@@ -151,17 +144,6 @@ class Parcel:
         # the weights stay: the sides are strained by less than the steepness
         boundary.points[0], boundary.stale = self.outer.places(rest, time), True
 
-    def _add(self, body: int, samples: Samples) -> None:
-        """Hand samples to the engine, with the volumes that they stand for."""
-        if not len(samples.points):
-            return
-        self.water.add_boundary(body=body, points=samples.points)
-        if (samples.thick < 1.0).any():
-            weights, thick = self.water.boundary.weights, samples.thick
-            own = samples.volumes / self.box.spacing**3
-            weights[body] = thick * weights[body] + (1.0 - thick) * own
-            self.water.boundary.stale = True
-
     def fill(self, states: BodyStates) -> None:
         """Put the water of the outer sea around the bodies, as it moves at time zero."""
         if self.water.count:
@@ -171,7 +153,7 @@ class Parcel:
         self._follow(states, 0.0)
         self._frame(0.0)
         places = self.outer.places(self.box.lattice(), 0.0)
-        kept = clear_of(places, joined(_placed(self._filled, states)), self.box.spacing)
+        kept = clear_of(places, self.immersed.volumes(states), self.box.spacing)
         self.removed = len(places) - len(kept)
         self._put_sides(0.0)
         self._place(states)
@@ -193,11 +175,8 @@ class Parcel:
         self._relax(states, time + step, step)
         after = self.water.momentum()
         self._exchange = done
-        taken = done.impulses[:, :3].sum(axis=0)
-        gross = float(np.abs(done.gravity).sum() + np.abs(done.impulses[:, :3]).sum())
-        gross += float(np.abs(done.walls).sum())
         sources = (after - moved) + (start - before)
-        self.last = Books(before, after, done.gravity, sources, taken, done.walls, gross)
+        self.last = account(done, self.bodies, before, sources, after)
         self._look(states, time + step)
         return done.impulses
 
@@ -221,7 +200,7 @@ class Parcel:
         rest = self.outer.rest(states.position, time)
         cells = self.box.cells_to(rest[0])
         self.box = self.box.moved(cells)
-        refuse_astray(self.names, rest, self.box)
+        refuse_astray(self.immersed.names, rest, self.box)
         return cells
 
     def _shift(self, states: BodyStates, time: float) -> None:
@@ -261,7 +240,7 @@ class Parcel:
 
     def _taken(self, states: BodyStates, time: float) -> float:
         """Volume of the bodies below the surface of the outer sea [m^3]."""
-        whole = joined(_placed(self._filled, states))
+        whole = self.immersed.volumes(states)
         under = self.outer.rest(whole.points, time)[:, 2] < self.outer.level
         return float(whole.volumes[under].sum())
 
@@ -281,7 +260,7 @@ class Parcel:
         self._looked = time
         carried = self.outer.places(self.box.middle[None], time)[0] - self.box.middle
         self.heights.lower = (self.box.lower + carried)[:2]
-        bodies = joined(_placed(self.samples, states)).points
+        bodies = self.immersed.surfaces(states).points
         self.heights.update(self.water.positions(), bodies)
         self.lift = self._settled(states, time)
 
@@ -306,12 +285,7 @@ class Parcel:
 
     def figures(self) -> dict[str, float]:
         """What a person wants to watch."""
-        out = {"particles": float(self.water.count), "spacing [m]": self.box.spacing}
-        if self._exchange is not None:
-            done = self._exchange
-            out["mean compression [1]"] = done.mean_compression
-            out["largest compression [1]"] = done.max_compression
-            out["iterations"] = done.iterations
+        out = shown(self.water, self._exchange)
         out |= {"shifts of the window": float(self.shifts)}
         return out | {"particles come": float(self.entered), "particles gone": float(self.left)}
 
@@ -328,9 +302,3 @@ class Parcel:
         self.shifts, self.entered, self.left, self.removed = counts
         heights, lower, self._looked, self.lift = surface
         self.heights.heights, self.heights.lower = heights.copy(), lower.copy()
-
-
-def _placed(samples: Sequence[Samples], states: BodyStates) -> list[Samples]:
-    """Samples of the bodies in the world."""
-    pairs = zip(samples, states.position, states.rotation, strict=True)
-    return [s.placed(place, turn) for s, place, turn in pairs]
