@@ -57,6 +57,9 @@ def options() -> argparse.Namespace:
     parser.add_argument("--skip", type=int, default=20, help="substeps before")
     parser.add_argument("--deterministic", action="store_true")
     parser.add_argument("--fine", type=int, default=0, help="cells per support along z; 0: default")
+    parser.add_argument(
+        "--plain", action="store_true", help="XSPH alone: pressure not made even, flow not calmed"
+    )
     parser.add_argument("--peer", choices=("genesis", "splish", "warp"))
     parser.add_argument("--peers", default="", help="folder of the peers' scripts")
     return parser.parse_args()
@@ -111,11 +114,13 @@ def build(args: argparse.Namespace) -> Any:
     inside = np.round(TANK / spacing) * spacing
     inside[1] = counts[1] * spacing
     points, samples = block(counts, spacing), walls(inside, spacing)
+    plain = {"evenness": 0.0, "calming": 0.0, "viscosity": 30.0} if args.plain else {}
     settings = PbdSettings(
         iterations=args.iterations,
         kernel=Kernel(args.kernel),
         search=Search(args.variant),
         deterministic=args.deterministic,
+        **plain,
     )
     water = ParticleWater(
         spacing=spacing,

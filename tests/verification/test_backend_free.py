@@ -1,0 +1,70 @@
+"""The backend without contacts follows the engine where nothing touches, and refuses the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.errors import PhysicsError
+from seals.run import build_world, initial_configuration
+from seals.world import World
+
+
+def world_of(*words: str) -> World:
+    """Return a world that stands at its start."""
+    settings = build_run(compose(words))
+    world = build_world(settings)
+    robot = world.actors["robot"].robot
+    world.reset({"robot": initial_configuration(settings, robot)})
+    return world
+
+
+def way(backend: str) -> tuple[np.ndarray, np.ndarray]:
+    """Places and joints of a manipulator that swims while its servos turn the arm."""
+    words = ["robot=aam", "water=fossen", "initial.position=[0,0,-2]", "time.step=0.004"]
+    world = world_of(f"backend={backend}", *words)
+    actor, rows = world.actors["robot"], []
+    actor.joint_command = np.array([[0.4, -0.3, 0.2, 0.0, 0.0, 0.0]])
+    for _ in range(250):
+        world.step()
+        found = actor.body.read()
+        rows.append(np.concatenate([found.position, found.joints]))
+    world.close()
+    table = np.array(rows)
+    return table[:, :3], table[:, 3:]
+
+
+def test_a_swimming_arm_moves_as_in_the_engine() -> None:
+    """Same equations in two integrators of second order: a hundredth of the way, half a degree."""
+    place, joints = way("free")
+    engine_place, engine_joints = way("pybullet")
+    travelled = np.abs(np.diff(engine_place, axis=0)).sum()
+    assert travelled > 0.01
+    assert np.abs(place - engine_place).max() < 0.01 * max(travelled, 0.1)
+    assert np.ptp(engine_joints[:, 0]) > 0.1
+    assert np.abs(joints - engine_joints).max() < 0.01
+
+
+def fall(world: World, steps: int) -> None:
+    """Take some steps."""
+    for _ in range(steps):
+        world.step()
+
+
+@pytest.mark.parametrize("passable", [False, True])
+def test_the_ground_is_refused_in_words_or_passed(passable: bool) -> None:
+    """A ball falls from ten centimetres; without contacts it must not lie on the ground."""
+    words = ["robot=ball", "backend=free", "environment.ground_level=0.0"]
+    words += ["initial.position=[0,0,0.1]", f"backend.passable={str(passable).lower()}"]
+    world = world_of(*words)
+    steps = round(0.3 / world.step_size)
+    if passable:
+        fall(world, steps)
+        height = world.actors["robot"].body.read().position[2]
+        assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.3**2, abs=0.02)
+    else:
+        with pytest.raises(PhysicsError, match="pybullet"):
+            fall(world, steps)
+    world.close()
