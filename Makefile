@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test validate lint clean
+.PHONY: help demo test browser validate lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -57,11 +57,18 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) -c $(CONSTRAINTS) -e .; touch $@
 
-test: .venv-test/installed lint
+test: .venv-test/installed lint browser
 	@mkdir -p build/elsewhere; root=$$PWD; \
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
 	@.venv-test/bin/pytest -q -c pyproject.toml --rootdir . --doctest-modules --pyargs seals
 	@.venv-test/bin/pytest -n 2
+
+# SEALS_BROWSER=required, as the check of a change has it, is not content with leaving the browser's test out
+browser:
+	@[ "$${SEALS_BROWSER:-}" != required ] || command -v chromium >/dev/null || { \
+		apt="$$([ "$$(id -u)" = 0 ] || echo sudo) apt-get -qq -o Dpkg::Use-Pty=0"; export DEBIAN_FRONTEND=noninteractive; \
+		echo "Installing chromium for the test of the page"; \
+		$$apt install -y chromium >/dev/null 2>&1 || { $$apt update; $$apt install -y chromium >/dev/null; }; }
 
 validate: .venv-test/installed
 	@.venv-test/bin/pytest -m "slow or validation"

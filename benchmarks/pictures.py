@@ -7,7 +7,8 @@ front camera and one of its belly camera, 128 x 128 pixels with colour and depth
 Case ``tiny``: TinyRenderer, links as they are drawn (some 4,900 triangles), one camera after the
 other as in a run. Case ``raycast``: the batched ray caster, links as the primitives that displace
 water (16 primitives with cube and floor), many environments at once, each in a posture of its own.
-Optics: ``none``, ``attenuation`` (attenuation, veil, fall of light with depth) or ``full``.
+Optics: ``none``, ``attenuation`` (attenuation, veil, fall of light with depth) or ``full`` (blur,
+caustics, a surface of eight ripples seen from below, noise), water of the type coastal_5.
 
 ``python benchmarks/pictures.py --case raycast --device cuda --fused --environments 1024`` needs no
 PyBullet, only torch, numpy, scipy, array-api-compat, hydra-core, omegaconf, trimesh and yourdfpy.
@@ -110,7 +111,8 @@ def water(optics: Any) -> Any:
     """Return the surface: ripples where the chain looks at it."""
     from seals.optics import SurfaceStill, ripples
 
-    return ripples(wind=3.0, seed=1) if optics is not None and optics.surface else SurfaceStill()
+    made = ripples(wind=3.0, seed=1, components=8)
+    return made if optics is not None and optics.surface else SurfaceStill()
 
 
 def tiny(name: str, seconds: float) -> float:

@@ -76,6 +76,12 @@ def teleop(arguments: list[str]) -> int:
     return launch("teleop", arguments, _teleop_task)
 
 
+def view(arguments: list[str]) -> int:
+    """Look: compose, then hand over to ``seals.view.application``; a folder is one to replay."""
+    words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in arguments]
+    return launch("view", words, _view_task)
+
+
 def launch(root: str, arguments: list[str], task: Task) -> int:
     """Run a task as a Hydra application.
 
@@ -261,6 +267,18 @@ def _teleop_task(config: Any) -> int | None:
     return result
 
 
+def _view_task(config: Any) -> int | None:
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.view.application import execute
+
+    result: int | None = execute(config)
+    # a replay that started no run has nothing to keep
+    if config.replay is not None:
+        discard(Path(HydraConfig.get().runtime.output_dir))
+    return result
+
+
 _FLAGS = (
     "--multirun",
     "--cfg",
@@ -309,7 +327,7 @@ def _refuse_other_verb(root: str, arguments: list[str]) -> None:
     for word in arguments:
         key, _, name = word.partition("=")
         verb = experiments().get(name, root) if key == "experiment" else root
-        if verb != root:
+        if verb not in (root, "run" if root == "view" else root):
             raise ConfigError(
                 f"experiment '{name}' is not one for seals {root}.\n"
                 f"Write: seals {verb} experiment={name}"

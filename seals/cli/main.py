@@ -118,6 +118,31 @@ VERBS = {
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: what full stick means",
         more="seals.teleop.keymap:table",
     ),
+    "view": Verb(
+        target="seals.cli.hydra_app:view",
+        summary="look at a run in the browser: replay a folder, or start one and watch it",
+        usage="FOLDER, or [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]] [host=HOST] [port=PORT]\n"
+        "  seals view runs/2026-11-21/14-03-22_drop_test\n"
+        "  seals view experiment=drop_test sliders=[initial.position.2:0.2:2]\n\n"
+        "  sliders   numbers of the run; turning one starts the run anew with it\n"
+        "  host      0.0.0.0 opens the page to other machines; the default to this one alone\n"
+        "  port      0 takes any that is free; over SSH: ssh -L 8080:localhost:8080 MACHINE\n"
+        "needs aam-seals[view]; Ctrl-C ends it",
+    ),
+    "render": Verb(
+        target="seals.cli.render:render",
+        summary="draw the frames of a run and a film of them",
+        usage="run=FOLDER [renderer=tiny|mitsuba] [quality=draft|paper] [camera=...] [KEY=VALUE]\n"
+        "  seals render run=runs/some_run                    frames and film.mp4 in its folder\n"
+        "  seals render run=runs/some_run renderer=mitsuba camera=split water_type=coastal_3\n"
+        "  seals render run=runs/some_run 'camera=[2,-1,0.5]' 'look_at=[0,0,0]' speed=0.5\n\n"
+        "  camera    side, three_quarter, split (half in the water), under_water, or a place\n"
+        "  follow    true: the camera goes along with the robot\n"
+        "  speed     simulated seconds in a second of the film; fps frames a second\n"
+        "  start, end, width, height, fov, water_type, out, film=false, replace=true\n"
+        "A render that was cut off goes on with the same words: whole frames are kept.\n"
+        "mitsuba and the film need aam-seals[render]",
+    ),
     "new": Verb(
         target="seals.cli.new:new",
         summary="start a robot of your own from a URDF, or a package for an effect or a sensor",

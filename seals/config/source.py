@@ -121,9 +121,11 @@ def install() -> None:
     from seals.config.compare import CompareSettings
     from seals.config.diagnose import DiagnoseSettings
     from seals.config.plan import PlanSettings
+    from seals.config.render import RenderSettings
     from seals.config.run import RunSettings
     from seals.config.teleop import TeleopSettings
     from seals.config.verify import VerifySettings
+    from seals.config.view import ViewSettings
 
     hub = Plugins.instance()
     hub.register(PluginSource)
@@ -135,7 +137,9 @@ def install() -> None:
     store.store("plan_schema", PlanSettings, provider="seals")
     store.store("add_schema", AddSettings, provider="seals")
     store.store("verify_schema", VerifySettings, provider="seals")
+    store.store("render_schema", RenderSettings, provider="seals")
     store.store("teleop_schema", TeleopSettings, provider="seals")
+    store.store("view_schema", ViewSettings, provider="seals")
 
 
 def robot_names() -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.optics.surface import Surface
 
@@ -45,13 +47,38 @@ def crossing(
     oz, dz = origins[:, 2][:, None, None], directions[..., 2]
     above = oz + port * dz - surface.level
     wet, distance, through = _still(above, oz - surface.level, dz, ranges)
-    if surface.reach > 0.0 and bool(xp.any(_near(above, oz + ranges * dz, surface))):
+    if surface.reach == 0.0:
+        return Crossing(wet, through, distance)
+    near = _near(above, oz + ranges * dz, surface)
+    if bool(xp.any(near)):
+        cut = _rows(near)
         line = (
             *(origins[:, k][:, None, None] for k in range(3)),
-            *(directions[..., k] for k in range(3)),
+            *(directions[:, cut, :, k] for k in range(3)),
         )
-        wet, distance, through = _moving(line, ranges, surface, time, port)
+        moved = _moving(line, ranges[:, cut], surface, time, port)
+        still = wet, distance, through
+        wet, distance, through = (_put(*pair, cut) for pair in zip(still, moved, strict=True))
     return Crossing(wet, through, distance)
+
+
+def _rows(near: Array) -> slice:
+    """The rows of the pictures between the first and the last that the surface may cross.
+
+    A camera that looks ahead has the surface in one half of its picture. On an accelerator all rows
+    cost less than to wait for this answer.
+    """
+    if namespace(near) is not np:
+        return slice(0, near.shape[1])
+    found = np.flatnonzero(near.any(axis=(0, 2)))
+    return slice(int(found[0]), int(found[-1]) + 1)
+
+
+def _put(whole: Array, part: Array, cut: slice) -> Array:
+    """Rows of a picture replaced by others."""
+    if cut.start == 0 and cut.stop == whole.shape[1]:
+        return part
+    return np.concatenate([whole[:, : cut.start], part, whole[:, cut.stop :]], axis=1)
 
 
 def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array, Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,7 @@ def run_into(
     overrides: list[str] | None = None,
     original: Path | None = None,
     cut: Path | None = None,
+    keepers: Sequence[Keeper] = (),
 ) -> Record:
     """Simulate a run and write its folder.
 
@@ -70,6 +72,7 @@ def run_into(
         overrides: what the user wrote, for the report.
         original: folder of the run that this one repeats, to be compared with.
         cut: folder of the run whose last checkpoint this one takes up.
+        keepers: look at the run after every step, beside those that write its folder.
 
     Raises:
         SealsError: the run cannot start, or its files cannot be written.
@@ -77,16 +80,16 @@ def run_into(
     facts: dict[str, Any] = {}
     kept = None if cut is None else checkpoint_of(cut)
     checkpoints = Checkpoints(folder, interval_of(settings))
-    keepers: list[Keeper] = [checkpoints]
+    watching: list[Keeper] = [checkpoints, *keepers]
     if settings.surface > 0.0:
-        keepers.append(Surfaces(folder, settings.surface, settings.fluid))
+        watching.append(Surfaces(folder, settings.surface, settings.fluid))
 
     def begin() -> None:
         facts.update(_facts(settings, overrides or [], original, cut))
         write_start(folder, facts)
 
     record = simulate(
-        settings, label=settings.name, started=begin, keepers=keepers, kept=kept, folder=folder
+        settings, label=settings.name, started=begin, keepers=watching, kept=kept, folder=folder
     )
     write_log(folder, record, settings)
     remarks = oversights(settings, overrides or [])

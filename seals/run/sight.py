@@ -20,8 +20,14 @@ from seals.sight.gather import build_scene
 from seals.waves import Waves
 from seals.world import Actor
 
+FLUID = 1.0
+"""How far the surface of a simulated water may be from its level [m]."""
 MARGIN = 1.3
 """Largest height of unknown waves over the largest of a sample of them [1]."""
+
+
+RIPPLES = 8
+"""Waves that ripples are made of: every one is a pass over all pixels."""
 
 
 def open_eyes(settings: RunSettings, actors: Mapping[str, Actor]) -> Watch | None:
@@ -89,13 +95,10 @@ def surface_of(settings: RunSettings) -> Surface | None:
         reach = FLUID if settings.fluid is not None else MARGIN * _highest(waves, level)
         surface = SurfaceWaves(waves, level=level, reach=reach)
     if settings.sight.ripples > 0.0:
-        short = ripples(wind=settings.sight.ripples, seed=settings.seed, level=level)
+        wind = settings.sight.ripples
+        short = ripples(wind=wind, seed=settings.seed, components=RIPPLES, level=level)
         return SurfaceSum(surface, short)
     return surface
-
-
-FLUID = 1.0
-"""How far the surface of a simulated water may be from its level [m]."""
 
 
 def _sample(waves: Waves, level: float) -> tuple[Floats, Any]:

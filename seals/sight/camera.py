@@ -145,6 +145,14 @@ def lengths(lens: Lens) -> NDArray[np.float32]:
     return found
 
 
+@lru_cache(maxsize=32)
+def units(lens: Lens) -> NDArray[np.float32]:
+    """Return the rays as unit vectors in optical axes, shape (H, W, 3)."""
+    found: NDArray[np.float32] = _rays(lens) / lengths(lens)[..., None]
+    found.setflags(write=False)
+    return found
+
+
 def single(origin: Floats, rotation: Floats) -> Cameras:
     """Return one camera as a batch of one.
 

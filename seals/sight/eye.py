@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.optics import Optics, Sight, Surface, SurfaceStill
-from seals.sight.camera import Lens, lengths, single
+from seals.sight.camera import Lens, lengths, single, units
 from seals.sight.light import Light
 from seals.sight.picture import Picture, Renderer
 from seals.sight.scene import Poses, Scene
@@ -154,6 +154,5 @@ def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
         >>> directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
         [1.0, 0.0, 0.0]
     """
-    ways: NDArray[np.float32] = lens.rays() @ np.asarray(axes, dtype=np.float32).T
-    ways /= lengths(lens)[..., None]
+    ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T
     return ways

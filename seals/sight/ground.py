@@ -53,7 +53,7 @@ class Planes:
         """
         colour, depth, parts = images
         rays = lens.rays()
-        down = rays @ (-rotation[2]).astype(np.float32)
+        down = _along(rays, -rotation[2])
         np.maximum(down, np.float32(1e-9), out=down)
         for height, part, tile, table in self._planes:
             above = float(origin[2]) - height
@@ -76,13 +76,23 @@ class Planes:
 
 def _dark(rays: Image, reach: Image, origin: Floats, rotation: Floats, tile: float) -> Mask:
     """Which pixels look at a dark square of a plane."""
-    turn = (rotation[:2] / tile).T.astype(np.float32)
     # counted from the camera's own square, single precision is good far from the origin
     start = np.mod(np.asarray(origin[:2]) / tile, 2.0).astype(np.float32)
-    cells = rays @ turn
-    cells *= np.minimum(reach, np.float32(1e6))[..., None]
-    cells += start
-    np.floor(cells, out=cells)
-    whole = cells.astype(np.int32)
-    dark: Mask = ((whole[..., 0] ^ whole[..., 1]) & 1).astype(bool)
+    near = np.minimum(reach, np.float32(1e6))
+    whole = []
+    for axis in range(2):
+        cells = _along(rays, rotation[axis] / tile)
+        cells *= near
+        cells += start[axis]
+        np.floor(cells, out=cells)
+        whole.append(cells.astype(np.int32))
+    dark: Mask = ((whole[0] ^ whole[1]) & 1).astype(bool)
     return dark
+
+
+def _along(rays: Image, way: Floats) -> Image:
+    """Component of all rays along a way: rows and columns of a pinhole part."""
+    columns = rays[0, :, 0] * np.float32(way[0])
+    rows = rays[:, 0, 1] * np.float32(way[1]) + np.float32(way[2])
+    found: Image = rows[:, None] + columns[None, :]
+    return found

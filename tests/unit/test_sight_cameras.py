@@ -130,8 +130,8 @@ def test_depth_noise_grows_with_the_square_of_the_distance() -> None:
     np.testing.assert_allclose(depth[:, :3].mean(axis=0), [1, 2, 4], atol=2e-3)
 
 
-@pytest.mark.parametrize("name", registry.names("viewer"))
-def test_installed_viewers_are_renderers(name: str) -> None:
+@pytest.mark.parametrize("name", ["tiny", "egl", "raycast"])
+def test_viewers_for_cameras_are_renderers(name: str) -> None:
     """Each can be closed unopened, and says so when it is asked for a picture without a scene."""
     renderer = registry.get("viewer", name).load()()
     assert isinstance(renderer, Renderer)

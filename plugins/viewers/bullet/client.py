@@ -8,19 +8,42 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import MissingExtra, PhysicsError
 from seals.frames import quaternion_of
+from seals.sight.camera import Lens
 from seals.sight.meshes import corners_of
-from seals.sight.scene import WORLD, Scene, Shape
+from seals.sight.scene import Scene, Shape
 
-_LEVEL = [0.0, 0.0, 0.0, 1.0]
+Colour = tuple[float, float, float]
+FEW = 200
+"""Triangles up to which a mesh stays whole."""
 MOST_CORNERS = 30_000
 """Corners in one mesh; larger ones are cut into several."""
+
+
+class View(NamedTuple):
+    """A camera: place [m], optical axes in the world as columns, lens."""
+
+    origin: Floats
+    axes: Floats
+    lens: Lens
+
+
+class _Body(NamedTuple):
+    """A body with the ball around it, in axes of its frame."""
+
+    number: int
+    middle: Floats
+    radius: float
+    frame: int
+    part: int
+    colour: Colour
 
 
 class Bodies:
@@ -57,35 +80,38 @@ class Bodies:
 
     def _load_all(self, scene: Scene) -> None:
         """Load the shapes, those of one frame, part and colour together."""
-        groups: dict[tuple[int, int, tuple[float, float, float]], list[Shape]] = {}
+        groups: dict[tuple[int, int, Colour], list[Shape]] = {}
         for shape in scene.shapes:
             if shape.kind != "plane":
                 groups.setdefault((shape.frame, shape.part, shape.colour), []).append(shape)
-        found: dict[int, int] = {}
-        by_frame: dict[int, list[int]] = {}
+        found: list[_Body] = []
         for (frame, part, colour), shapes in groups.items():
-            for body in self._load(shapes, colour):
-                found[body] = part
-                by_frame.setdefault(frame, []).append(body)
-        self._carried = list(by_frame.items())
-        self.part_of = np.zeros(max(found, default=-1) + 2, dtype=np.int32)
-        for body, part in found.items():
-            self.part_of[body + 1] = part
+            found += [_Body(*body, frame, part, colour) for body in self._load(shapes, colour)]
+        self._bodies = found
+        self._shown = [True] * len(found)
+        self._frames = np.array([b.frame for b in found], dtype=np.intp)
+        self._middles = np.array([b.middle for b in found]).reshape(-1, 3)
+        self._radii = np.array([b.radius for b in found])
+        self.part_of = np.zeros(max((b.number for b in found), default=-1) + 2, dtype=np.int32)
+        for body in found:
+            self.part_of[body.number + 1] = body.part
 
-    def _load(self, shapes: list[Shape], colour: tuple[float, float, float]) -> list[int]:
-        """Put shapes of one frame and colour into the scene, in axes of the frame."""
+    def _load(self, shapes: list[Shape], colour: Colour) -> list[tuple[int, Floats, float]]:
+        """Put shapes of one frame and colour into the scene; return number, middle and radius."""
         corners, normals = zip(*(_placed(shape) for shape in shapes), strict=True)
         points, outward = np.concatenate(corners), np.concatenate(normals)
         p, bodies = self.engine, []
-        for start in range(0, len(points), MOST_CORNERS):
-            cut = slice(start, start + MOST_CORNERS)
+        for cut in _quarters(points):
             visual = p.createVisualShape(
                 p.GEOM_MESH,
                 rgbaColor=[*colour, 1.0],
                 physicsClientId=self.client,
                 **self._mesh(points[cut], outward[cut]),
             )
-            bodies.append(p.createMultiBody(0.0, -1, visual, physicsClientId=self.client))
+            number = p.createMultiBody(0.0, -1, visual, physicsClientId=self.client)
+            middle = 0.5 * (points[cut].min(axis=0) + points[cut].max(axis=0))
+            radius = float(np.linalg.norm(points[cut] - middle, axis=1).max())
+            bodies.append((int(number), middle, radius))
         return bodies
 
     def _mesh(self, points: Floats, outward: Floats) -> dict[str, Any]:
@@ -101,22 +127,48 @@ class Bodies:
             "indices": list(range(len(points))),
         }
 
-    def place(self, position: Floats, rotation: Floats, origin: Floats) -> None:
-        """Move all bodies; the camera is the origin, because drawing is in single precision.
+    def place(self, position: Floats, rotation: Floats, camera: View) -> None:
+        """Move all bodies that are in view, and hide the others.
+
+        The camera is the origin, because drawing is in single precision.
 
         Args:
             position: of the frames, world [m], shape (F, 3).
             rotation: R_WF, shape (F, 3, 3).
-            origin: of the camera, world [m], shape (3,).
+            camera: that will look.
         """
-        move, client = self.engine.resetBasePositionAndOrientation, self.client
-        for frame, bodies in self._carried:
-            place, turn = (-origin).tolist(), _LEVEL
-            if frame != WORLD:
-                place = (position[frame] - origin).tolist()
-                turn = self._turn(frame, rotation[frame])
-            for body in bodies:
-                move(body, place, turn, physicsClientId=client)
+        p, client, origin = self.engine, self.client, camera.origin
+        # the frame that stands still comes last, where -1 finds it
+        places = np.concatenate([position, np.zeros((1, 3))]) - origin
+        turns = np.concatenate([rotation, np.eye(3)[None]])
+        frames = self._frames
+        middles = places[frames] + np.einsum("bij,bj->bi", turns[frames], self._middles)
+        seen = self._in_view(middles @ camera.axes, camera.lens)
+        for k, body in enumerate(self._bodies):
+            if seen[k] != self._shown[k]:
+                # TinyRenderer leaves out what is wholly transparent
+                self._shown[k] = seen[k]
+                rgba = [*body.colour, float(seen[k])]
+                p.changeVisualShape(body.number, -1, rgbaColor=rgba, physicsClientId=client)
+            if seen[k]:
+                p.resetBasePositionAndOrientation(
+                    body.number,
+                    places[body.frame].tolist(),
+                    self._turn(body.frame, turns[body.frame]),
+                    physicsClientId=client,
+                )
+
+    def _in_view(self, middles: Floats, lens: Lens) -> list[bool]:
+        """Whether the balls around the bodies reach into the pyramid that a lens sees."""
+        if self._files is not None:
+            return [True] * len(middles)
+        reach = self._radii
+        seen = (middles[:, 2] + reach > lens.near) & (middles[:, 2] - reach < lens.far)
+        for axis, steep in enumerate((lens.cx / lens.fx, lens.cy / lens.fy)):
+            out = np.abs(middles[:, axis]) - steep * middles[:, 2]
+            seen &= out < reach * np.sqrt(1.0 + steep * steep)
+        found: list[bool] = seen.tolist()
+        return found
 
     def _turn(self, frame: int, rotation: Floats) -> list[float]:
         """Quaternion of a frame; several cameras ask for the same one."""
@@ -131,6 +183,20 @@ class Bodies:
         if self.client >= 0:
             self.engine.disconnect(physicsClientId=self.client)
         self.client = -1
+
+
+def _quarters(points: Floats) -> list[NDArray[np.intp]]:
+    """Corners of triangles in groups that lie together, so that what is out of view is left out."""
+    centres = points.reshape(-1, 3, 3).mean(axis=1)
+    if len(centres) < FEW:
+        return [np.arange(len(points))]
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    widest = np.argsort(np.ptp(points, axis=0))[:0:-1]
+    side = (centres[:, widest] > middle[widest]) @ np.array([1, 2])
+    corners = 3 * np.arange(len(centres))[:, None] + np.arange(3)
+    parts = [corners[side == k].ravel() for k in range(4)]
+    cuts = [(part, start) for part in parts for start in range(0, len(part), MOST_CORNERS)]
+    return [part[start : start + MOST_CORNERS] for part, start in cuts]
 
 
 def _obj(points: Floats, outward: Floats) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.optics import to_linear
-from seals.plugins.viewers.bullet.client import Bodies
+from seals.plugins.viewers.bullet.client import Bodies, View
 from seals.sight.camera import Cameras, Lens
 from seals.sight.ground import Planes
 from seals.sight.light import TABLE, Light
@@ -86,7 +86,7 @@ class Drawing:
             for c in range(count):
                 images = colour[n, c], depth[n, c], parts[n, c]
                 origin, turn = np.asarray(cameras.origin[n, c]), np.asarray(cameras.rotation[n, c])
-                self.bodies.place(*frames, origin)
+                self.bodies.place(*frames, View(origin, turn, lens))
                 self._shoot(origin, turn, lens, images)
                 if outward is not None:
                     outward[n, c] = normals_of(depth[n, c], parts[n, c], turn, lens)

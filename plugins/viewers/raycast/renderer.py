@@ -189,7 +189,8 @@ def blocks(views: int, pixels: int, most: int) -> list[tuple[slice, slice]]:
         4
     """
     if pixels <= most:
-        step = most // pixels
+        pieces = -(-views // (most // pixels))
+        step = -(-views // pieces)
         return [(slice(k, min(k + step, views)), slice(0, pixels)) for k in range(0, views, step)]
     pieces = -(-pixels // most)
     step = -(-pixels // pieces)

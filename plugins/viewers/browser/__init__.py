@@ -1,0 +1,5 @@
+"""A run in the web browser, by viser."""
+
+from seals.plugins.viewers.browser.viewer import ViewerBrowser
+
+__all__ = ["ViewerBrowser"]

@@ -1,0 +1,192 @@
+"""Shows a session in the browser: draws as often as the page can take, and obeys its controls."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import SealsError
+from seals.plugins.viewers.browser.arrows import Pushes
+from seals.plugins.viewers.browser.panel import Panel
+from seals.plugins.viewers.browser.sea import Sea
+from seals.plugins.viewers.browser.server import open_server
+from seals.plugins.viewers.browser.solids import Solids
+from seals.plugins.viewers.browser.surroundings import Extent, extent_of, look_at, set_sky
+from seals.schema import param
+from seals.sight.scene import Poses
+from seals.view.session import Session
+
+REST = 0.5
+"""Time a slider rests before the run starts anew [s]: nobody wants a run for every pixel."""
+
+
+@dataclass(kw_only=True)
+class ViewerBrowser:
+    """A page for the web browser, by viser.
+
+    Args:
+        rate: pictures in a second.
+        opacity: of the water surface.
+    """
+
+    rate: float = param(
+        20.0, "Hz", bounds=(1.0, 60.0), tolerance=0.0, source="chosen: a forwarded port", fit=False
+    )
+    opacity: float = param(
+        0.55, "1", bounds=(0.05, 1.0), tolerance=0.0, source="chosen: robots show below", fit=False
+    )
+
+    def show(self, session: Session, *, host: str, port: int) -> None:
+        """Show a session until it is interrupted."""
+        server = open_server(host, port)
+        try:
+            page = Page(server, session, self.opacity)
+            print(
+                f"seals view: http://{server.get_host()}:{server.get_port()}  (Ctrl-C ends it)",
+                flush=True,
+            )
+            while True:
+                began = time.perf_counter()
+                page.draw()
+                time.sleep(max(0.005, 1.0 / self.rate - (time.perf_counter() - began)))
+        finally:
+            server.stop()
+
+
+class Page:
+    """What is in the page, and the time that it shows.
+
+    Args:
+        server: viser's.
+        session: what there is to see.
+        opacity: of the water surface [1].
+    """
+
+    def __init__(self, server: Any, session: Session, opacity: float) -> None:
+        """Build the controls; the scene comes with the first picture."""
+        self._server, self._session, self._opacity = server, session, opacity
+        self.panel = Panel(server, session)
+        self.now = 0.0
+        self._clock = time.perf_counter()
+        self._shown = -1
+        self._parts: list[Any] = []
+        self._extent: Extent | None = None
+        self._pending: dict[str, float] = {}
+        self._changed = 0.0
+        self._pictures: dict[str, Path | None] = {}
+        self._base: Floats | None = None
+        self._sent: tuple[Any, ...] = ()
+        set_sky(server)
+
+    def draw(self) -> None:
+        """Obey the controls, go on in time, and draw."""
+        session = self._session
+        self._obey()
+        session.follow()
+        self._pass()
+        poses = session.poses(self.now)
+        if session.shown != self._shown and poses is not None:
+            self._build()
+            poses = session.poses(self.now)
+        if poses is None:
+            self.panel.tell(self.now)
+            return
+        self._draw(poses)
+        self._follow(np.asarray(poses.position[0, 0]))
+        self._show_pictures()
+        self.panel.tell(self.now)
+        self._server.flush()
+
+    def _draw(self, poses: Poses) -> None:
+        """Send what has changed since the last picture."""
+        wanted = self.panel.chosen()
+        stretch = self.panel.stretch.value if wanted else 1.0
+        state = (self._shown, self.now, self.panel.water.value, frozenset(wanted), stretch)
+        if state == self._sent:
+            return
+        self._sent, session = state, self._session
+        solids, sea, pushes = self._parts
+        with self._server.atomic():
+            solids.place(poses)
+            if self.panel.water.value:
+                sea.show(self.now, session.particles(self.now))
+            else:
+                sea.remove()
+            arrows = session.forces.at(self.now, poses) if wanted else {}
+            pushes.show({n: a for n, a in arrows.items() if n in wanted}, stretch)
+
+    def _obey(self) -> None:
+        """Take a chosen time, and start a run anew once its sliders rest."""
+        chosen = self.panel.grabbed()
+        if chosen is not None:
+            self.now, self.panel.playing.value = chosen, False
+        turned = self.panel.turned()
+        if turned:
+            self._pending |= turned
+            self._changed = time.perf_counter()
+        if self._pending and time.perf_counter() - self._changed > REST:
+            changes, self._pending = self._pending, {}
+            try:
+                self._session.turn(changes)
+            except SealsError as refusal:
+                self._session.note = " ".join(str(refusal).split())
+                return
+            self.now, self.panel.playing.value = 0.0, True
+
+    def _pass(self) -> None:
+        """Let time go on."""
+        clock = time.perf_counter()
+        passed, self._clock = clock - self._clock, clock
+        if self.panel.playing.value:
+            self.now += passed * float(self.panel.speed.value)
+        end = self._session.end
+        if self.now > end:
+            # a run that goes on is waited for, one that has ended begins again
+            again = self.panel.playing.value and self._session.live is None and end > 0.0
+            self.now = 0.0 if again else end
+
+    def _build(self) -> None:
+        """Put the run on show into the page."""
+        session = self._session
+        for part in self._parts:
+            part.remove()
+        first = self._extent is None
+        extent = self._extent = extent_of(session, self._extent)
+        self._parts = [
+            Solids(self._server, session.stage, extent.middle, extent.half),
+            Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
+            Pushes(self._server, session.forces, extent.arrow),
+        ]
+        self.panel.begin(self._parts[2].colours)
+        self._shown, self._pictures = session.shown, {}
+        if first:
+            look_at(self._server, extent)
+            self.panel.follow.value = extent.far
+
+    def _follow(self, base: Floats) -> None:
+        """Move the views with the robot, where that is wanted."""
+        before, self._base = self._base, base
+        if before is None or not self.panel.follow.value:
+            return
+        for client in self._server.get_clients().values():
+            # the point looked at goes along
+            client.camera.position = client.camera.position + (base - before)
+
+    def _show_pictures(self) -> None:
+        for camera in self._session.shots.cameras:
+            file = self._session.shots.last(camera, self.now)
+            if file is not None and self._pictures.get(camera) != file:
+                self._pictures[camera] = file
+                self.panel.picture(camera, _pixels(file))
+
+
+def _pixels(file: Path) -> Any:
+    from PIL import Image
+
+    with Image.open(file) as image:
+        return np.asarray(image.convert("RGB"))

@@ -1,0 +1,193 @@
+"""A frame as the dictionary that Mitsuba builds a scene from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.optics import Optics, to_linear
+from seals.plugins.viewers.mitsuba.medium import medium_of
+from seals.plugins.viewers.mitsuba.sand import HALF, sand
+from seals.plugins.viewers.mitsuba.shapes import material, pose_of
+from seals.plugins.viewers.mitsuba.sky import sky_map
+from seals.render import Frame, Viewpoint
+from seals.run.surface import Mesh, write_ply
+from seals.sight import Lens, Poses
+from seals.sight.scene import Shape
+
+INDEX = 1.333
+"""Of refraction of water [1]."""
+WIDE = 300.0
+"""Half the edge of a level plane [m]."""
+LOWER = 0.003
+"""How far the wide plane lies under the picture of the floor [m]."""
+
+
+class Crop(NamedTuple):
+    """Rows of a picture that are drawn: the first, and how many."""
+
+    first: int
+    count: int
+
+
+class Build:
+    """Builds dictionaries for the frames of one film.
+
+    Args:
+        mi: the mitsuba module.
+        shapes: number, shape and file of everything that is not a plane.
+        planes: level planes.
+        optics: light.
+        sun_radius: radius of the sun's disc [rad].
+        folder: for the surfaces of the water.
+    """
+
+    def __init__(
+        self,
+        mi: Any,
+        *,
+        shapes: list[tuple[int, Shape, Path]],
+        planes: list[Shape],
+        optics: Optics,
+        sun_radius: float,
+        folder: Path,
+    ) -> None:
+        """Draw the sky."""
+        self.mi, self.shapes, self.planes = mi, shapes, planes
+        self.optics, self.folder = optics, folder
+        self._sky = mi.Bitmap(sky_map(optics, sun_radius))
+        self._medium = medium_of(optics)
+
+    def links(self, poses: Poses) -> dict[str, Any]:
+        """Return links and solids where they stand."""
+        place, turn = np.asarray(poses.position)[0], np.asarray(poses.rotation)[0]
+        return {
+            f"shape_{number}": {
+                "type": "ply",
+                "filename": str(path),
+                "to_world": self._placed(pose_of(shape, place, turn)),
+                "bsdf": material(shape.colour),
+            }
+            for number, shape, path in self.shapes
+        }
+
+    def sky(self) -> dict[str, Any]:
+        """Return sky and sun; its picture has its pole upwards along y."""
+        turn = self.mi.ScalarTransform4f().rotate([1.0, 0.0, 0.0], 90.0)
+        return {"sky": {"type": "envmap", "bitmap": self._sky, "to_world": turn}}
+
+    def water(self, frame: Frame) -> dict[str, Any]:
+        """Return the surface of the water with the medium inside of it."""
+        if frame.water is None:
+            return {}
+        path = self.folder / "water.ply"
+        write_ply(path, Mesh(frame.water.vertices, frame.water.triangles))
+        surface: dict[str, Any] = {
+            "type": "ply",
+            "filename": str(path),
+            "bsdf": {"type": "dielectric", "int_ior": INDEX, "ext_ior": 1.0},
+        }
+        if self._medium is None:
+            return {"water": surface}
+        surface["interior"] = {"type": "ref", "id": "medium"}
+        return {"medium": dict(self._medium), "water": surface}
+
+    def ground(self, frame: Frame) -> dict[str, Any]:
+        """Return level planes; sunlight dances on those under water."""
+        out: dict[str, Any] = {}
+        for k, plane in enumerate(self.planes):
+            height = float(plane.position[2])
+            middle = self._middle(frame, height)
+            water = frame.water
+            depth = (water.surface.level - height) if water is not None else 0.0
+            light = self.optics, None if water is None else water.surface, frame.time
+            image = sand(plane.colour, middle, depth, light)
+            near = np.eye(4)
+            near[0, 0] = near[1, 1] = HALF
+            near[:3, 3] = *middle, height
+            wide = near.copy()
+            wide[0, 0] = wide[1, 1] = WIDE
+            wide[2, 3] -= LOWER
+            mean = image.mean(axis=(0, 1)).tolist()
+            out[f"ground_{k}"] = self._floor(near, self._texture(image))
+            out[f"ground_{k}_wide"] = self._floor(wide, {"type": "rgb", "value": mean})
+        return out
+
+    def _texture(self, image: NDArray[np.float32]) -> dict[str, Any]:
+        # rows of a bitmap go from the top of the texture down
+        picture = self.mi.Bitmap(np.ascontiguousarray(image[::-1]))
+        return {"type": "bitmap", "bitmap": picture, "raw": True}
+
+    def _floor(self, place: Floats, reflectance: Any) -> dict[str, Any]:
+        bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+        return {"type": "rectangle", "to_world": self._placed(place), "bsdf": bsdf}
+
+    def _middle(self, frame: Frame, height: float) -> tuple[float, float]:
+        """Where the view meets a level plane, not too far from the camera."""
+        origin, ahead = frame.view.origin, frame.view.axes[:, 2]
+        far = (origin[2] - height) / max(-float(ahead[2]), 0.05)
+        reach = float(np.clip(far, 0.0, 0.7 * HALF))
+        x, y = (origin + reach * ahead)[:2]
+        # whole cells of the picture: grains of sand stay where they are
+        cell = 0.25
+        return cell * round(float(x) / cell), cell * round(float(y) / cell)
+
+    def sensor(self, frame: Frame, crop: Crop, *, wet: bool, samples: int) -> dict[str, Any]:
+        """Return the camera; under water it begins in the medium."""
+        found = camera(self.mi, frame.view, frame.lens, near=frame.port, crop=crop)
+        found["sampler"] = {"type": "independent", "sample_count": samples}
+        if wet and self._medium is not None and frame.water is not None:
+            found["medium"] = {"type": "ref", "id": "medium"}
+        return found
+
+    def _placed(self, matrix: Floats) -> Any:
+        return self.mi.ScalarTransform4f(matrix.tolist())
+
+
+def camera(mi: Any, view: Viewpoint, lens: Lens, *, near: float, crop: Crop) -> dict[str, Any]:
+    """Return a pinhole camera, without sampler.
+
+    Args:
+        mi: the mitsuba module.
+        view: where it is.
+        lens: of the camera.
+        near: depth from which on it sees [m].
+        crop: rows that are drawn.
+    """
+    right, down, ahead = view.axes.T
+    film: Mapping[str, Any] = {
+        "type": "hdrfilm",
+        "width": lens.width,
+        "height": lens.height,
+        "crop_offset_x": 0,
+        "crop_offset_y": crop.first,
+        "crop_width": lens.width,
+        "crop_height": crop.count,
+        "rfilter": {"type": "box"},
+        "component_format": "float32",
+    }
+    matrix = np.eye(4)
+    # its x axis points to the left, y up
+    matrix[:3, :3] = np.column_stack([-right, -down, ahead])
+    matrix[:3, 3] = view.origin
+    return {
+        "type": "perspective",
+        "fov": float(np.degrees(2.0 * np.arctan(0.5 * lens.width / lens.fx))),
+        "fov_axis": "x",
+        "near_clip": near,
+        "far_clip": max(lens.far, 10.0 * near),
+        "to_world": mi.ScalarTransform4f(matrix.tolist()),
+        "film": dict(film),
+    }
+
+
+def plain_colour(colour: tuple[float, float, float]) -> dict[str, Any]:
+    """Return a matt surface of a displayed colour."""
+    linear = to_linear(np.array(colour)).tolist()
+    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": linear}}
+    return {"type": "twosided", "bsdf": diffuse}

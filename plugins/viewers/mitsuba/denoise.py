@@ -1,0 +1,53 @@
+"""Takes the grain of too few samples out of a picture, where Open Image Denoise is installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.float32]
+
+
+def denoiser() -> Any:
+    """Return pyoidn's ``denoise``, or None where it is not installed or cannot be loaded."""
+    try:
+        from pyoidn import denoise
+    except (ImportError, OSError):
+        return None
+    return denoise
+
+
+def cleaned(colour: Image, albedo: Image, normal: Image) -> Image:
+    """Return a picture without grain; as it was, without single bright dots, lacking a denoiser.
+
+    Args:
+        colour: linear, shape (H, W, 3).
+        albedo: of what is seen first, 0 to 1.
+        normal: of what is seen first.
+    """
+    denoise = denoiser()
+    if denoise is None:
+        return calmed(colour)
+    guides = [
+        np.ascontiguousarray(np.nan_to_num(x), dtype=np.float32) for x in (colour, albedo, normal)
+    ]
+    found: Image = np.asarray(
+        denoise(guides[0], albedo=np.clip(guides[1], 0.0, 1.0), normal=guides[2], hdr=True)
+    )
+    return found
+
+
+def calmed(colour: Image, ratio: float = 4.0) -> Image:
+    """Return a picture whose single bright dots have the median of the pixels about them.
+
+    Args:
+        colour: linear, shape (H, W, 3).
+        ratio: brightness over that median from which a pixel is a dot [1].
+    """
+    from scipy.ndimage import median_filter
+
+    around = median_filter(colour, size=(3, 3, 1), mode="nearest")
+    bright = colour.sum(axis=-1) > ratio * (around.sum(axis=-1) + 1e-3)
+    return np.where(bright[..., None], around, colour)

@@ -1,0 +1,75 @@
+"""One frame: drawn dry, wet, or both and joined along the waterline on the camera's port."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.plugins.viewers.mitsuba.building import Build, Crop
+from seals.plugins.viewers.mitsuba.denoise import cleaned
+from seals.render import Frame
+
+Image = NDArray[np.float32]
+FINER = 3
+"""Points of a pixel along an edge at which it is asked whether the port is under water there."""
+
+
+def photograph(build: Build, frame: Frame, *, samples: int, depth: int, denoise: bool) -> Image:
+    """Return a frame: linear, one being white, shape (H, W, 3).
+
+    Args:
+        build: of the film.
+        frame: what it shows.
+        samples: of a pixel.
+        depth: most turns of a path of light.
+        denoise: whether grain is taken out.
+    """
+    share = wet_share(frame)
+    parts = build.links(frame.poses) | build.sky() | build.water(frame) | build.ground(frame)
+    image = np.zeros((frame.lens.height, frame.lens.width, 3), dtype=np.float32)
+    for wet, weight in ((False, 1.0 - share), (True, share)):
+        rows = np.flatnonzero(weight.any(axis=1))
+        if not len(rows):
+            continue
+        # more rows than needed: the denoiser looks about
+        first, last = max(int(rows[0]) - 4, 0), min(int(rows[-1]) + 5, frame.lens.height)
+        crop = Crop(first, last - first)
+        sensor = build.sensor(frame, crop, wet=wet, samples=samples)
+        seen = shot(build.mi, {**parts, "sensor": sensor}, depth, denoise=denoise)
+        image[first:last] += weight[first:last, :, None].astype(np.float32) * seen
+    return image
+
+
+def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool) -> Image:
+    """Draw one picture."""
+    inner = {"type": "volpath", "max_depth": depth, "rr_depth": 3}
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "aov", "aovs": "a:albedo,n:sh_normal", "image": inner},
+            **parts,
+        }
+    )
+    pixels = np.nan_to_num(np.array(mi.render(scene), dtype=np.float32))
+    colour = pixels[..., :3]
+    if not denoise:
+        return colour
+    return np.maximum(cleaned(colour, pixels[..., -6:-3], pixels[..., -3:]), 0.0)
+
+
+def wet_share(frame: Frame) -> NDArray[np.float64]:
+    """Return the share of every pixel whose line of sight begins under water, shape (H, W)."""
+    lens, (origin, axes) = frame.lens, frame.view
+    if frame.water is None:
+        return np.zeros((lens.height, lens.width))
+    steps = (np.arange(FINER) + 0.5) / FINER
+    columns = (np.arange(lens.width)[:, None] + steps).ravel()
+    rows = (np.arange(lens.height)[:, None] + steps).ravel()
+    x, y = np.meshgrid((columns - lens.cx) / lens.fx, (rows - lens.cy) / lens.fy)
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1) @ axes.T
+    wet = frame.water.covers(origin + frame.port * rays, frame.time).astype(float)
+    split = wet.reshape(lens.height, FINER, lens.width, FINER)
+    found: NDArray[np.float64] = split.mean(axis=(1, 3))
+    return found

@@ -1,0 +1,68 @@
+"""A sandy floor: grains of colour, and the dance of sunlight on it."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.optics import Optics, Surface, to_linear
+from seals.optics.caustics import Patch, pattern
+
+CELLS = 512
+"""Texels of the floor's picture along an edge."""
+HALF = 4.0
+"""Half the edge of the place that the picture covers [m]."""
+GRAIN = 0.16
+"""Standard deviation of the sand's brightness over its mean [1]."""
+BRIGHTEST = 0.95
+
+
+def sand(
+    colour: tuple[float, float, float],
+    middle: tuple[float, float],
+    depth: float,
+    light: tuple[Optics, Surface | None, float],
+) -> NDArray[np.float32]:
+    """Return the reflectance of a level floor, linear, shape (CELLS, CELLS, 3), rows from south.
+
+    Sunlight that the surface gathers is laid on it, as `seals.optics` lays it on every picture.
+
+    Args:
+        colour: as displayed.
+        middle: of the place, east and north [m].
+        depth: of the floor under the water [m]; zero or less for dry land.
+        light: optics, surface of the water and time [s].
+    """
+    optics, surface, time = light
+    base = to_linear(np.array(colour)) * (1.0 + GRAIN * grains())[..., None]
+    if depth > 0.0 and surface is not None and optics.caustics:
+        patch = Patch(
+            *(np.array([x]) for x in (*middle, HALF)), np.array([[max(depth, 1e-3), depth + 1e-3]])
+        )
+        bright = pattern(patch, surface, time, optics.sun, cells=CELLS, rays=1)[0, 0].T
+        share = optics.sun_share * math.exp(-optics.fading * depth)
+        base = base * (1.0 + share * _faded() * (bright - 1.0))[..., None]
+    return np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def grains() -> NDArray[np.float64]:
+    """Return noise of many sizes with mean 0 and standard deviation 1."""
+    rng = np.random.default_rng(7)
+    rate = np.hypot(*np.meshgrid(np.fft.fftfreq(CELLS), np.fft.fftfreq(CELLS), indexing="ij"))
+    rate[0, 0] = 1.0
+    waves = np.fft.fft2(rng.normal(size=(CELLS, CELLS))) / rate**0.7
+    waves[0, 0] = 0.0
+    noise = np.real(np.fft.ifft2(waves))
+    return noise / noise.std()
+
+
+@lru_cache(maxsize=1)
+def _faded() -> NDArray[np.float64]:
+    """Weight that goes to zero at the edges, so that none is seen."""
+    along = np.abs(np.arange(CELLS) + 0.5 - 0.5 * CELLS) / (0.5 * CELLS)
+    edge = np.clip((1.0 - along) / 0.25, 0.0, 1.0)
+    return edge[:, None] * edge[None, :]

@@ -1,0 +1,69 @@
+"""Shapes of a scene as Mitsuba wants them: files of triangles, placed anew for every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.optics import to_linear
+from seals.run.surface import Mesh, write_ply
+from seals.sight.meshes import triangles
+from seals.sight.scene import WORLD, Scene, Shape
+
+SHINE = 0.45
+"""Roughness of painted and moulded surfaces [1]."""
+METAL = 0.06
+"""Spread of the three colours under which a dark surface is taken for metal or rubber [1]."""
+
+
+def write_shapes(scene: Scene, folder: Path) -> list[tuple[int, Shape, Path]]:
+    """Write every shape but level planes into files; return number, shape and file of each."""
+    found = []
+    for number, shape in enumerate(scene.shapes):
+        if shape.kind == "plane":
+            continue
+        corners, faces = triangles(shape)
+        points = np.asarray(corners) @ np.asarray(shape.rotation).T + shape.position
+        path = folder / f"shape_{number}.ply"
+        # corners are not shared between faces that meet at an edge: such keep their edge
+        mesh = Mesh(np.asarray(points, dtype=float), np.asarray(faces, dtype=np.int64))
+        write_ply(path, mesh if shape.kind in ("sphere",) else _split(mesh))
+        found.append((number, shape, path))
+    return found
+
+
+def _split(mesh: Mesh) -> Mesh:
+    """The same triangles with corners of their own wherever they meet at more than 40 degrees."""
+    import trimesh
+
+    body: Any = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=True)
+    smooth = trimesh.graph.smooth_shade(body, angle=np.radians(40.0))
+    return Mesh(np.array(smooth.vertices, dtype=float), np.array(smooth.faces, dtype=np.int64))
+
+
+def material(colour: tuple[float, float, float]) -> Mapping[str, Any]:
+    """Return the surface of a link by its displayed colour."""
+    grey = max(colour) - min(colour) < METAL
+    metal = 0.7 if grey and 0.35 < max(colour) < 0.75 else 0.0
+    return {
+        "type": "twosided",
+        "bsdf": {
+            "type": "principled",
+            "base_color": {"type": "rgb", "value": to_linear(np.array(colour)).tolist()},
+            "roughness": SHINE,
+            "metallic": metal,
+            "specular": 0.5,
+        },
+    }
+
+
+def pose_of(shape: Shape, position: Floats, rotation: Floats) -> Floats:
+    """Return the 4x4 placement of a shape's file in the world."""
+    place = np.eye(4)
+    if shape.frame != WORLD:
+        place[:3, :3], place[:3, 3] = rotation[shape.frame], position[shape.frame]
+    return place

@@ -1,0 +1,103 @@
+"""Which of Mitsuba's variants runs here; those that compile are tried in a process of their own."""
+
+from __future__ import annotations
+
+import enum
+import subprocess
+import sys
+from functools import lru_cache
+from typing import Any
+
+from seals.errors import MissingExtra, PhysicsError
+
+SECONDS = 120.0
+"""Longest time that a trial may take [s]."""
+_TRIAL = """
+import sys
+import mitsuba as mi
+mi.set_variant(sys.argv[1])
+scene = mi.load_dict({
+    "type": "scene", "integrator": {"type": "volpath", "max_depth": 6},
+    "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8}},
+    "light": {"type": "constant"},
+    "ball": {"type": "sphere", "center": [0.0, 0.0, 4.0], "bsdf": {"type": "dielectric"},
+             "interior": {"type": "homogeneous", "albedo": 0.5, "sigma_t": 0.5}},
+})
+total = float(mi.TensorXf(mi.render(scene, spp=4)).numpy().sum())
+sys.exit(0 if total > 0.0 else 3)
+"""
+
+
+class Variant(enum.Enum):
+    """How Mitsuba computes: ``auto`` takes the fastest that works here."""
+
+    scalar_rgb = "scalar_rgb"
+    llvm_ad_rgb = "llvm_ad_rgb"
+    cuda_ad_rgb = "cuda_ad_rgb"
+    auto = "auto"
+
+
+def mitsuba(variant: Variant) -> Any:
+    """Return the mitsuba module, set to a variant that runs here.
+
+    Raises:
+        MissingExtra: Mitsuba is not installed, or lacks the variant.
+        PhysicsError: the variant was named and does not run here.
+    """
+    try:
+        import mitsuba as mi
+    except ImportError as cause:
+        raise MissingExtra(
+            "renderer=mitsuba needs the package mitsuba, which cannot be imported.\n"
+            "Install it: pip install 'aam-seals[render]'; or draw without it: renderer=tiny"
+        ) from cause
+    chosen = _chosen(variant)
+    if chosen not in mi.variants():
+        raise MissingExtra(
+            f"this build of mitsuba lacks the variant {chosen}.\nIt has: {', '.join(mi.variants())}"
+        )
+    if mi.variant() != chosen:
+        mi.set_variant(chosen)
+    mi.set_log_level(mi.LogLevel.Error)
+    return mi
+
+
+def _chosen(variant: Variant) -> str:
+    if variant is Variant.scalar_rgb:
+        return variant.value
+    if variant is Variant.auto:
+        order = (Variant.cuda_ad_rgb, Variant.llvm_ad_rgb)
+        return next((v.value for v in order if not trial(v.value)), Variant.scalar_rgb.value)
+    trouble = trial(variant.value)
+    if trouble:
+        raise PhysicsError(
+            f"renderer.variant={variant.value} does not run here: {trouble}.\n"
+            "Take renderer.variant=scalar_rgb, which runs everywhere; LLVM wants version 16 or "
+            "later (apt-get install libllvm19, DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1)"
+        )
+    return variant.value
+
+
+@lru_cache(maxsize=8)
+def trial(variant: str) -> str:
+    """Return what is wrong with a variant, empty when it draws.
+
+    An old LLVM does not raise an error but ends the process, hence a child.
+    """
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _TRIAL, variant],
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"a trial took longer than {SECONDS:g} s"
+    if done.returncode == 0:
+        return ""
+    said = [line.strip() for line in (done.stderr + done.stdout).splitlines() if line.strip()]
+    last = said[-1].rstrip(".")[:160] if said else ""
+    if done.returncode < 0:
+        return f"a trial was ended by signal {-done.returncode}" + (f" ({last})" if last else "")
+    return last or f"a trial ended with exit code {done.returncode}"

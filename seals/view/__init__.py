@@ -1,0 +1,6 @@
+"""What there is to see of a run: its stage, the poses of all links over time, water and forces."""
+
+from seals.view.replay import Replay, open_replay
+from seals.view.stage import Stage, build_stage
+
+__all__ = ["Replay", "Stage", "build_stage", "open_replay"]

@@ -1,0 +1,76 @@
+"""``seals view``: a run folder, or a run that starts now, in a window to look at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from seals.config.build import build
+from seals.config.run import build_run
+from seals.config.view import OWN
+from seals.errors import ConfigError
+from seals.run.recall import recalled
+from seals.run.resting import resting_effects
+from seals.view.replay import open_replay
+from seals.view.session import Session
+from seals.view.sliders import sliders_of
+
+
+def execute(config: Any) -> int | None:
+    """Show a run until it is interrupted.
+
+    Args:
+        config: composed by Hydra from the root ``view``.
+
+    Raises:
+        SealsError: there is no such run, it cannot start, or the viewer cannot be opened.
+    """
+    from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
+
+    hydra = HydraConfig.get()
+    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    _check_port(config.port)
+    viewer = build(config.show, where="show")
+    if not hasattr(viewer, "show"):
+        raise ConfigError(
+            "viewer@show: what was chosen shows no sessions.\n"
+            "Leave it out; the default is viewer@show=browser"
+        )
+    words, host, port = list(config.sliders), str(config.host), int(config.port)
+    if config.replay is not None:
+        _refuse_company(overrides)
+        place = Path(str(config.replay))
+        replay = open_replay(place, key="replay")
+        kept = recalled(place, key="replay")
+        idle = resting_effects(replay.stage.settings)
+        session = Session(kept, sliders_of(kept, words, idle), folder)
+        session.open(replay)
+        session.note = f"replay of {place.name}"
+    else:
+        kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+        idle = resting_effects(build_run(config))
+        session = Session(kept, sliders_of(kept, words, idle), folder)
+        session.start()
+    try:
+        viewer.show(session, host=host, port=port)
+    finally:
+        session.close()
+    return None
+
+
+def _refuse_company(overrides: list[str]) -> None:
+    """Refuse overrides of a run that has been."""
+    others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
+    if others:
+        raise ConfigError(
+            f"replay= shows a run as it was; it cannot be changed by {others[0]}.\n"
+            "Leave the others out and turn the sliders, or start anew without replay=."
+        )
+
+
+def _check_port(port: int) -> None:
+    if not 0 <= port < 1 << 16:
+        raise ConfigError(
+            f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"
+        )

@@ -1,0 +1,150 @@
+"""A run in a process of its own, followed while it goes on."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.errors import SealsError
+from seals.sight.scene import Poses
+
+RATE = 30.0
+"""Frames sent in one second of simulated time [Hz]."""
+MOST_PARTICLES = 20_000
+"""Particles sent of one frame; of more, every second, third ... goes."""
+EVERY = 6
+"""Frames from one picture of the particles to the next."""
+
+
+class Frame(NamedTuple):
+    """A run at one time.
+
+    Args:
+        time: [s].
+        position: of the scene's frames, world [m], shape (F, 3).
+        rotation: R_WF, shape (F, 3, 3).
+        particles: places of the water [m], shape (n, 3), None when it has none or they were not
+            sent.
+    """
+
+    time: float
+    position: NDArray[np.float32]
+    rotation: NDArray[np.float32]
+    particles: NDArray[np.float32] | None
+
+    @property
+    def poses(self) -> Poses:
+        """The poses as a batch of one."""
+        return Poses(self.position[None].astype(float), self.rotation[None].astype(float))
+
+
+class Live:
+    """Simulates the run whose configuration lies in a folder.
+
+    The engines behind a run may be started once in a process only, so each run has its own.
+
+    Args:
+        folder: of the run; it holds ``.hydra/config.yaml``.
+
+    Attributes:
+        failure: what stopped the run, as its refusal says it; empty while nothing did.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Start."""
+        context = multiprocessing.get_context("spawn")
+        self._ears, mouth = context.Pipe(duplex=False)
+        self._process = context.Process(target=simulate_into, args=(str(folder), mouth))
+        self._process.daemon = True
+        self._process.start()
+        mouth.close()
+        self.over, self.failure = False, ""
+
+    def heard(self) -> list[Frame]:
+        """Return the frames that came since; ``over`` is set once the run has ended."""
+        found: list[Frame] = []
+        try:
+            while not self.over and self._ears.poll():
+                said = self._ears.recv()
+                if isinstance(said, Frame):
+                    found.append(said)
+                else:
+                    self.over, self.failure = True, str(said)
+        except (EOFError, OSError):
+            self._process.join()
+            self.over = True
+            self.failure = f"The run was ended from outside (exit code {self._process.exitcode})."
+        return found
+
+    def stop(self) -> None:
+        """End the run; what it has so far is written into its folder."""
+        self._process.terminate()
+        self._process.join(5.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._ears.close()
+
+
+class Broadcast:
+    """Sends where everything is, some times a simulated second.
+
+    Args:
+        say: takes a frame.
+    """
+
+    def __init__(self, say: Callable[[Frame], None]) -> None:
+        """Begin with the first step."""
+        self._say, self._next, self._count = say, 0.0, 0
+
+    def tick(self, world: Any, books: Any) -> None:
+        """Send a frame when it is time."""
+        if world.time < self._next:
+            return
+        from seals.run.sight import poses_of
+
+        self._next = world.time + 1.0 / RATE
+        poses = poses_of(world.actors)
+        self._say(
+            Frame(
+                float(world.time),
+                np.asarray(poses.position[0], dtype=np.float32),
+                np.asarray(poses.rotation[0], dtype=np.float32),
+                self._particles(world.fluid) if self._count % EVERY == 0 else None,
+            )
+        )
+        self._count += 1
+
+    def _particles(self, fluid: Any) -> NDArray[np.float32] | None:
+        if fluid is None:
+            return None
+        places = np.asarray(fluid.particles()[0], dtype=np.float32)
+        return places[:: 1 + len(places) // MOST_PARTICLES]
+
+
+def simulate_into(folder: str, mouth: Connection) -> None:
+    """Simulate a run and tell of it; the last word is the failure, empty for none.
+
+    Args:
+        folder: of the run; it holds ``.hydra/config.yaml``.
+        mouth: end of the pipe to speak into.
+    """
+    from seals.config.run import build_run
+    from seals.run.application import run_into
+    from seals.run.recall import recalled
+
+    try:
+        settings = build_run(recalled(Path(folder), key="view"))
+        record = run_into(Path(folder), settings, keepers=[Broadcast(mouth.send)])
+        error = record.error
+        words = "" if error is None else f"{type(error).__name__}: {error}"
+    except SealsError as refusal:
+        words = f"{type(refusal).__name__}: {refusal}"
+    mouth.send(words)
+    mouth.close()

@@ -1,0 +1,149 @@
+"""A run folder as the poses of all links over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.run import build_run
+from seals.dynamics.tree import forward
+from seals.errors import ConfigError
+from seals.frames import matrix_of
+from seals.logs import Log
+from seals.logs.native import read_native
+from seals.robot.model import RobotModel
+from seals.run.assembly import ROBOT
+from seals.run.company import POSE, TURN
+from seals.run.recall import recalled
+from seals.sight.scene import Poses
+from seals.view.stage import Stage, build_stage
+
+
+class Track(NamedTuple):
+    """Where one actor was, row by row.
+
+    Args:
+        position: of its base, world [m], shape (T, 3).
+        quaternion: q_WB_xyzw, neighbours on the same side, shape (T, 4).
+        joints: [rad or m], shape (T, J).
+    """
+
+    position: Floats
+    quaternion: Floats
+    joints: Floats
+
+
+class Replay:
+    """A run that can be looked at: its stage, and where everything was at any time.
+
+    Args:
+        folder: of the run.
+        stage: robots and ground.
+        log: of the run.
+
+    Attributes:
+        time: of the rows [s], shape (T,).
+        tracks: by actor, in the order of the stage.
+    """
+
+    def __init__(self, folder: Path, stage: Stage, log: Log) -> None:
+        """Take the tracks out of the log."""
+        self.folder, self.stage, self.log = folder, stage, log
+        self.time: Floats = np.asarray(log.time, dtype=float)
+        self.tracks = {
+            name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
+            for name, robot in stage.robots.items()
+        }
+
+    @property
+    def end(self) -> float:
+        """Time of the last row [s]."""
+        return float(self.time[-1])
+
+    def poses(self, times: Floats | Sequence[float]) -> Poses:
+        """Return where all frames of the scene were, between the rows by interpolation.
+
+        Args:
+            times: [s], shape (N,); beyond the log its ends hold.
+
+        Returns:
+            Positions (N, F, 3) [m] and rotations (N, F, 3, 3), frames as in ``stage.scene``.
+        """
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        found = []
+        for name, robot in self.stage.robots.items():
+            track = self.tracks[name]
+            place, turn, joints = (_between(wanted, self.time, part) for part in track)
+            turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+            found.append(forward(robot.tree, place, matrix_of(turn), joints))
+        origins, rotations = zip(*found, strict=True)
+        return Poses(np.concatenate(origins, axis=1), np.concatenate(rotations, axis=1))
+
+
+def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
+    """Open the folder of a run.
+
+    Args:
+        folder: of the run; it holds ``.hydra/config.yaml``, ``log.parquet`` and ``meta.yaml``.
+        key: that named it, for messages.
+
+    Raises:
+        ConfigError: it is no run, or has no log yet.
+        RobotError: the robot's files have changed since.
+    """
+    place = Path(folder)
+    settings = build_run(recalled(place, key=key))
+    if not (place / "log.parquet").is_file():
+        raise ConfigError(
+            f"{key}={place}: this run has no log.parquet.\n"
+            "It is still going on, or was cut off: wait, or go on with seals run "
+            f"resume={place}"
+        )
+    return Replay(place, build_stage(settings), read_native(place))
+
+
+def _track(log: Log, robot: RobotModel, lead: str) -> Track:
+    place = _columns(log, (f"{lead}{name}" for name in POSE))
+    turn = _columns(log, (f"{lead}{name}" for name in TURN))[:, [1, 2, 3, 0]]
+    names = (f"{lead}joint_position_{k + 1}" for k in range(robot.tree.joints))
+    return Track(place, _continuous(turn), _columns(log, names))
+
+
+def _columns(log: Log, names: Iterator[str]) -> Floats:
+    """Columns side by side; rows in which a sensor had no reading are filled from their ends."""
+    wanted = list(names)
+    missing = [name for name in wanted if name not in log.columns]
+    if missing:
+        raise ConfigError(
+            f"the log of '{log.name}' has no column '{missing[0]}'.\nGive the folder of a run."
+        )
+    time = np.asarray(log.time, dtype=float)
+    filled = np.zeros((len(time), len(wanted)))
+    for k, name in enumerate(wanted):
+        values = np.asarray(log.columns[name], dtype=float)
+        known = np.isfinite(values)
+        if known.any():
+            filled[:, k] = np.interp(time, time[known], values[known])
+    return filled
+
+
+def _continuous(quaternion: Floats) -> Floats:
+    """Quaternions of unit length, each on the side of the one before."""
+    length = np.linalg.norm(quaternion, axis=1, keepdims=True)
+    unit = np.where(length > 0.0, quaternion / np.maximum(length, 1e-12), [0.0, 0.0, 0.0, 1.0])
+    flips = np.sum(unit[1:] * unit[:-1], axis=1) < 0.0
+    side = np.concatenate([[1.0], np.cumprod(np.where(flips, -1.0, 1.0))])
+    found: Floats = unit * side[:, None]
+    return found
+
+
+def _between(wanted: Floats, time: Floats, values: Floats) -> Floats:
+    """Linear interpolation of every column."""
+    found = np.zeros((len(wanted), values.shape[1]))
+    for k in range(values.shape[1]):
+        found[:, k] = np.interp(wanted, time, values[:, k])
+    return found

@@ -1,0 +1,200 @@
+"""One session of looking: the run on show, and the runs that its sliders start."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.config.run import build_run
+from seals.errors import ConfigError, SealsError, suggestion
+from seals.run.folder import write_config
+from seals.run.recall import recalled
+from seals.sight.scene import Poses
+from seals.view.forces import Forces
+from seals.view.live import Frame, Live
+from seals.view.replay import Replay, open_replay
+from seals.view.shots import Shots
+from seals.view.sliders import Slider
+from seals.view.stage import Stage, build_stage
+from seals.view.water import Water
+
+
+class Show(Protocol):
+    """A viewer plug-in that people look at and turn sliders in."""
+
+    def show(self, session: Session, *, host: str, port: int) -> None:
+        """Show a session until it is interrupted.
+
+        Args:
+            session: what there is to see.
+            host: address to listen on.
+            port: to listen on, 0 for any that is free.
+
+        Raises:
+            MissingExtra: a package is missing.
+            ConfigError: the address cannot be listened on.
+        """
+        ...
+
+
+class Session:
+    """What a viewer shows: one run at a time, replayed or going on.
+
+    Args:
+        config: composed configuration of the run; restarts change values in a copy of it.
+        sliders: values that a person may change.
+        folder: where the first run that the session starts is written; later ones beside it.
+
+    Attributes:
+        stage: of the run on show.
+        replay: of the run on show once it has ended, or None.
+        live: the run that goes on, or None.
+        shown: counts the runs; it changes when another one is on show.
+        made: folders that the session wrote, in order.
+        note: what to say of the run.
+    """
+
+    stage: Stage
+    water: Water
+    forces: Forces
+    shots: Shots
+
+    def __init__(self, config: Any, sliders: Sequence[Slider], folder: Path) -> None:
+        """Prepare; `start` or `open` puts a run on show."""
+        self.config, self.sliders, self._first = config, tuple(sliders), folder
+        self.values = {s.key: s.value for s in sliders}
+        self.replay: Replay | None = None
+        self.live: Live | None = None
+        self.shown, self.note, self.made = 0, "", list[Path]()
+        self._frames: list[Frame] = []
+        self._wet: list[tuple[float, NDArray[np.float32]]] = []
+
+    def open(self, replay: Replay) -> None:
+        """Put a run that has ended on show."""
+        self.replay, self._frames = replay, []
+        self.stage, folder = replay.stage, replay.folder
+        self.water = Water(self.stage.settings, folder)
+        self.forces, self.shots = Forces(self.stage, folder), Shots(folder)
+        self.shown += 1
+
+    def start(self) -> None:
+        """Start a run with the values of the sliders, in place of the one that goes on.
+
+        Raises:
+            SealsError: the configuration is refused.
+        """
+        folder = self._folder()
+        write_config(folder, self._config())
+        try:
+            stage = build_stage(build_run(recalled(folder, key="view")))
+        except SealsError:
+            if self.made:
+                shutil.rmtree(folder)
+            raise
+        self.close()
+        self.made.append(folder)
+        self.stage, self.replay, self._frames, self._wet = stage, None, [], []
+        self.water = Water(stage.settings)
+        self.forces, self.shots = Forces(stage, None), Shots(None)
+        self.live = Live(folder)
+        self.shown += 1
+        self.note = f"run {len(self.made)} is going on"
+
+    def _config(self) -> Any:
+        """The configuration with the values of those sliders that were turned."""
+        from omegaconf import OmegaConf
+
+        config = OmegaConf.create(OmegaConf.to_container(self.config, enum_to_str=True))
+        for slider in self.sliders:
+            value = self.values[slider.key]
+            if value != slider.value:
+                whole = isinstance(OmegaConf.select(config, slider.key), int)
+                OmegaConf.update(config, slider.key, round(value) if whole else value)
+        return config
+
+    def _folder(self) -> Path:
+        count = len(self.made)
+        return (
+            self._first if not count else self._first.with_name(f"{self._first.name}_{count + 1}")
+        )
+
+    def turn(self, changes: Mapping[str, float]) -> None:
+        """Take new values of sliders and start a run with them.
+
+        Raises:
+            ConfigError: there is no such slider, or a value is outside its range.
+            SealsError: the configuration is refused.
+        """
+        known = {s.key: s for s in self.sliders}
+        for key, value in changes.items():
+            if key not in known:
+                raise ConfigError(f"there is no slider '{key}'.\n{suggestion(key, known)}")
+            low, high = known[key].low, known[key].high
+            if not (math.isfinite(value) and low <= value <= high):
+                raise ConfigError(f"{key}={value} is not allowed.\nAllowed: {low:g} to {high:g}")
+        self.values.update(changes)
+        self.start()
+
+    def follow(self) -> bool:
+        """Take in what the run that goes on has said; return whether there is anything new."""
+        if self.live is None:
+            return False
+        new = self.live.heard()
+        self._frames += new
+        self._wet += [(f.time, f.particles) for f in new if f.particles is not None]
+        if not self.live.over:
+            return bool(new)
+        failure, self.live = self.live.failure, None
+        words = f"run {len(self.made)}: {self._said()}"
+        self.note = f"{words}. {failure}" if failure else words
+        try:
+            self.open(open_replay(self.made[-1], key="view"))
+        except SealsError as refusal:
+            self.note = f"{self.note}. {refusal}"
+        return True
+
+    def _said(self) -> str:
+        return ", ".join(f"{key} = {value:.4g}" for key, value in self.values.items()) or "done"
+
+    @property
+    def end(self) -> float:
+        """Time up to which there is something to see [s]."""
+        if self.replay is not None:
+            return self.replay.end
+        return self._frames[-1].time if self._frames else 0.0
+
+    @property
+    def length(self) -> float:
+        """Time that the run takes, as far as it is known [s]."""
+        if self.live is None:
+            return self.end
+        return max(self.end, float(self.stage.settings.time.duration))
+
+    def poses(self, time: float) -> Poses | None:
+        """Return where everything is at a time [s]; None before anything is known."""
+        if self.replay is not None:
+            return self.replay.poses([time])
+        if not self._frames:
+            return None
+        times = [frame.time for frame in self._frames]
+        return self._frames[min(int(np.searchsorted(times, time)), len(times) - 1)].poses
+
+    def particles(self, time: float) -> Floats | None:
+        """Return the places of particles last seen before a time [m]; None without any."""
+        if not self._wet:
+            return None
+        k = int(np.searchsorted([t for t, _ in self._wet], time + 1e-9, side="right")) - 1
+        return np.asarray(self._wet[max(k, 0)][1], dtype=float)
+
+    def close(self) -> None:
+        """End the run that goes on, if any."""
+        if self.live is not None:
+            self.live.stop()
+            self.live = None

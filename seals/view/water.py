@@ -1,0 +1,141 @@
+"""The water surface of a run, for eyes: from its waves, or from the meshes in its folder."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.config.run import RunSettings
+from seals.errors import ConfigError
+from seals.run.surface import FOLDER
+
+FINE = 2.5
+"""How much finer a patch is in the middle: its cells grow as the hyperbolic cosine up to this."""
+
+
+class Patch(NamedTuple):
+    """A piece of the surface.
+
+    Args:
+        vertices: world [m], shape (V, 3).
+        faces: anticlockwise from above, shape (F, 3).
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+
+
+class Water:
+    """The surface of a run at any time.
+
+    Args:
+        settings: of the run.
+        folder: of the run; meshes in its ``surface/`` go before the waves. None for none.
+
+    Attributes:
+        level: height of the calm surface [m], None without water.
+        meshes: files of surface meshes by time [s].
+    """
+
+    def __init__(self, settings: RunSettings, folder: Path | None = None) -> None:
+        """Find the meshes and try the waves."""
+        self.level = settings.environment.water_level
+        self._waves = settings.wave
+        files = sorted((folder / FOLDER).glob("t_*.ply")) if folder is not None else []
+        self.meshes = [(_instant(file), file) for file in files]
+        self._times = np.array([time for time, _ in self.meshes])
+
+    @property
+    def moves(self) -> bool:
+        """Whether the surface changes over time."""
+        if self.meshes:
+            return True
+        return self.level is not None and self._sea(np.zeros((1, 3)), 0.0).normal is not None
+
+    def heights(self, time: float, x: Floats, y: Floats) -> Floats:
+        """Return the height of the waves over points of the ground.
+
+        Args:
+            time: [s].
+            x: east [m], any shape.
+            y: north [m], of the same shape.
+
+        Raises:
+            ConfigError: the run has no water.
+        """
+        if self.level is None:
+            raise ConfigError("this run has no water.\nChoose it in the run: water=fossen")
+        flat = np.column_stack([np.ravel(x), np.ravel(y), np.full(np.size(x), self.level)])
+        found = np.broadcast_to(np.ravel(self._sea(flat, time).elevation), (len(flat),))
+        out: Floats = np.asarray(found, dtype=float).reshape(np.shape(x))
+        return out
+
+    def _sea(self, points: Floats, time: float) -> Any:
+        return self._waves.at(points, np.array([[time]]), float(self.level or 0.0))
+
+    def mesh(self, time: float) -> Patch | None:
+        """Return the mesh that was written last before a time, None where the folder has none."""
+        if not self.meshes:
+            return None
+        k = int(np.searchsorted(self._times, time + 1e-6, side="right")) - 1
+        return _read(str(self.meshes[max(k, 0)][1]))
+
+    def patch(self, time: float, middle: Floats, half: float, cells: int) -> Patch | None:
+        """Return a square of the surface as triangles, None without water.
+
+        Args:
+            time: [s].
+            middle: of the square, x and y [m].
+            half: of its edge [m].
+            cells: along an edge.
+        """
+        if self.level is None:
+            return None
+        # finer in the middle, where the robot is
+        across = half * np.sinh(np.linspace(-FINE, FINE, cells + 1)) / np.sinh(FINE)
+        y, x = np.meshgrid(middle[1] + across, middle[0] + across, indexing="ij")
+        z = self.heights(time, x, y)
+        return Patch(np.stack([x, y, z], axis=-1).reshape(-1, 3), grid_faces(cells))
+
+
+@lru_cache(maxsize=8)
+def grid_faces(cells: int) -> NDArray[np.int64]:
+    """Return the triangles of a square grid of points, row by row toward +y, seen from above.
+
+    Example:
+        >>> grid_faces(1).tolist()
+        [[0, 1, 3], [0, 3, 2]]
+    """
+    row = cells + 1
+    first = (np.arange(cells)[:, None] * row + np.arange(cells)).ravel()
+    right, above, across = first + 1, first + row, first + row + 1
+    lower = np.stack([first, right, across], axis=1)
+    upper = np.stack([first, across, above], axis=1)
+    return np.stack([lower, upper], axis=1).reshape(-1, 3)
+
+
+def _instant(file: Path) -> float:
+    """Time of a mesh from its name, ``t_000.0500.ply``."""
+    try:
+        return float(file.stem.removeprefix("t_"))
+    except ValueError as cause:
+        raise ConfigError(
+            f"{file} has no time in its name.\nMeshes of a run are called t_000.0500.ply; move "
+            "others away."
+        ) from cause
+
+
+@lru_cache(maxsize=32)
+def _read(path: str) -> Patch:
+    import trimesh
+
+    try:
+        loaded: Any = trimesh.load(path, force="mesh", process=False)
+        return Patch(np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces))
+    except (OSError, ValueError, IndexError) as cause:
+        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause

@@ -1,0 +1,292 @@
+"""Films of runs: frames that go on after a kill, cameras, refusals in words."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from seals.cli.main import main
+from seals.config.render import RenderSettings
+from seals.errors import ConfigError, MissingExtra
+from seals.render.application import prepare
+from seals.render.files import Frames, times_of
+from seals.render.film import write_film
+from seals.render.viewpoint import Way, camera_of, looking
+
+DROP = [
+    "experiment=drop_test",
+    "initial.position=[0,0,0.3]",
+    "time.duration=0.4",
+    "time.step=0.004",
+]
+SMALL = ["width=64", "height=40", "fps=10", "film=false"]
+
+
+@pytest.fixture(scope="module")
+def drop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a short drop into still water."""
+    folder = tmp_path_factory.mktemp("runs") / "drop"
+    assert main(["run", *DROP, f"hydra.run.dir={folder}"]) == 0
+    return folder
+
+
+def render(run: Path, *words: str) -> int:
+    """Render a run with small frames."""
+    return main(["render", f"run={run}", *SMALL, f"hydra.run.dir={run.parent / 'job'}", *words])
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, *gone: str) -> None:
+    """Let packages be absent."""
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name.partition(".")[0] in gone:
+            raise ImportError(f"No module named '{name}'")
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+
+
+def test_a_run_becomes_frames_that_show_the_robot(drop: Path, tmp_path: Path) -> None:
+    """Five frames of the wanted size; the ball in the middle differs from the same view later."""
+    assert render(drop, f"out={tmp_path}", "camera=[0,-1,0.3]", "look_at=[0,0,0.3]") == 0
+    frames = sorted(tmp_path.glob("frame_*.png"))
+    assert [f.name for f in frames] == [f"frame_{k:05d}.png" for k in range(5)]
+    first, last = (np.asarray(Image.open(f), dtype=float) for f in (frames[0], frames[-1]))
+    assert first.shape == (40, 64, 3)
+    # a ball of 0.1 m at 1 m under 0.9 rad is 6.6 pixels wide: there at first, gone at the end
+    assert np.abs(first - last)[18:22, 30:34].mean() > 20.0
+    assert np.abs(first - last)[:5, :5].max() == 0.0
+    assert not (drop.parent / "job").exists()
+
+
+def test_a_render_that_was_cut_off_keeps_whole_frames_only(drop: Path, tmp_path: Path) -> None:
+    """Frames that are there stay untouched; a missing and a cut-off one are drawn again."""
+    assert render(drop, f"out={tmp_path}") == 0
+    whole = {p.name: p.read_bytes() for p in tmp_path.glob("frame_*.png")}
+    (tmp_path / "frame_00001.png").unlink()
+    (tmp_path / "frame_00003.png").write_bytes(whole["frame_00003.png"][:-20])
+    before = {p.name: p.stat().st_mtime_ns for p in tmp_path.glob("frame_*.png")}
+    assert render(drop, f"out={tmp_path}") == 0
+    after = {p.name: p.stat().st_mtime_ns for p in tmp_path.glob("frame_*.png")}
+    assert {n for n in after if after[n] != before.get(n)} == {"frame_00001.png", "frame_00003.png"}
+    assert {p.name: p.read_bytes() for p in tmp_path.glob("frame_*.png")} == whole
+
+
+def test_a_kill_in_a_frame_leaves_the_others_and_no_half_one(
+    drop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """When the third frame breaks, two stand, and nothing else that looks like a frame."""
+    from seals.render.drawn import Drawn
+
+    real, calls = Drawn.photograph, []
+
+    def cut(self: Any, frame: Any) -> Any:
+        calls.append(frame.time)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return real(self, frame)
+
+    monkeypatch.setattr(Drawn, "photograph", cut)
+    assert render(drop, f"out={tmp_path}") == 130
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["frame_00000.png", "frame_00001.png", "render.json"]
+    assert render(drop, f"out={tmp_path}") == 0
+    # the two that stood are not asked for again
+    assert [round(t, 3) for t in calls[3:]] == [0.2, 0.3, 0.4]
+
+
+def test_frames_of_two_films_are_not_mixed(
+    drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another camera into the same folder is refused by name, unless it may replace."""
+    assert render(drop, f"out={tmp_path}") == 0
+    first = (tmp_path / "frame_00000.png").read_bytes()
+    assert render(drop, f"out={tmp_path}", "camera=side") == 2
+    said = capsys.readouterr().err
+    assert "camera" in said
+    assert "replace=true" in said
+    assert (tmp_path / "frame_00000.png").read_bytes() == first
+    assert render(drop, f"out={tmp_path}", "camera=side", "replace=true") == 0
+    assert (tmp_path / "frame_00000.png").read_bytes() != first
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run=nowhere"], "no run in this folder"),
+        (["run=null"], "run is not given"),
+        (["camera=sidee"], "Did you mean 'side'"),
+        (["camera=[1,2]"], "no place"),
+        (["camera=[0,0,0]", "look_at=[0,0,0]"], "Give two places that differ"),
+        (["start=9"], "after the end"),
+        (["water_type=coastal_4"], "water_type=coastal_4 is not known"),
+        (["quality=best"], "draft"),
+        (["renderer=tinny"], "tiny"),
+        (["renderer=browser"], "draws no frames"),
+        (["fps=0"], "fps"),
+        (["width=100000"], "pixels"),
+    ],
+)
+def test_refusals_name_what_is_wrong(
+    drop: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each is two lines with exit code 2, and no folder is made."""
+    assert render(drop, *words) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert "Traceback" not in err
+    assert len(err.strip().splitlines()) == 2
+    assert not (drop / "render").exists()
+
+
+def test_a_dry_run_has_no_camera_under_water(drop: Path, tmp_path: Path) -> None:
+    """Presets that need water say so, and name those that do not."""
+    way = Way(np.zeros(3), 1.0, None)
+    for camera in ("split", "under_water"):
+        with pytest.raises(ConfigError, match="the run has no water"):
+            camera_of(RenderSettings(camera=camera), way)
+    for camera in ("side", "three_quarter"):
+        assert camera_of(RenderSettings(camera=camera), way)(np.zeros(3)).axes[2, 2] < 0.0
+
+
+def test_presets_hold_the_whole_way(drop: Path) -> None:
+    """Every point of the ball about robot and way is in the picture, from all presets."""
+    way = Way(np.array([1.0, 2.0, -0.3]), 1.5, 0.0)
+    rng = np.random.default_rng(1)
+    on_ball = rng.normal(size=(400, 3))
+    on_ball = way.middle + way.radius * on_ball / np.linalg.norm(on_ball, axis=1, keepdims=True)
+    for camera in ("side", "three_quarter"):
+        origin, axes = camera_of(RenderSettings(camera=camera), way)(np.zeros(3))
+        seen = (on_ball - origin) @ axes
+        wide = np.tan(0.5 * 0.9)
+        assert np.abs(seen[:, 0] / seen[:, 2]).max() < wide
+        assert np.abs(seen[:, 1] / seen[:, 2]).max() < wide * 300 / 480
+
+
+def test_the_camera_follows_when_told(drop: Path) -> None:
+    """It goes along with the robot, but under water it keeps its depth."""
+    way = Way(np.zeros(3), 1.0, 0.0)
+    still = camera_of(RenderSettings(camera="side"), way)
+    along = camera_of(RenderSettings(camera="side", follow=True), way)
+    there = np.array([2.0, 0.0, 1.0])
+    np.testing.assert_allclose(still(there).origin, still(np.zeros(3)).origin)
+    np.testing.assert_allclose(along(there).origin - along(np.zeros(3)).origin, there)
+    split = camera_of(RenderSettings(camera="split", follow=True), way)
+    assert split(there).origin[2] == 0.0
+
+
+def test_looking_is_upright() -> None:
+    """The target is ahead, the horizon level, the axes right-handed."""
+    view = looking(np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 1.0]))
+    ahead = np.array([3.0, -4.0, -2.0]) / np.sqrt(29.0)
+    np.testing.assert_allclose(view.axes[:, 2], ahead)
+    assert abs(view.axes[2, 0]) < 1e-12
+    assert view.axes[2, 1] < 0.0
+    np.testing.assert_allclose(np.linalg.det(view.axes), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "count", "last"), [(1.0, 11, 0.4), (0.5, 21, 0.4), (3.0, 4, 0.36)]
+)
+def test_slow_motion_takes_more_frames(speed: float, count: int, last: float) -> None:
+    """Frames stand at speed / fps."""
+    times = times_of(0.0, 0.4, fps=25.0, speed=speed)
+    assert (len(times), round(float(times[-1]), 9)) == (count, last)
+
+
+def test_water_that_has_no_type_gets_one(drop: Path) -> None:
+    """A film shows water; the run's own type rules, the film's over it."""
+    assert prepare(RenderSettings(run=str(drop))).optics.water_type == "coastal_1"
+    own = RenderSettings(run=str(drop), water_type="oceanic_2")
+    assert prepare(own).optics.water_type == "oceanic_2"
+
+
+def test_the_film_has_all_frames(drop: Path, tmp_path: Path) -> None:
+    """A decoder reads as many frames as there are pictures, of their size and brightness."""
+    av = pytest.importorskip("av")
+    paths = []
+    for k in range(6):
+        paths.append(tmp_path / f"{k}.png")
+        Image.new("RGB", (65, 40), (40 * k, 40 * k, 40 * k)).save(paths[-1])
+    write_film(tmp_path / "film.mp4", paths, 12.5)
+    with av.open(str(tmp_path / "film.mp4")) as film:
+        assert float(film.streams.video[0].average_rate) == 12.5
+        shown = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+    assert [image.shape for image in shown] == [(40, 64, 3)] * 6
+    np.testing.assert_allclose([i.mean() for i in shown], 40.0 * np.arange(6), atol=4.0)
+
+
+def test_no_film_writer_is_said_before_a_frame_is_drawn(
+    drop: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Without PyAV the extra is named; film=false needs it not."""
+    hide(monkeypatch, "av")
+    assert render(drop, f"out={tmp_path / 'a'}", "film=true") == 2
+    said = capsys.readouterr().err
+    assert "aam-seals[render]" in said
+    assert "film=false" in said
+    assert not (tmp_path / "a").exists()
+    assert render(drop, f"out={tmp_path / 'a'}", "end=0") == 0
+
+
+def test_no_codec_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A build without a codec for MP4 is named, and no film is left."""
+    from seals.render import film
+
+    class Bare:
+        codecs_available = frozenset({"gif"})
+
+    monkeypatch.setattr(film, "refuse_missing", Bare)
+    with pytest.raises(MissingExtra, match="no codec"):
+        write_film(tmp_path / "film.mp4", [tmp_path / "0.png"], 25.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    """A file in place of the folder is said in words."""
+    (tmp_path / "taken").write_text("a file", encoding="utf-8")
+    with pytest.raises(ConfigError, match="cannot be written"):
+        Frames(tmp_path / "taken" / "film", {"run": "x"})
+
+
+def test_the_card_names_the_film(drop: Path, tmp_path: Path) -> None:
+    """Whoever finds frames can read what they show; a damaged card belongs to no film."""
+    assert render(drop, f"out={tmp_path}", "camera=side") == 0
+    card = json.loads((tmp_path / "render.json").read_text(encoding="utf-8"))
+    assert (card["camera"], card["quality"], card["width"]) == ("side", "draft", 64)
+    assert card["run"] == str(drop.resolve())
+    (tmp_path / "render.json").write_text("{", encoding="utf-8")
+    assert render(drop, f"out={tmp_path}", "camera=side") == 2
+
+
+def test_settings_are_described() -> None:
+    """Every field of the settings has its line in the docstring."""
+    words = RenderSettings.__doc__ or ""
+    missing = [f.name for f in dataclasses.fields(RenderSettings) if f"{f.name}:" not in words]
+    assert not missing
+
+
+def test_the_films_of_the_gallery_are_made_by_one_command(tmp_path: Path) -> None:
+    """A film under water in three small frames; a second call draws nothing anew."""
+    from seals.experiments.photoreal import main as films
+
+    words = ["target", "--out", str(tmp_path), "--renderer", "tiny", *SMALL, "fps=1", "end=2"]
+    assert films(words) == 0
+    frames = sorted(tmp_path.rglob("frame_*.png"))
+    assert len(frames) == 3
+    times = [p.stat().st_mtime_ns for p in (*frames, tmp_path / "target" / "log.parquet")]
+    assert films(words) == 0
+    assert times == [p.stat().st_mtime_ns for p in (*frames, tmp_path / "target" / "log.parquet")]
