@@ -51,7 +51,8 @@ def rays(eye: Eye) -> Pixels:
     down = (np.arange(rows) + 0.5 - 0.5 * rows) * (2.0 * half / columns)
     line = ahead + across[None, :, None] * right - down[:, None, None] * up
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
-    return line[None].astype(np.float32)
+    found: Pixels = line[None].astype(np.float32)
+    return found
 
 
 def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...]]) -> Sight:

@@ -27,7 +27,7 @@ def sea(wind: float = 2.0) -> SurfaceSum:
 
 def picture(eye: Eye, name: str, surface: Surface, floor: float, time: float = 1.3) -> Pixels:
     """Return the image of the scene, as bright as automatic exposure makes it, shape (H, W, 3)."""
-    balls = [
+    balls: list[tuple[float, ...]] = [
         (x, y, floor + radius, radius)
         for x, y, radius in ((1.2, 0.45, 0.22), (1.9, -0.5, 0.25), (2.6, 0.55, 0.3))
     ]

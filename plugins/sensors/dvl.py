@@ -114,7 +114,7 @@ class SensorDvl(Instrument):
         self._beams: Floats = np.stack(
             [flat * np.cos(c), flat * np.sin(c), np.full(BEAMS, -math.cos(a))], axis=1
         )
-        self._solver: Floats = np.linalg.pinv(self._beams)
+        self._solver: Floats = np.asarray(np.linalg.pinv(self._beams), dtype=float)
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -32,7 +32,7 @@ class Crop(NamedTuple):
     """Rows of a picture that are drawn: the first, and how many."""
 
     first: int
-    count: int
+    rows: int
 
 
 class Build:
@@ -167,7 +167,7 @@ def camera(mi: Any, view: Viewpoint, lens: Lens, *, near: float, crop: Crop) -> 
         "crop_offset_x": 0,
         "crop_offset_y": crop.first,
         "crop_width": lens.width,
-        "crop_height": crop.count,
+        "crop_height": crop.rows,
         "rfilter": {"type": "box"},
         "component_format": "float32",
     }

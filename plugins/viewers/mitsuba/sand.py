@@ -39,13 +39,13 @@ def sand(
     optics, surface, time = light
     base = to_linear(np.array(colour)) * (1.0 + GRAIN * grains())[..., None]
     if depth > 0.0 and surface is not None and optics.caustics:
-        patch = Patch(
-            *(np.array([x]) for x in (*middle, HALF)), np.array([[max(depth, 1e-3), depth + 1e-3]])
-        )
+        east, north, half = (np.array([x]) for x in (*middle, HALF))
+        patch = Patch(east, north, half, np.array([[max(depth, 1e-3), depth + 1e-3]]))
         bright = pattern(patch, surface, time, optics.sun, cells=CELLS, rays=1)[0, 0].T
         share = optics.sun_share * math.exp(-optics.fading * depth)
         base = base * (1.0 + share * _faded() * (bright - 1.0))[..., None]
-    return np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
+    found: NDArray[np.float32] = np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -56,8 +56,9 @@ def grains() -> NDArray[np.float64]:
     rate[0, 0] = 1.0
     waves = np.fft.fft2(rng.normal(size=(CELLS, CELLS))) / rate**0.7
     waves[0, 0] = 0.0
-    noise = np.real(np.fft.ifft2(waves))
-    return noise / noise.std()
+    noise: NDArray[np.float64] = np.real(np.fft.ifft2(waves))
+    noise /= noise.std()
+    return noise
 
 
 @lru_cache(maxsize=1)
@@ -65,4 +66,5 @@ def _faded() -> NDArray[np.float64]:
     """Weight that goes to zero at the edges, so that none is seen."""
     along = np.abs(np.arange(CELLS) + 0.5 - 0.5 * CELLS) / (0.5 * CELLS)
     edge = np.clip((1.0 - along) / 0.25, 0.0, 1.0)
-    return edge[:, None] * edge[None, :]
+    weight: NDArray[np.float64] = edge[:, None] * edge[None, :]
+    return weight

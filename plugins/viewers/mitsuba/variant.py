@@ -64,7 +64,7 @@ def mitsuba(variant: Variant) -> Any:
 
 def _chosen(variant: Variant) -> str:
     if variant is Variant.scalar_rgb:
-        return variant.value
+        return str(variant.value)
     if variant is Variant.auto:
         order = (Variant.cuda_ad_rgb, Variant.llvm_ad_rgb)
         return next((v.value for v in order if not trial(v.value)), Variant.scalar_rgb.value)
@@ -75,7 +75,7 @@ def _chosen(variant: Variant) -> str:
             "Take renderer.variant=scalar_rgb, which runs everywhere; LLVM wants version 16 or "
             "later (apt-get install libllvm19, DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1)"
         )
-    return variant.value
+    return str(variant.value)
 
 
 @lru_cache(maxsize=8)

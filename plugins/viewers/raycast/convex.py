@@ -71,7 +71,8 @@ def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     face = np.tile(np.arange(len(faces)), 3)
     size = int(edge.max()) + 1
     graph = coo_matrix((np.ones(len(edge)), (face, edge)), shape=(size, size))
-    label: NDArray[np.int64] = connected_components(graph, directed=False)[1][: len(faces)]
+    found = connected_components(graph, directed=False)[1][: len(faces)]
+    label: NDArray[np.int64] = found.astype(np.int64)
     return label
 
 

@@ -121,7 +121,8 @@ def _split(shape: Shape) -> list[Solid]:
     if shape.kind == "sphere":
         return [_ball(shape.size[0], place, turn, rest)]
     if shape.kind == "cylinder":
-        return [_rod(*shape.size, place, turn, rest)]
+        radius, length = shape.size
+        return [_rod(radius, length, place, turn, rest)]
     if shape.kind == "capsule":
         radius, length = shape.size
         end = 0.5 * length * turn[:, 2]
@@ -138,7 +139,8 @@ def _split(shape: Shape) -> list[Solid]:
             x, y, z = (0.5 * edge for edge in piece.size)
             out.append(Solid("box", (x, y, z), centre, axes, *rest))
         elif piece.kind == "cylinder":
-            out.append(_rod(*piece.size, centre, axes, rest))
+            radius, length = piece.size
+            out.append(_rod(radius, length, centre, axes, rest))
         else:
             planes = piece.normals, piece.offsets
             out.append(Solid("convex", (1.0, 1.0, 1.0), centre, axes, *rest, *planes))
