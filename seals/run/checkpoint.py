@@ -14,6 +14,7 @@ import time
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from seals.backend import Storing
@@ -172,6 +173,11 @@ def _live(world: World) -> Mapping[str, Any]:
     return live
 
 
+def _view(values: dict[str, Any]) -> Mapping[str, Any]:
+    """A read-only view: its own class has no name to be found by."""
+    return MappingProxyType(values)
+
+
 class _Pickler(pickle.Pickler):
     """Writes names in place of live parts."""
 
@@ -181,6 +187,12 @@ class _Pickler(pickle.Pickler):
 
     def persistent_id(self, obj: Any) -> str | None:
         return self._names.get(id(obj))
+
+    def reducer_override(self, obj: Any) -> Any:
+        # a read-only view of a mapping, such as that of an order to no joint
+        if isinstance(obj, MappingProxyType):
+            return _view, (dict(obj),)
+        return NotImplemented
 
 
 class _Unpickler(pickle.Unpickler):

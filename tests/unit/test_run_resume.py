@@ -90,10 +90,29 @@ def test_a_killed_run_goes_on_bit_for_bit(elsewhere: Path) -> None:
     assert not (on / checkpoint.FOLDER).exists()
 
 
+@pytest.mark.parametrize("backend", ["pybullet", "free"])
+def test_an_interrupted_flight_goes_on_bit_for_bit(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch, backend: str
+) -> None:
+    """Guide, controller and drives go on where they were, with either backend."""
+    flight = ["run", "robot=crazyflie", "controller=cascade", "guide=hover", f"backend={backend}"]
+    flight += ["initial.position=[0,0,1]", "time.duration=0.6", "time.step=0.004"]
+    interrupted(flight, elsewhere, monkeypatch)
+    same(elsewhere / "whole", elsewhere / "on", "log.parquet", "ledger.parquet")
+
+
 def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Water, ball, ledger and the books of the fluid go on where they were."""
+    interrupted(TANK, elsewhere, monkeypatch)
+    whole, on = elsewhere / "whole", elsewhere / "on"
+    same(whole, on, "log.parquet", "ledger.parquet", "fluid.parquet")
+    assert len(read_parquet(on / "log.parquet")["t"]) == 151
+
+
+def interrupted(words: list[str], elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make three run folders: one cut off, the one that goes on, and one never cut off."""
     whole, cut, on = elsewhere / "whole", elsewhere / "cut", elsewhere / "on"
     tick, ticks = checkpoint.Checkpoints.tick, [0]
 
@@ -104,13 +123,11 @@ def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
             raise KeyboardInterrupt
 
     monkeypatch.setattr(checkpoint.Checkpoints, "tick", stopping)
-    assert main([*TANK, "checkpoint=1e-9", f"hydra.run.dir={cut}"]) == 130
+    assert main([*words, "checkpoint=1e-9", f"hydra.run.dir={cut}"]) == 130
     monkeypatch.undo()
     monkeypatch.chdir(elsewhere)
     assert main(["run", f"resume={cut}", f"hydra.run.dir={on}"]) == 0
-    assert main([*TANK, "checkpoint=0", f"hydra.run.dir={whole}"]) == 0
-    same(whole, on, "log.parquet", "ledger.parquet", "fluid.parquet")
-    assert len(read_parquet(on / "log.parquet")["t"]) == 151
+    assert main([*words, "checkpoint=0", f"hydra.run.dir={whole}"]) == 0
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import math
 import subprocess
 import sys
 import zlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -140,12 +141,18 @@ def test_viewers_for_cameras_are_renderers(name: str) -> None:
         renderer.render(nowhere(), single(np.zeros(3), np.eye(3)), Lens())
 
 
-def test_a_camera_in_the_plane_of_a_face_gives_a_picture() -> None:
+def test_a_camera_in_the_plane_of_a_face_gives_a_picture(tmp_path: Path) -> None:
     """TinyRenderer loops for ever where a triangle lies in the camera's plane; here it returns."""
     done = subprocess.run(
-        [sys.executable, "-c", FACE], capture_output=True, timeout=60.0, check=False, text=True
+        [sys.executable, "-c", FACE],
+        capture_output=True,
+        timeout=60.0,
+        check=False,
+        text=True,
+        # from elsewhere: what is installed is tested, not the folder that tests run in
+        cwd=tmp_path,
     )
-    assert (done.returncode, done.stdout.strip()) == (0, "0")
+    assert (done.returncode, done.stdout.strip()) == (0, "0"), done.stderr
 
 
 @pytest.mark.parametrize(

@@ -96,10 +96,10 @@ class RendererRaycast:
         Raises:
             PhysicsError: no scene is open.
         """
-        import torch
-
         if self._scene is None:
             raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
+        import torch
+
         tables, fixed, light = self._scene
         count, views = cameras.origin.shape[:2]
         setting = Setting(
