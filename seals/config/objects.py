@@ -13,7 +13,7 @@ _CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class ObjectSettings:
-    """A body that stands in the scene beside the robot and is not commanded.
+    """A body in the scene beside the robot; an animal moves by itself.
 
     Its effects are those of its own ``robot.yaml`` and those of the surroundings (gravity,
     buoyancy, wind, current) as the run has them.
@@ -31,6 +31,9 @@ class ObjectSettings:
         spinning_friction: lever arm that resists spinning about the contact normal [m].
         restitution: coefficient of restitution [1].
         effects: values of its effects by effect and parameter, over those of ``robot.yaml``.
+        guide: what it does: name of a guide, or a mapping with the key ``guide`` and its values;
+            absent for the guide that its folder names, if any. With a guide it has its actuators.
+        controller: likewise; values without the key ``controller`` are over those of the folder.
     """
 
     robot: str = ""
@@ -47,6 +50,8 @@ class ObjectSettings:
     spinning_friction: float | None = optional("m", bounds=(0.0, 10.0), source=_CHOSEN)
     restitution: float | None = optional("1", bounds=(0.0, 1.0), source=_CHOSEN)
     effects: dict[str, Any] = field(default_factory=dict)
+    guide: Any = None
+    controller: Any = None
 
 
 def check_objects(objects: dict[str, ObjectSettings]) -> None:

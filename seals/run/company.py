@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.run import RunSettings
+from seals.run.origin import plugin_name
 from seals.world import Actor, Ledger
 
 POSE = ("position_x", "position_y", "position_z")
@@ -64,6 +65,14 @@ def describe_objects(settings: RunSettings, actors: Mapping[str, Actor]) -> dict
             "mass": float(actor.robot.mass.sum()),
             "joints": list(actor.robot.joints),
             "effects": list(actor.effects.names),
+            **_behaviour(actor),
         }
         for name, actor in actors.items()
     }
+
+
+def _behaviour(actor: Actor) -> dict[str, str]:
+    """Return the guide of an object that moves by itself."""
+    if actor.pilot is None:
+        return {}
+    return {"guide": plugin_name("guide", type(actor.pilot.guide))}

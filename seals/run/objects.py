@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from seals import registry
 from seals.backend import Configuration
 from seals.config.objects import ObjectSettings
 from seals.config.robot import RobotFile, RobotSettings
@@ -20,12 +19,10 @@ from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel, Surface
+from seals.run.behaviour import animate, moves, typed
 from seals.run.immersed import owners
 from seals.run.resting import owned
 from seals.world import Actor
-
-DRIVEN = ("sensors", "actuators", "controller")
-"""Sections of a robot folder that an object leaves out: nobody commands or reads it."""
 
 
 def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
@@ -34,8 +31,11 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
     Raises:
         SealsError: an object's robot, values or effects cannot be used.
     """
-    return {
-        name: Actor(
+    from seals.config.source import find_robot
+
+    actors = {}
+    for name, thing in settings.objects.items():
+        actor = Actor(
             *build_object(name, thing, settings.effects, settings.fluid),
             {},
             settings.backend,
@@ -44,8 +44,9 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
             steps=steps,
             fluid=settings.fluid,
         )
-        for name, thing in settings.objects.items()
-    }
+        animate(name, thing, find_robot(thing.robot), settings, actor)
+        actors[name] = actor
+    return actors
 
 
 def build_object(
@@ -69,6 +70,8 @@ def build_object(
     ambient = {key: effect.ambient() for key, effect in around.items()}
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
     own = _own_effects(name, found, settings)
+    if moves(settings, found):
+        own |= _actuators(name, found)
     if fluid is not None:
         own = {key: effect for key, effect in own.items() if not owned(effect, fluid)}
     effects |= own
@@ -97,6 +100,7 @@ def object_robot(found: RobotFile) -> RobotSettings:
         "urdf": s.urdf,
         "fixed_base": s.fixed_base,
         "hulls": found.hulls,
+        **found.limbs,
         "summary": s.summary,
     }
     with refusals(()):
@@ -134,12 +138,6 @@ def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel)
 
 def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[str, Effect]:
     """Effects of the object's folder, with the values of the run over those of the folder."""
-    from omegaconf import OmegaConf
-
-    from seals.config.build import build
-    from seals.config.derive import schema_of
-    from seals.config.refusal import refusals
-
     parts = found.parts.get("effects", {})
     for key in settings.effects:
         if key not in parts:
@@ -150,12 +148,16 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
     out: dict[str, Effect] = {}
     for key, (plugin, values) in parts.items():
         where = f"objects.{name}.effects.{key}"
-        more = settings.effects.get(key) or {}
-        with refusals(()):
-            schema = OmegaConf.structured(schema_of(registry.get("effect", plugin)))
-            node = OmegaConf.merge(schema, OmegaConf.create(values), OmegaConf.create(more))
-        out[key] = build(node, where=where)
+        out[key] = typed("effect", plugin, values, settings.effects.get(key) or {}, where=where)
     return out
+
+
+def _actuators(name: str, found: RobotFile) -> dict[str, Effect]:
+    """Actuators of the object's folder."""
+    return {
+        key: typed("actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}")
+        for key, (plugin, values) in found.parts.get("actuators", {}).items()
+    }
 
 
 def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:

@@ -10,22 +10,25 @@ import numpy as np
 from seals.arrays import Floats
 from seals.dynamics.tree import forward
 from seals.robot.model import RobotModel
+from seals.scaffold.legs import legs_of
 
 _TOOL = r"tool|tcp|palm|hand|grip|flange|(^|_)ee($|_)|end_?eff"
 
 
 class Limbs(NamedTuple):
-    """Entries of ``arms:`` and ``grippers:``, and joints that belong to neither."""
+    """Entries of ``arms:``, ``grippers:`` and ``legs:``, and joints that belong to none."""
 
     arms: dict[str, dict[str, Any]]
     grippers: dict[str, dict[str, Any]]
     others: list[str]
+    legs: dict[str, dict[str, Any]] = {}  # noqa: RUF012  of a tuple, never written to
 
 
 def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
     """Return arms and grippers of a robot.
 
-    A chain of joints is an arm; where it branches into fingers, these are its gripper.
+    A chain of joints is an arm; where it branches into fingers, these are its gripper. Four chains
+    of three joints or more, and nothing else, are legs.
 
     Args:
         robot: as read from the URDF.
@@ -36,6 +39,9 @@ def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
     grippers: dict[str, dict[str, Any]] = {}
     others: list[str] = []
     chains = [_chain(first, below) for first in below[-1]]
+    legs = legs_of(robot, [c for c, ends in chains if not ends])
+    if legs and not any(ends for _, ends in chains):
+        return Limbs({}, {}, [], legs)
     lone = [c for c, ends in chains if len(c) == 1 and not ends]
     long = [(c, ends) for c, ends in chains if len(c) > 1 or ends]
     fingers = [c[0] for c in lone if np.isfinite(robot.upper[c[0]])]

@@ -14,6 +14,8 @@ _LEVELS = 6
 """Parent folders of the URDF that are searched for a package."""
 _SHOWN = 5
 
+_MOST_MANIFEST = 1 << 20
+
 
 def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     """Return the file that a mesh's ``filename`` means.
@@ -85,7 +87,13 @@ def _declares(folder: Path, package: str) -> bool:
     if not manifest.is_file():
         return False
     try:
-        name = ElementTree.fromstring(manifest.read_bytes()).findtext("name")
-    except ElementTree.ParseError:
+        if manifest.stat().st_size > _MOST_MANIFEST:
+            return False
+        text = manifest.read_text(encoding="utf-8")
+        if "<!" in text.replace("<!--", "") or "\0" in text:
+            # entities can expand without end; a manifest needs none
+            return False
+        name = ElementTree.fromstring(text.encode()).findtext("name")
+    except (ElementTree.ParseError, OSError, ValueError):
         return False
     return (name or "").strip() == package

@@ -16,6 +16,7 @@ from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.scaffold.estimates import servo_values, short, water_effects
 from seals.scaffold.inertials import add_inertials
+from seals.scaffold.legs import gait_of, leg_servos
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.naming import free_name
 from seals.scaffold.rotors import Drives, drives_of
@@ -138,17 +139,24 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
         "drives": None if drives is None else _drive_lines(drives),
         "kind": "" if drives is None else drives.kind,
         "drive_links": [] if drives is None else drives.links,
-        "servos": (
-            {key: flow(v) for key, v in servo_values(robot, source).items()} if robot.joints else {}
-        ),
+        "servos": {key: flow(v) for key, v in _servos(made, source).items()},
         "effects": {key: flow(v) for key, v in water_effects(robot, made.hulls).items()},
         "imu": imu,
         "arms": {key: flow(v) for key, v in made.limbs.arms.items()},
         "grippers": {key: flow(v) for key, v in made.limbs.grippers.items()},
+        "legs": {key: flow(v) for key, v in made.limbs.legs.items()},
+        "gait": gait_of(robot, made.limbs.legs) if made.limbs.legs else {},
         "others": made.limbs.others,
         "changes": made.changes,
         "remarks": made.remarks,
     }
+
+
+def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
+    """Gains of the servos: those of legs carry the robot."""
+    if made.limbs.legs:
+        return leg_servos(made.robot, made.limbs.legs)
+    return servo_values(made.robot, source) if made.robot.joints else {}
 
 
 def _drive_lines(drives: Drives) -> dict[str, str]:
@@ -177,7 +185,9 @@ def _remarks(made: NewRobot) -> list[str]:
     """What a newcomer should look at first."""
     robot, drives = made.robot, made.drives
     out = []
-    if drives is None:
+    if made.limbs.legs:
+        out.append("legs: the pose at zero is taken for the stance; the gait's numbers are chosen")
+    elif drives is None:
         out.append(
             "no link is named like a rotor or thruster (rotor, prop, thruster, motor): "
             "write them under actuators: in robot.yaml"

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import RobotError, suggestion
+from seals.hulls.formats import refuse_strange_format
 from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
 from seals.scaffold.resources import find_resource
@@ -186,7 +187,7 @@ def shipped_urdfs() -> dict[str, Path]:
 
     Example:
         >>> list(shipped_urdfs())
-        ['own_robot/hexa']
+        ['own_animal/beetle', 'own_robot/hexa']
     """
     home = Path(str(resources.files("seals.experiments")))
     found = sorted(home.glob("*/*/urdf/*.urdf"))
@@ -234,6 +235,7 @@ def load_mesh(path: Path) -> Any:
     Raises:
         RobotError: it cannot be read, or holds no triangles.
     """
+    refuse_strange_format(path, "mesh")
     import trimesh
 
     try:

@@ -9,11 +9,13 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration, Dynamics, LinkPoses
 from seals.errors import PhysicsError
-from seals.frames import conjugate, cross, matrix_of, multiply
+from seals.frames import conjugate, matrix_of, multiply
 from seals.plugins.backends.pybullet.inertia import InertiaSplit
 from seals.plugins.backends.pybullet.loading import load_robot
-from seals.plugins.backends.pybullet.posing import Posing
+from seals.plugins.backends.pybullet.motors import StandingMotors
+from seals.plugins.backends.pybullet.posing import Posing, turned
 from seals.plugins.backends.pybullet.servo import Felt, JointServo
+from seals.plugins.backends.pybullet.touches import Touches
 from seals.robot.model import RobotModel
 
 FASTEST = 99.0
@@ -60,15 +62,12 @@ class PybulletBody:
         self._com, self._com_turn = loaded.base_centre, loaded.base_turn
         self._split = InertiaSplit(engine, client, robot, loaded)
         self._servo = JointServo(engine, client, robot, loaded)
+        self._motors = StandingMotors(engine, client, loaded, self._engine_order)
+        self._feet = frozenset(leg.foot for leg in robot.legs.values())
         self._given = np.zeros(robot.tree.joints)
         self._base = 0 if robot.tree.fixed_base else 6
         self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
-        self._touching = False
-        self._contact = np.zeros((len(robot.links), 6))
-        self._pressing = np.zeros(len(robot.links))
-        self._untouched = np.zeros_like(self._contact), np.zeros_like(self._pressing)
-        for zeros in self._untouched:
-            zeros.setflags(write=False)
+        self._touches = Touches(loaded.index)
         lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
         self._stops = list(zip(lower, upper, strict=True))
         self._began = np.zeros((len(robot.links), 3)), np.tile(np.eye(3), (len(robot.links), 1, 1))
@@ -89,9 +88,8 @@ class PybulletBody:
         )
         self._set_velocity(native, c.joints)
         self._step = _Step(native, None, c.joints)
-        self._contact = np.zeros_like(self._contact)
-        self._pressing = np.zeros_like(self._pressing)
-        self._touching = False
+        self._touches.forget()
+        self._motors.rest()
         self._servo.restore(None)
 
     def read(self) -> Configuration:
@@ -137,21 +135,27 @@ class PybulletBody:
         """Return the joint coordinates [rad or m], shape (J,)."""
         return self._step.joints
 
+    def joint_forces(self) -> Floats:
+        """Return the forces on the joints over the last step [N m or N], shape (J,)."""
+        return self._given + self._motors.forces
+
     def snapshot(self) -> Any:
         """Return what the engine does not keep."""
-        touch = self._touching, self._contact.copy(), self._pressing.copy()
-        return self._step, touch, self._split.snapshot(), self._servo.snapshot()
+        kept = self._split.snapshot(), self._servo.snapshot(), self._motors.snapshot()
+        return self._step, self._touches.snapshot(), self._given, kept
 
     def restore(self, kept: Any) -> None:
         """Put back what the engine does not keep."""
-        self._step, (self._touching, contact, pressing), inertia, servo = kept
+        self._step, touches, self._given, (inertia, servo, motors) = kept
         self._servo.restore(servo)
-        self._contact, self._pressing = contact.copy(), pressing.copy()
+        self._motors.restore(motors)
+        self._touches.restore(touches)
         self._split.restore(inertia)
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step."""
-        wrench, joint_force = self._effort(dynamics, step)
+        standing = self._stands(dynamics, step)
+        wrench, joint_force = (self._pushed if standing else self._effort)(dynamics, step)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
         self._began = origins, rotations
         # rows force and torque of every link, turned into the world at once
@@ -168,7 +172,11 @@ class PybulletBody:
                 push(self.body, link, force, points[k], frame, physicsClientId=client)
             if torque != _NOTHING:
                 twist(self.body, link, torque, frame, physicsClientId=client)
-        if self._joints:
+        if standing:
+            self._motors.drive(dynamics, step)
+        elif self._feet:
+            self._motors.rest()
+        if self._joints and (not standing or joint_force.any()):
             p.setJointMotorControlArray(
                 self.body,
                 self._joints,
@@ -185,7 +193,7 @@ class PybulletBody:
         )
         acting = self._servo.taken(dynamics, step, smooth)
         if dynamics.found.inertias or dynamics.sudden:
-            contact = self._contact if self._touching else None
+            contact = self._touches.wrenches() if self._touches.any else None
             wrench, joint_force = self._split.act(dynamics, contact, acting)
         else:
             wrench, joint_force = dynamics.wrench[0], dynamics.joint_force[0]
@@ -194,6 +202,23 @@ class PybulletBody:
                 joint_force = self._split.joint_forces(dynamics, acting) if found is None else found
         self._given = joint_force
         return wrench, joint_force
+
+    def _stands(self, dynamics: Dynamics, step: float) -> bool:
+        """Whether a leg of the robot touches something, or did so a moment ago."""
+        if not self._feet or dynamics.joint_drive is None:
+            return False
+        return self._motors.wanted(not self._feet.isdisjoint(self._touches.links), step)
+
+    def _pushed(self, dynamics: Dynamics, step: float) -> tuple[Floats, Floats]:
+        """Wrenches on the links and forces on the joints beside those of the motors."""
+        # what the motors did is not what the joints feel when they are off
+        self._servo.felt = None
+        outer: Floats = dynamics.joint_force[0]
+        self._given = outer
+        if self._split.idle(dynamics):
+            return dynamics.wrench[0], outer
+        known = dynamics._replace(joint_force=(outer + self._motors.forces)[None])
+        return self._split.act(known, self._touches.wrenches(), None)[0], outer
 
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time and move the pose as the middle velocity does.
@@ -207,13 +232,12 @@ class PybulletBody:
         if not raw @ raw <= FASTEST**2:
             self._refuse_speed(float(np.abs(raw).max()))
         before, kick = self._step, raw - self._step.now
-        if self._joints:
+        if self._joints and not self._motors.running:
             self._servo.felt = Felt(kick[self._base :] / step, self._given)
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
-        self._touching = len(points) > 0
-        if self._touching:
-            self._contact, self._pressing = self._sum_contacts(points)
-        if not self._second_order or self._touching or self._at_stop(joints):
+        self._touches.note(points, self._began)
+        plain = self._touches.any or self._motors.running
+        if not self._second_order or plain or self._at_stop(joints):
             self._step = _Step(raw, None, joints)
             return
         half = 0.5 * kick
@@ -239,7 +263,7 @@ class PybulletBody:
             position, turn = p.getBasePositionAndOrientation(self.body, physicsClientId=client)
             place = [x + d for x, d in zip(position, shift[:3], strict=True)]
             p.resetBasePositionAndOrientation(
-                self.body, place, _turned(turn, shift[3:6]), physicsClientId=client
+                self.body, place, turned(turn, shift[3:6]), physicsClientId=client
             )
         self._set_velocity(now, joints)
 
@@ -302,6 +326,7 @@ class PybulletBody:
             states = self._p.getJointStates(self.body, self._joints, physicsClientId=self._client)
             joints += [states[k][0] for k in self._back]
             velocity += [states[k][1] for k in self._back]
+            self._motors.hear(states)
         return np.array(velocity), np.array(joints)
 
     def contact_wrenches(self) -> Floats:
@@ -309,41 +334,8 @@ class PybulletBody:
 
         They act about the link origins and are given in link axes [N, N m].
         """
-        return self._contact if self._touching else self._untouched[0]
+        return self._touches.wrenches()
 
     def contact_normals(self) -> Floats:
         """Return the sum of the normal forces on every link in the last step [N], shape (L,)."""
-        return self._pressing if self._touching else self._untouched[1]
-
-    def _sum_contacts(self, points: Any) -> tuple[Floats, Floats]:
-        """Sum normal and friction forces per link, and the normal forces alone."""
-        # the engine found the contacts where the step began
-        origins, rotations = self._began
-        out, pressing = np.zeros_like(self._contact), np.zeros_like(self._pressing)
-        # positions, normal, its force, and two directions of friction with theirs
-        table = np.array([(*q[5], *q[7], q[9], *q[11], q[10], *q[13], q[12]) for q in points])
-        force = sum(table[:, [c + 3]] * table[:, c : c + 3] for c in (3, 7, 11))
-        links = [self._index.index(q[3]) for q in points]
-        torque = cross(table[:, :3] - origins[links], force)
-        for row, k in enumerate(links):
-            turn = rotations[k]
-            out[k, :3] += force[row] @ turn
-            out[k, 3:] += torque[row] @ turn
-            pressing[k] += table[row, 6]
-        return out, pressing
-
-
-def _turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:
-    """A quaternion turned further by a small rotation vector in world axes [rad], order x y z w."""
-    x, y, z, w = quaternion
-    a, b, c = (0.5 * v for v in vector)
-    # cos and sin(h)/h of the half angle h to fourth order: h is about 1e-5
-    square = a * a + b * b + c * c
-    d, scale = 1.0 - 0.5 * square, 1.0 - square / 6.0
-    a, b, c = scale * a, scale * b, scale * c
-    return [
-        d * x + a * w + b * z - c * y,
-        d * y + b * w + c * x - a * z,
-        d * z + c * w + a * y - b * x,
-        d * w - a * x - b * y - c * z,
-    ]
+        return self._touches.normals()

@@ -58,6 +58,11 @@ class InertiaSplit:
             self._set(int(link), *kept[link])
         self._raised = bool(self._iso.any())
 
+    def idle(self, dynamics: Dynamics) -> bool:
+        """Whether the engine's own equations are the full ones: no added inertia has a weight."""
+        none = all(weightless(added) for _, _, added, _ in dynamics.found.inertias)
+        return none and not self._raised and not dynamics.sudden
+
     def act(
         self, dynamics: Dynamics, contact: Floats | None, acting: Taken | None
     ) -> tuple[Floats, Floats]:

@@ -63,3 +63,19 @@ class Posing:
             return places, turns
         both = turns.take(self._row, axis=0) @ self._on
         return places.take(self._row, axis=0) + both[:, :, 3], both[:, :, :3]
+
+
+def turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:
+    """A quaternion turned further by a small rotation vector in world axes [rad], order x y z w."""
+    x, y, z, w = quaternion
+    a, b, c = (0.5 * v for v in vector)
+    # cos and sin(h)/h of the half angle h to fourth order: h is about 1e-5
+    square = a * a + b * b + c * c
+    d, scale = 1.0 - 0.5 * square, 1.0 - square / 6.0
+    a, b, c = scale * a, scale * b, scale * c
+    return [
+        d * x + a * w + b * z - c * y,
+        d * y + b * w + c * x - a * z,
+        d * z + c * w + a * y - b * x,
+        d * w - a * x - b * y - c * z,
+    ]

@@ -1,0 +1,1 @@
+"""A shore crab that runs on three pairs of legs."""

@@ -1,0 +1,1 @@
+"""Meshes of the crab, written by make_crab.py."""

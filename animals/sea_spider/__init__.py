@@ -1,0 +1,1 @@
+"""A giant sea spider on eight legs."""

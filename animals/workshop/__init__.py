@@ -1,0 +1,1 @@
+"""What the animals' scripts share: drawn shells and limbs, and legs of three joints."""

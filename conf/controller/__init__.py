@@ -1,0 +1,1 @@
+"""Tuned gaits: values of controllers that were found by search."""

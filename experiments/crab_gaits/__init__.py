@@ -1,0 +1,119 @@
+"""Gaits of crab and sea spider: how fast, how dearly, how surely, and which feet stand when."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import functools
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.experiments.crab_gaits.cases import CASES, GAITS, Case
+from seals.experiments.crab_gaits.figure import draw_falls
+from seals.experiments.crab_gaits.reaching import TASKS, reach
+from seals.experiments.crab_gaits.walks import Walk, walked
+from seals.experiments.flights import markdown
+from seals.experiments.trials import Outcome, run_trials
+
+HEAD = ("gait", "speed [m/s]", "body lengths/s", "cost of transport", "Froude", "on the ground")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiment from the command line."""
+    given = _parsed(arguments)
+    stamp = datetime.datetime.now().astimezone()
+    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_crab_gaits"
+    if given.tune:
+        from seals.experiments.crab_gaits.tuning import tune
+
+        tune(given.tune, out, budget=given.budget, seed=given.seed)
+    elif given.reach:
+        print(reach(given.reach, out, seeds=given.seeds or 20, more=given.overrides))
+    elif given.seeds:
+        _trials(out, given.seeds, given.only)
+    else:
+        _gaits(out, given.overrides)
+    print(f"written: {out}")
+    return 0
+
+
+def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m seals.experiments.crab_gaits")
+    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_crab_gaits when left out")
+    parser.add_argument("--seeds", type=int, default=0, help="walks of every case, as a table")
+    parser.add_argument("--only", nargs="*", default=[], help="cases, all when left out")
+    parser.add_argument("--tune", choices=sorted(GAITS), help="gait whose parameters to optimise")
+    parser.add_argument("--reach", choices=sorted(TASKS), help="targets to go to, --seeds of them")
+    parser.add_argument("--budget", type=int, default=300, help="walks of the optimiser")
+    parser.add_argument("--seed", type=int, default=0, help="of the optimiser")
+    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    return parser.parse_args(arguments)
+
+
+def _gaits(out: Path, overrides: Sequence[str]) -> None:
+    """Walk every gait once: a table and the figure of foot-falls."""
+    walks: dict[str, Walk] = {}
+    for name, words in GAITS.items():
+        walks[name] = walked([*words, *overrides])
+        print(f"{name}: {walks[name].lengths:.2f} body lengths/s", flush=True)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "gaits.md").write_text(markdown(HEAD, [row(n, w) for n, w in walks.items()]))
+    draw_falls(walks, out / "foot_falls.png")
+
+
+def row(name: str, walk: Walk) -> list[str]:
+    """Return one row of the table of gaits."""
+    return [
+        name,
+        f"{walk.speed:.3f}",
+        f"{walk.lengths:.2f}",
+        f"{walk.cost:.2f}",
+        f"{walk.froude:.3f}",
+        f"{walk.stands.mean():.0%}",
+    ]
+
+
+def _trials(out: Path, seeds: int, only: Sequence[str]) -> None:
+    """Walk every case under many seeds: one table each, taken up again where it was cut off."""
+    rows = []
+    for name, case in CASES.items():
+        if only and name not in only:
+            continue
+        print(name, flush=True)
+        found = run_trials(
+            out / f"{name}.csv",
+            range(seeds),
+            functools.partial(_words, case),
+            functools.partial(_tried, case),
+        )
+        good = sum(int(one["success"]) for one in found)
+        fell = sum(int(float(one["fell"])) for one in found)
+        lengths = [float(one["lengths_per_s"]) for one in found]
+        cells = [f"{good} of {seeds}", f"{fell}", f"{min(lengths):.2f} to {max(lengths):.2f}"]
+        rows.append([name, f"{case.least:g}", *cells])
+    head = ("case", "asked [lengths/s]", "success", "falls", "body lengths/s")
+    (out / "cases.md").write_text(markdown(head, rows))
+
+
+def _words(case: Case, seed: int) -> list[str]:
+    """What a walk depends on; its seed stands last."""
+    return [*case.words, f"{case.slope}", f"{seed}"]
+
+
+def _tried(case: Case, words: Sequence[str]) -> Outcome:
+    """Walk one case once: a success has not fallen and is as fast as the case asks."""
+    walk = walked(case.words, seed=int(words[-1]), slope=case.slope)
+    slow = walk.lengths < case.least
+    reason = "fell" if walk.fell else "slow" if slow else ""
+    return Outcome(
+        success=not reason,
+        reason=reason,
+        measures={
+            "lengths_per_s": walk.lengths,
+            "cost": walk.cost,
+            "froude": walk.froude,
+            "upright": walk.upright,
+            "beyond_limit_rad": walk.beyond,
+            "fell": float(walk.fell),
+        },
+    )

@@ -1,0 +1,66 @@
+"""Going to targets: from random headings to places all around, within a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.experiments.trials import Outcome, run_trials, summary
+from seals.run.assembly import ROBOT, build_world
+
+TASKS = {
+    "crab": ("experiment=crab_reach", 0.40, "guide.speed=0.2", 8.0),
+    "crab_seabed": ("experiment=crab_reach_seabed", 0.40, "guide.speed=0.1", 14.0),
+    "sea_spider": ("experiment=sea_spider_reach", 0.45, "guide.speed=0.03", 40.0),
+}
+"""Recipe, distance of the targets [m], speed, and time allowed [s]."""
+
+
+def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = ()) -> str:
+    """Walk to many targets and return how many were reached.
+
+    Args:
+        name: of the task.
+        out: folder of the table.
+        seeds: number of targets.
+        more: overrides, for instance another controller.
+    """
+    recipe, far, speed, most = TASKS[name]
+
+    def words(seed: int) -> list[str]:
+        rng = np.random.default_rng(10_000 + seed)
+        yaw, way = rng.uniform(-math.pi, math.pi, 2)
+        place = f"[{far * math.cos(way):.4f},{far * math.sin(way):.4f}]"
+        start = [f"initial.rpy=[0,0,{yaw:.4f}]", f"guide.place={place}"]
+        return [recipe, speed, *start, f"time.duration={most}", *more]
+
+    rows = run_trials(out / f"reach_{name}.csv", range(seeds), words, reached)
+    times = [float(row["seconds"]) for row in rows if row["success"] == "1"]
+    mean = f", in {np.mean(times):.2f} s on average" if times else ""
+    return f"{name}: {summary(rows)}{mean}"
+
+
+def reached(words: Sequence[str]) -> Outcome:
+    """Walk to one target: done when the guide says so before the time is over."""
+    settings = build_run(compose(list(words)))
+    world = build_world(settings)
+    try:
+        actor = world.actors[ROBOT]
+        assert actor.pilot is not None
+        while world.time < settings.time.duration and actor.pilot.finished is not True:
+            world.step()
+        done = actor.pilot.finished is True
+        upright = float(actor.body.poses().rotations[0, 0, 2, 2])
+        return Outcome(
+            success=done,
+            reason="" if done else "late",
+            seconds=world.time,
+            measures={"upright": upright},
+        )
+    finally:
+        world.close()

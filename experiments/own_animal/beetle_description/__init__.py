@@ -1,0 +1,1 @@
+"""The beetle as a package of ROS would hold it."""

@@ -1,0 +1,1 @@
+"""Written by make_beetle.py."""

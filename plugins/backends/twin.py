@@ -1,0 +1,36 @@
+"""Free motion of one robot, and the mark of environments that fly as batches of twins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.plugins.backends.free import BackendFree
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class BackendTwin(BackendFree):
+    """In a run: as ``free``. In learning: thousands of robots at once, joints held, by PyTorch.
+
+    Args:
+        passable: see `BackendFree`.
+        interval: step of the batch's integrator, fourth order [s].
+        double: whether the batch computes in float64.
+
+    Limitations:
+        As of ``free``: nothing touches anything. In a batch, the joints stand still.
+
+    Example:
+        >>> BackendTwin().interval
+        0.02
+    """
+
+    interval: float = param(
+        0.02,
+        "s",
+        bounds=(1e-4, 0.05),
+        tolerance=0.0,
+        source="chosen: speed; see docs/learning.md",
+        fit=False,
+    )
+    double: bool = False

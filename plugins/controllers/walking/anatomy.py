@@ -1,0 +1,154 @@
+"""Legs of three joints: where the toes stand, and the joint values that put them elsewhere."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.tree import forward
+from seals.errors import ConfigError
+from seals.robot.limbs import Leg
+from seals.robot.model import RobotModel
+
+SQUARE = 1e-3
+"""Largest sine or cosine between axes that count as parallel or as square [1]."""
+SPARE = 1e-3
+"""Share of its length by which a leg is never quite stretched or folded [1]."""
+
+
+class Anatomy(NamedTuple):
+    """All legs of an animal at joint values of zero; body axes about the body origin.
+
+    In a leg's own plane the first coordinate runs outwards, square to the hip's axis, and the
+    second along that axis. A leg of N is a row.
+
+    Args:
+        joints: indices of hip, lift and bend, shape (N, 3).
+        toe: place of the toes [m], shape (N, 3).
+        hip: point on the hips' axes [m], shape (N, 3).
+        basis: rows outwards, across, and along the hip's axis, shape (N, 3, 3).
+        aside: distance of the leg's plane from the hip's axis [m], shape (N,).
+        knee: lift joint in the leg's plane, from the hip [m], shape (N, 2).
+        length: of the two segments [m], shape (N, 2).
+        rest: elevation of the two segments [rad], shape (N, 2).
+        sense: whether positive hip, lift and bend turn towards ``across``, down and down: 1 or -1,
+            shape (N, 3).
+        fold: -1 where the second segment hangs down from the first, 1 where it rises, shape (N,).
+        lower: joint limits [rad], shape (N, 3).
+        upper: joint limits [rad], shape (N, 3).
+        side: 0 for legs on the left, 1 for legs on the right, shape (N,).
+        rank: place on its side, 0 in front, shape (N,).
+    """
+
+    joints: Floats
+    toe: Floats
+    hip: Floats
+    basis: Floats
+    aside: Floats
+    knee: Floats
+    length: Floats
+    rest: Floats
+    sense: Floats
+    fold: Floats
+    lower: Floats
+    upper: Floats
+    side: Floats
+    rank: Floats
+
+    def angles(self, toes: Floats) -> Floats:
+        """Return the joint values that put the toes somewhere, as near as the legs reach.
+
+        Args:
+            toes: body axes about the body origin, outwards of the hips [m], shape (N, 3).
+
+        Returns:
+            Hip, lift and bend within the joint limits [rad], shape (N, 3).
+        """
+        out, across, along = (self.basis @ (toes - self.hip)[:, :, None])[:, :, 0].T
+        radius = np.sqrt(np.maximum(out * out + across * across - self.aside**2, 1e-12))
+        hip = np.arctan2(across, out) - np.arctan2(self.aside, radius)
+        x, z = radius - self.knee[:, 0], along - self.knee[:, 1]
+        first, second = self.length[:, 0], self.length[:, 1]
+        longest, shortest = (first + second) * (1 - SPARE), abs(first - second) * (1 + SPARE)
+        far = np.minimum(np.maximum(np.hypot(x, z), shortest), longest)
+        cosine = (far * far - first**2 - second**2) / (2.0 * first * second)
+        bend = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
+        lead = np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
+        thigh = np.arctan2(z, x) - self.fold * lead
+        raised = thigh - self.rest[:, 0]
+        folded = thigh + self.fold * bend - self.rest[:, 1] - raised
+        values = self.sense * np.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=1)
+        inside: Floats = np.minimum(np.maximum(values, self.lower), self.upper)
+        return inside
+
+
+def anatomy_of(robot: RobotModel) -> Anatomy:
+    """Return the legs of a robot.
+
+    Raises:
+        ConfigError: it has no legs, or one that is not a turning hip and two parallel hinges.
+    """
+    if not robot.legs:
+        raise ConfigError(
+            f"robot '{robot.name}' has no legs, a gait has nothing to move.\n"
+            "Name them in its robot.yaml: legs: {NAME: {joints: [...], foot: LINK, toe: [x, y, z]}}"
+        )
+    zero = np.zeros((1, robot.tree.joints))
+    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero))
+    rows = [_row(robot, leg, origins, turns) for leg in robot.legs.values()]
+    table = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    side = (table["toe"][:, 1] < 0.0).astype(float)
+    rank = [
+        np.sum((side == side[k]) & (table["hip"][:, 0] > table["hip"][k, 0] + 1e-9))
+        for k in range(len(rows))
+    ]
+    return Anatomy(**table, side=side, rank=np.array(rank, dtype=float))
+
+
+def _row(robot: RobotModel, leg: Leg, origins: Floats, turns: Floats) -> dict[str, Floats]:
+    """One leg in its own plane."""
+    if len(leg.joints) != 3:
+        raise ConfigError(
+            f"robot '{robot.name}': leg '{leg.name}' has {len(leg.joints)} joints.\n"
+            "A gait walks on legs of three: a hip that turns fore and aft, and two hinges."
+        )
+    tree = robot.tree
+    links = [tree.joint.index(j) for j in leg.joints]
+    axes = [turns[k] @ tree.axis[j] for k, j in zip(links, leg.joints, strict=True)]
+    hip, knee, ankle = (origins[k] for k in links)
+    toe = origins[leg.foot] + turns[leg.foot] @ leg.toe
+    tilt = max(abs(float(axes[0] @ axes[1])), float(np.linalg.norm(np.cross(axes[1], axes[2]))))
+    if tilt > SQUARE:
+        raise ConfigError(
+            f"robot '{robot.name}': leg '{leg.name}' has the axes {np.round(axes, 3).tolist()}.\n"
+            "A gait needs the second and the third one parallel, and square to the first."
+        )
+    out = np.cross(axes[1], axes[0])
+    out = out if out @ (toe - hip) > 0.0 else -out
+    across = np.cross(axes[0], out)
+    plane = np.array([out, axes[0]])
+    thigh, shank = plane @ (ankle - knee), plane @ (toe - ankle)
+    rest = np.array([np.arctan2(s[1], s[0]) for s in (thigh, shank)])
+    turned = float(thigh[0] * shank[1] - thigh[1] * shank[0])
+    return {
+        "joints": np.array(leg.joints),
+        "toe": toe,
+        "hip": hip,
+        "basis": np.array([out, across, axes[0]]),
+        "aside": np.array(across @ (toe - hip)),
+        "knee": plane @ (knee - hip),
+        "length": np.array([np.hypot(*thigh), np.hypot(*shank)]),
+        "rest": rest,
+        "sense": np.array([1.0, *(np.sign(axis @ across) for axis in axes[1:])]),
+        "fold": np.array(1.0 if turned > 0.0 else -1.0),
+        "lower": robot.lower[list(leg.joints)],
+        "upper": robot.upper[list(leg.joints)],
+    }
+
+
+def _wrapped(angle: Floats) -> Floats:
+    """Angles between -pi and pi [rad]."""
+    turned: Floats = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    return turned

@@ -1,0 +1,83 @@
+"""Scripted gaits: a clock, and legs that keep their places in the cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
+from seals.plugins.controllers.walking.walker import Manner, Pace, Walker, wished
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Gait(Walker):
+    """Walks by a clock: tripod, tetrapod, ripple or wave.
+
+    Equation:
+        phase of leg i = f t + offset_i; on the ground for its first ``duty``, in the air for the
+        rest; f = speed duty / stroke between lowest and highest.
+
+    Args:
+        rate: calls a second [Hz].
+        sense: sensor of pose and velocity, or ``truth``.
+        facing: ``aim``, ``ahead`` or ``sideways``.
+        stroke: longest way of a toe on the ground, in body axes [m].
+        lift: height of the toes in the air [m].
+        lowest: frequency at which slow walks step [Hz].
+        highest: largest frequency [Hz].
+        spread: of the toes outwards of the stance [m].
+        crouch: of the body below the stance [m].
+        turn_gain: of the heading's error [1/s].
+        turn_limit: largest rate of turn [rad/s].
+        smooth: time in which a change of walk is taken up [s].
+        pattern: order of the legs.
+        duty: share of the cycle on the ground, 0 for that of the pattern [1].
+
+    Assumptions:
+        The ground is firm and flat on the scale of a step.
+
+    Valid range:
+        Robots with legs of three joints, four legs or more.
+
+    Limitations:
+        Feels neither ground nor tilt: it steps by the clock.
+
+    References:
+        Wilson 1966, Annual Review of Entomology 11 (gaits of insects); Burrows and Hoyle 1973,
+        Journal of Experimental Zoology 184 (ghost crabs run on three pairs of legs, in tripods).
+
+    Example:
+        >>> Gait(pattern=Pattern.ripple).pattern.value
+        'ripple'
+    """
+
+    pattern: Pattern = Pattern.tripod
+    duty: float = param(
+        0.0, "1", bounds=(0.0, 0.95), tolerance=0.0, source="chosen: the pattern's", fit=False
+    )
+
+    def manner(self, wishes: Mapping[str, float]) -> Manner:
+        """Return how the legs step."""
+        own = Manner(
+            duty=self.duty or duty_of(self.pattern, len(self._legs.toe)),
+            stroke=self.stroke,
+            lift=self.lift,
+            low=self.lowest,
+            high=self.highest,
+            spread=self.spread,
+            crouch=self.crouch,
+        )
+        return wished(own, wishes)
+
+    def order(self, manner: Manner) -> Floats:
+        """Return the phases of the pattern, shape (N,)."""
+        return phases_of(self.pattern, self._legs)
+
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
+        """Return the phases one period later, shape (N,)."""
+        later: Floats = np.mod(pace.phase + pace.frequency * step, 1.0)
+        return later

@@ -1,0 +1,96 @@
+"""A central pattern generator: one phase oscillator a leg, coupled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.controllers.walking.pattern import lagged
+from seals.plugins.controllers.walking.walker import Manner, Pace, Walker, wished
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Oscillators(Walker):
+    """Walks by coupled oscillators, whose order comes about by itself and may change as it goes.
+
+    Equation:
+        d phi_i / dt = f + (coupling / N) sum_j sin(2 pi (phi_j - phi_i - o_j + o_i)) / (2 pi), phi
+        in cycles, o_i = along rank_i + across side_i.
+
+    Args:
+        rate: calls a second [Hz].
+        sense: sensor of pose and velocity, or ``truth``.
+        facing: ``aim``, ``ahead`` or ``sideways``.
+        stroke: longest way of a toe on the ground, in body axes [m].
+        lift: height of the toes in the air [m].
+        lowest: frequency at which slow walks step [Hz].
+        highest: largest frequency [Hz].
+        spread: of the toes outwards of the stance [m].
+        crouch: of the body below the stance [m].
+        turn_gain: of the heading's error [1/s].
+        turn_limit: largest rate of turn [rad/s].
+        smooth: time in which a change of walk is taken up [s].
+        duty: share of the cycle on the ground [1].
+        along: phase by which a leg lags behind the one in front [cycles].
+        across: phase by which the right side lags behind the left [cycles].
+        coupling: rate at which the legs find their order [1/s].
+
+    Assumptions:
+        All legs are coupled alike.
+
+    Valid range:
+        Robots with legs of three joints, four legs or more.
+
+    Limitations:
+        No feeling in the legs: a toe that finds no ground changes nothing.
+
+    References:
+        Ijspeert 2008, Neural Networks 21(4), 642-653 (central pattern generators); Kuramoto 1984,
+        Chemical Oscillations, Waves, and Turbulence.
+
+    Example:
+        >>> Oscillators(along=0.4).coupling
+        8.0
+    """
+
+    duty: float = param(0.55, "1", bounds=(0.05, 0.95), tolerance=0.0, source="chosen", fit=False)
+    along: float = param(
+        0.5, "cycles", bounds=(-1.0, 1.0), tolerance=0.0, source="chosen: tripod", fit=False
+    )
+    across: float = param(
+        0.5, "cycles", bounds=(-1.0, 1.0), tolerance=0.0, source="chosen: tripod", fit=False
+    )
+    coupling: float = param(
+        8.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: some steps", fit=False
+    )
+
+    def manner(self, wishes: Mapping[str, float]) -> Manner:
+        """Return how the legs step."""
+        own = Manner(
+            duty=self.duty,
+            stroke=self.stroke,
+            lift=self.lift,
+            low=self.lowest,
+            high=self.highest,
+            spread=self.spread,
+            crouch=self.crouch,
+            along=self.along,
+            across=self.across,
+        )
+        return wished(own, wishes)
+
+    def order(self, manner: Manner) -> Floats:
+        """Return the phases that the oscillators tend to, shape (N,)."""
+        return lagged(self._legs, manner.along, manner.across)
+
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
+        """Return the phases one period later, shape (N,)."""
+        apart = pace.phase - self.order(manner)
+        turns = 2.0 * np.pi * (apart[None, :] - apart[:, None])
+        pull = np.sin(turns).mean(axis=1) * (self.coupling / (2.0 * np.pi))
+        later: Floats = np.mod(pace.phase + step * (pace.frequency + pull), 1.0)
+        return later

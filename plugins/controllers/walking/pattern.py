@@ -1,0 +1,69 @@
+"""Order in which legs step: the phase of every leg in the cycle."""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.controllers.walking.anatomy import Anatomy
+
+
+class Pattern(enum.Enum):
+    """Known orders.
+
+    tripod: every second leg at once, both sides against each other; on eight legs this is the
+    alternating tetrapod. tetrapod: thirds of the legs, one after the other. ripple: waves from the
+    rear to the front, both sides half a cycle apart. wave: one leg after the other.
+    """
+
+    tripod = "tripod"
+    tetrapod = "tetrapod"
+    ripple = "ripple"
+    wave = "wave"
+
+
+DUTY = {Pattern.tripod: 0.5, Pattern.tetrapod: 2.0 / 3.0, Pattern.ripple: 0.7}
+"""Share of the cycle on the ground with which the groups of a pattern relieve each other [1]."""
+
+
+def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
+    """Return the phase of every leg, as a share of the cycle, shape (N,).
+
+    Args:
+        pattern: order of the legs.
+        anatomy: of the animal.
+    """
+    rank, side = anatomy.rank, anatomy.side
+    count = float(rank.max()) + 1.0
+    if pattern is Pattern.tripod:
+        return lagged(anatomy, 0.5, 0.5)
+    if pattern is Pattern.tetrapod:
+        return lagged(anatomy, 1.0 / 3.0, 1.0 / 3.0)
+    if pattern is Pattern.ripple:
+        return lagged(anatomy, 1.0 / count, 0.5)
+    order: Floats = np.mod((rank + side * count) / (2.0 * count), 1.0)
+    return order
+
+
+def lagged(anatomy: Anatomy, along: float, across: float) -> Floats:
+    """Return phases that grow by a lag from leg to leg, and by another to the other side.
+
+    Args:
+        anatomy: of the animal.
+        along: lag of a leg behind the one in front of it [cycles].
+        across: lag of the right side behind the left [cycles].
+    """
+    phases: Floats = np.mod(along * anatomy.rank + across * anatomy.side, 1.0)
+    return phases
+
+
+def duty_of(pattern: Pattern, legs: int) -> float:
+    """Return the share of the cycle that a leg spends on the ground [1].
+
+    Example:
+        >>> duty_of(Pattern.tripod, 6)
+        0.5
+    """
+    return DUTY.get(pattern, 1.0 - 1.0 / legs)

@@ -1,0 +1,90 @@
+"""The way of the toes in one cycle, and how fast the legs must cycle for a speed."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+
+
+class Walk(NamedTuple):
+    """Velocity of the body that the legs are to make, body axes.
+
+    Args:
+        ahead: along x [m/s].
+        aside: along y [m/s].
+        turn: about z [rad/s].
+    """
+
+    ahead: float
+    aside: float
+    turn: float
+
+    def at(self, places: Floats) -> Floats:
+        """Return the velocity of points that go with the body [m/s], shape (N, 2)."""
+        x, y = places[:, 0], places[:, 1]
+        return np.stack((self.ahead - self.turn * y, self.aside + self.turn * x), axis=1)
+
+    def fastest(self, places: Floats) -> float:
+        """Return the largest speed of points that go with the body [m/s]."""
+        # a few numbers: faster one by one than as arrays
+        return max(
+            math.hypot(self.ahead - self.turn * p[1], self.aside + self.turn * p[0])
+            for p in places.tolist()
+        )
+
+    def times(self, share: float) -> Walk:
+        """Return a share of it."""
+        return Walk(share * self.ahead, share * self.aside, share * self.turn)
+
+
+def cadence(
+    walk: Walk, places: Floats, *, duty: float, stroke: float, low: float, high: float
+) -> tuple[float, Walk]:
+    """Return the frequency of the cycle [Hz], and the walk that it can make.
+
+    The legs cycle as fast as strokes of a length need; a walk that needs more than the highest
+    frequency is shortened.
+
+    Args:
+        walk: wanted.
+        places: of the toes in the middle of their strokes [m], shape (N, 2) or more columns.
+        duty: share of the cycle on the ground [1].
+        stroke: way of a toe on the ground, in body axes [m].
+        low: lowest frequency [Hz].
+        high: highest frequency [Hz].
+    """
+    needed = walk.fastest(places) * duty / stroke
+    if needed > high:
+        return high, walk.times(high / needed)
+    return max(needed, low), walk
+
+
+def toes_of(
+    phase: Floats, places: Floats, walk: Walk, *, frequency: float, duty: float, lift: float
+) -> Floats:
+    """Return where the toes shall be, body axes [m], shape (N, 3).
+
+    On the ground a toe goes back as fast as the body goes on; in the air it comes forward on a
+    cycloid, at rest against the body when it leaves and when it lands.
+
+    Args:
+        phase: share of the cycle, 0 where a toe lands, shape (N,).
+        places: of the toes in the middle of their strokes, on the ground [m], shape (N, 3).
+        walk: of the body.
+        frequency: of the cycle [Hz].
+        duty: share of the cycle on the ground [1].
+        lift: height of the toes in the middle of their way through the air [m].
+    """
+    way = walk.at(places) * (duty / frequency)
+    swing = np.maximum(phase - duty, 0.0) / (1.0 - duty)
+    back = 0.5 - np.minimum(phase / duty, 1.0)
+    turn = 2.0 * np.pi * swing
+    along = back + swing - np.sin(turn) / (2.0 * np.pi)
+    out: Floats = places.copy()
+    out[:, :2] += along[:, None] * way
+    out[:, 2] += 0.5 * lift * (1.0 - np.cos(turn))
+    return out

@@ -1,0 +1,248 @@
+"""What all gaits share: the heading, the pace, the way from toes to joints."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Order, Plant, Situation
+from seals.errors import ConfigError, suggestion
+from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
+from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
+from seals.schema import param
+
+STILL = 0.02
+"""Liveliness below which the legs stand [1]."""
+
+
+class Facing(enum.Enum):
+    """Where an animal turns as it walks: ``aim`` as told, ``ahead`` or ``sideways`` of its way."""
+
+    aim = "aim"
+    ahead = "ahead"
+    sideways = "sideways"
+
+
+class Pace(NamedTuple):
+    """What a gait remembers; nothing in it is ever written to.
+
+    Args:
+        phase: of every leg, share of the cycle, shape (N,).
+        walk: of the body, smooth.
+        heading: wanted [rad].
+        lively: 1 while walking, 0 standing, between them on the way [1].
+        frequency: of the cycle [Hz].
+    """
+
+    phase: Floats
+    walk: Walk
+    heading: float
+    lively: float
+    frequency: float
+
+
+class Manner(NamedTuple):
+    """How the legs step, a guide's wishes over the gait's own parameters.
+
+    Args:
+        duty: share of the cycle on the ground [1].
+        stroke: longest way of a toe on the ground [m].
+        lift: height of the toes in the air [m].
+        low: lowest frequency [Hz].
+        high: highest frequency [Hz].
+        spread: of the toes outwards of the stance [m].
+        crouch: of the body below the stance [m].
+        along: phase by which a leg lags behind the one in front [cycles].
+        across: phase by which the right side lags behind the left [cycles].
+    """
+
+    duty: float
+    stroke: float
+    lift: float
+    low: float
+    high: float
+    spread: float
+    crouch: float
+    along: float = 0.5
+    across: float = 0.5
+
+
+@dataclass(kw_only=True)
+class Walker:
+    """Makes the velocity that a guide wants by stepping; see its kinds.
+
+    Args:
+        rate: calls a second [Hz].
+        sense: sensor of pose and velocity, or ``truth``.
+        facing: ``aim``, ``ahead`` or ``sideways``; crabs walk sideways, to either side.
+        stroke: longest way of a toe on the ground, in body axes [m].
+        lift: height of the toes in the air [m].
+        lowest: frequency at which slow walks step [Hz].
+        highest: largest frequency [Hz].
+        spread: of the toes outwards of the stance [m].
+        crouch: of the body below the stance [m].
+        turn_gain: of the heading's error [1/s].
+        turn_limit: largest rate of turn [rad/s].
+        smooth: time in which a change of walk is taken up [s].
+    """
+
+    rate: float = param(
+        125.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: 30 a cycle", fit=False
+    )
+    sense: str = "truth"
+    facing: Facing = Facing.aim
+    stroke: float = param(0.03, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False)
+    lift: float = param(0.01, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen", fit=False)
+    lowest: float = param(
+        1.0, "Hz", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+    highest: float = param(
+        4.0, "Hz", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+    spread: float = param(
+        0.0, "m", bounds=(-10.0, 10.0), tolerance=0.0, source="chosen: the stance", fit=False
+    )
+    crouch: float = param(
+        0.0, "m", bounds=(-10.0, 10.0), tolerance=0.0, source="chosen: the stance", fit=False
+    )
+    turn_gain: float = param(
+        3.0, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+    turn_limit: float = param(
+        2.0, "rad/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+    smooth: float = param(
+        0.12, "s", bounds=(1e-3, 10.0), tolerance=0.0, source="chosen: a step", fit=False
+    )
+
+    weighs: ClassVar[bool] = False
+
+    def bind(self, plant: Plant) -> None:
+        """Find the legs of the robot.
+
+        Raises:
+            ConfigError: it has none, or legs that a gait cannot move.
+        """
+        if self.lowest > self.highest:
+            raise ConfigError(
+                f"controller.lowest={self.lowest} is above controller.highest={self.highest}.\n"
+                "Allowed: lowest up to highest."
+            )
+        self._legs: Anatomy = anatomy_of(plant.robot)
+        self._rest = np.minimum(np.maximum(0.0, plant.robot.lower), plant.robot.upper)
+        self._drives = plant.layout.drives
+        out = self._legs.basis[:, 0, :2]
+        self._outward = out / np.linalg.norm(out, axis=1, keepdims=True)
+        self._columns = self._legs.joints.astype(int)
+
+    def start(self) -> Pace:
+        """Return legs that stand in the order of the gait."""
+        phase = self.order(self.manner({}))
+        return Pace(phase, Walk(0.0, 0.0, 0.0), math.nan, 0.0, self.lowest)
+
+    def command(self, situation: Situation, aim: Aim, memory: Pace) -> tuple[Order, Pace]:
+        """Return the joint values of the coming period."""
+        manner = self.manner(aim.manner)
+        pace = self._paced(situation, aim, memory, manner)
+        places = self._places(manner)
+        toes = toes_of(
+            pace.phase,
+            places,
+            pace.walk,
+            frequency=pace.frequency,
+            duty=manner.duty,
+            lift=manner.lift * pace.lively,
+        )
+        joints = self._rest.copy()
+        joints[self._columns] = self._legs.angles(toes)
+        return Order(np.zeros(self._drives), joints), pace
+
+    def manner(self, wishes: Mapping[str, float]) -> Manner:
+        """Return how the legs step; told by the kinds of gait."""
+        raise NotImplementedError
+
+    def order(self, manner: Manner) -> Floats:
+        """Return the phases at which the legs follow each other, shape (N,)."""
+        raise NotImplementedError
+
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
+        """Return the phases one period later, shape (N,)."""
+        raise NotImplementedError
+
+    def _places(self, manner: Manner) -> Floats:
+        """Toes in the middle of their strokes, body axes [m], shape (N, 3)."""
+        places: Floats = self._legs.toe.copy()
+        places[:, :2] += manner.spread * self._outward
+        places[:, 2] += manner.crouch
+        return places
+
+    def _paced(self, s: Situation, aim: Aim, memory: Pace, manner: Manner) -> Pace:
+        """Take up the walk that is wanted, and let the legs cycle on."""
+        heading = self._heading(s, aim, memory.heading)
+        wanted = self._wanted(s, aim, heading)
+        places = self._places(manner)
+        duty, low, high = manner.duty, manner.low, manner.high
+        _, wanted = cadence(wanted, places, duty=duty, stroke=manner.stroke, low=low, high=high)
+        share = 1.0 - math.exp(-s.step / self.smooth)
+        walk = Walk(*(a + share * (b - a) for a, b in zip(memory.walk, wanted, strict=True)))
+        going = 1.0 if max(abs(x) for x in wanted) > 1e-3 else 0.0
+        lively = memory.lively + share * (going - memory.lively)
+        frequency, walk = cadence(walk, places, duty=duty, stroke=manner.stroke, low=low, high=high)
+        pace = Pace(memory.phase, walk, heading, lively, frequency)
+        if lively < STILL:
+            return pace._replace(lively=lively if going else 0.0)
+        return pace._replace(phase=self.advanced(pace, manner, s.step))
+
+    def _heading(self, s: Situation, aim: Aim, last: float) -> float:
+        """Heading that belongs to the way [rad]."""
+        east, north = float(aim.velocity[0]), float(aim.velocity[1])
+        if self.facing is Facing.aim:
+            return aim.yaw
+        if math.hypot(east, north) < 1e-3:
+            return s.yaw if math.isnan(last) else last
+        way = math.atan2(north, east)
+        if self.facing is Facing.ahead:
+            return way
+        # the nearer of the two sides
+        aside = 0.5 * math.pi * (1.0 if math.sin(way - s.yaw) >= 0.0 else -1.0)
+        return way - aside
+
+    def _wanted(self, s: Situation, aim: Aim, heading: float) -> Walk:
+        """Walk in body axes that makes the wanted velocity and heading."""
+        c, n = math.cos(s.yaw), math.sin(s.yaw)
+        east, north = float(aim.velocity[0]), float(aim.velocity[1])
+        error = math.remainder(heading - s.yaw, 2.0 * math.pi)
+        feed = aim.yaw_rate if self.facing is Facing.aim else 0.0
+        turn = min(max(self.turn_gain * error + feed, -self.turn_limit), self.turn_limit)
+        if abs(error) < 0.03 and math.hypot(east, north) < 1e-3:
+            # an animal that stands does not shuffle for a degree
+            turn = feed
+        return Walk(c * east + n * north, c * north - n * east, turn)
+
+
+def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
+    """Return a manner with a guide's wishes over it.
+
+    Args:
+        own: of the gait.
+        wishes: values by name; those of ``frequency`` mean the lowest and the highest one.
+
+    Raises:
+        ConfigError: a wish names nothing that a manner has.
+    """
+    if not wishes:
+        return own
+    values = dict(wishes)
+    if "frequency" in values:
+        values["low"] = values["high"] = values.pop("frequency")
+    for name in values:
+        if name not in Manner._fields:
+            allowed = ["frequency", *Manner._fields]
+            raise ConfigError(f"a gait has no manner '{name}'.\n{suggestion(str(name), allowed)}")
+    return own._replace(**{name: float(value) for name, value in values.items()})

@@ -1,0 +1,78 @@
+"""Running from somebody."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.control import Aim, Plant, Situation
+from seals.errors import ConfigError
+from seals.plugins.guides.behaviour.over_ground import apart, heading_for, place_of
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Heading at the start [rad]; whether it runs."""
+
+    yaw: float
+    runs: bool
+
+
+@dataclass(kw_only=True)
+class Flee:
+    """Runs straight away from a body that comes near, and stands when it is far enough.
+
+    Args:
+        rate: calls a second [Hz].
+        enemy: name of that body; ``robot`` is the robot of a run.
+        speed: [m/s].
+        alarm: distance in space at which it starts to run [m].
+        calm: distance at which it stops [m].
+
+    Assumptions:
+        It sees all around, as crabs do, and nothing hides the enemy.
+
+    Example:
+        >>> Flee(enemy="robot").alarm
+        0.6
+    """
+
+    rate: float = param(10.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    enemy: str = "robot"
+    speed: float = param(0.3, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+    alarm: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+    calm: float = param(1.0, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+
+    def __post_init__(self) -> None:
+        """Refuse an animal that calms down while it is alarmed."""
+        if self.calm < self.alarm:
+            raise ConfigError(
+                f"flee.calm={self.calm} is below flee.alarm={self.alarm}.\n"
+                f"Allowed: {self.alarm} m or more."
+            )
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may flee."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep the heading; it stands."""
+        return Memory(situation.yaw, False)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the velocity away from the enemy, or none."""
+        place = place_of(situation, self.enemy, where="flee.enemy")
+        near = float(np.linalg.norm(place - situation.position))
+        runs = near < (self.calm if memory.runs else self.alarm)
+        _, way = apart(situation, place)
+        aim = heading_for(way + np.pi, self.speed if runs else 0.0, memory.yaw)
+        return aim, memory._replace(runs=runs)
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return None: it never ends."""
+        return None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what it does."""
+        return "fleeing" if memory.runs else "still"

@@ -1,0 +1,42 @@
+"""Standing still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.control import Aim, Plant, Situation
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Freeze:
+    """Stays where it is, as animals do that rely on not being seen.
+
+    Args:
+        rate: calls a second [Hz].
+
+    Example:
+        >>> Freeze().rate
+        5.0
+    """
+
+    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may stand still."""
+
+    def start(self, situation: Situation) -> float:
+        """Keep the heading [rad]."""
+        return situation.yaw
+
+    def aim(self, situation: Situation, memory: float) -> tuple[Aim, float]:
+        """Return no velocity."""
+        return Aim(yaw=memory), memory
+
+    def finished(self, memory: float) -> bool | None:
+        """Return None: it never ends."""
+        return None
+
+    def stage(self, memory: float) -> str:
+        """Return its name."""
+        return "still"

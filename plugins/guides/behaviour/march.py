@@ -1,0 +1,73 @@
+"""Walking one way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from seals.control import Aim, Plant, Situation
+from seals.plugins.guides.behaviour.over_ground import heading_for
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Start [s] and heading there [rad]; time of the last call [s]."""
+
+    start: float
+    yaw: float
+    now: float
+
+
+@dataclass(kw_only=True)
+class March:
+    """Goes one way at one speed.
+
+    Args:
+        rate: calls a second [Hz].
+        speed: [m/s].
+        way: direction, anticlockwise from east [rad].
+        delay: rest before [s].
+        duration: time of walking, then it stands [s].
+
+    Example:
+        >>> March(speed=0.2).way
+        0.0
+    """
+
+    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    speed: float = param(0.1, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+    way: float = param(
+        0.0,
+        "rad",
+        bounds=(-2.0 * math.pi, 2.0 * math.pi),
+        tolerance=0.0,
+        source="chosen",
+        fit=False,
+    )
+    delay: float = param(0.5, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    duration: float = param(
+        1e4, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: for good", fit=False
+    )
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may go one way."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep time and heading."""
+        return Memory(situation.time, situation.yaw, situation.time)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the velocity."""
+        memory = memory._replace(now=situation.time)
+        going = self.stage(memory) == "marching"
+        return heading_for(self.way, self.speed if going else 0.0, memory.yaw), memory
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return True when its time is over."""
+        return True if memory.now - memory.start >= self.delay + self.duration else None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what it does."""
+        walked = memory.now - memory.start - self.delay
+        return "marching" if 0.0 <= walked < self.duration else "still"

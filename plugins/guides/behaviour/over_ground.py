@@ -1,0 +1,43 @@
+"""Ways over the ground: velocities in the horizontal plane."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Situation
+from seals.errors import ConfigError, suggestion
+
+
+def heading_for(way: float, speed: float, yaw: float) -> Aim:
+    """Return the aim that goes one way.
+
+    Args:
+        way: direction, anticlockwise from east [rad].
+        speed: [m/s].
+        yaw: heading, for robots that do not turn along their way [rad].
+    """
+    velocity = np.array([speed * math.cos(way), speed * math.sin(way), 0.0])
+    return Aim(velocity=velocity, yaw=yaw)
+
+
+def place_of(situation: Situation, name: str, *, where: str) -> Floats:
+    """Return where another body of the scene is, world [m], shape (3,).
+
+    Raises:
+        ConfigError: there is no such body.
+    """
+    if name not in situation.bodies:
+        raise ConfigError(
+            f"{where}={name or '(nothing)'} is no other body of the scene.\n"
+            f"{suggestion(name, list(situation.bodies), label='Bodies')}"
+        )
+    return situation.bodies[name]
+
+
+def apart(situation: Situation, place: Floats) -> tuple[float, float]:
+    """Return distance [m] and direction [rad] of a place over the ground."""
+    x, y = (float(place[k] - situation.position[k]) for k in (0, 1))
+    return math.hypot(x, y), math.atan2(y, x)

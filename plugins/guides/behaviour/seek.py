@@ -1,0 +1,82 @@
+"""Going to a target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Plant, Situation
+from seals.errors import ConfigError
+from seals.plugins.guides.behaviour.over_ground import apart, heading_for, place_of
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Heading at the start [rad]; whether it has arrived."""
+
+    yaw: float
+    there: bool
+
+
+@dataclass(kw_only=True)
+class Seek:
+    """Goes straight to a place or to another body, slower near it, and stays.
+
+    Args:
+        rate: calls a second [Hz].
+        place: x and y of the target in the world [m].
+        target: name of a body of the scene in place of a place; empty for none.
+        speed: [m/s].
+        near: distance at which it has arrived [m].
+        slow: distance within which it slows down [m].
+
+    Example:
+        >>> Seek(place=[0.4, 0.0]).near
+        0.02
+    """
+
+    rate: float = param(10.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    place: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    target: str = ""
+    speed: float = param(0.1, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
+    near: float = param(0.02, "m", bounds=(1e-4, 100.0), tolerance=0.0, source="chosen", fit=False)
+    slow: float = param(0.05, "m", bounds=(1e-4, 100.0), tolerance=0.0, source="chosen", fit=False)
+
+    def __post_init__(self) -> None:
+        """Refuse a target that is no place."""
+        if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
+            raise ConfigError(
+                f"seek.place={list(self.place)} is no place on the ground.\n"
+                "Allowed: two finite numbers [x, y]."
+            )
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may go to a target."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep the heading."""
+        return Memory(situation.yaw, False)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the velocity towards the target."""
+        far, way = apart(situation, self._goal(situation))
+        if far <= self.near:
+            return Aim(yaw=memory.yaw), memory._replace(there=True)
+        speed = self.speed * min(1.0, max(far / self.slow, 0.3))
+        return heading_for(way, speed, memory.yaw), memory._replace(there=False)
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return True where a fixed target is reached; a body is followed for ever."""
+        return True if memory.there and not self.target else None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what it does."""
+        return "there" if memory.there else "seeking"
+
+    def _goal(self, situation: Situation) -> Floats:
+        if self.target:
+            return place_of(situation, self.target, where="seek.target")
+        return np.array([*self.place, 0.0])

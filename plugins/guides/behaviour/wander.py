@@ -1,0 +1,98 @@
+"""Walking about."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.control import Aim, Plant, Situation
+from seals.plugins.guides.behaviour.over_ground import apart, heading_for
+from seals.schema import param
+
+
+class Memory(NamedTuple):
+    """Bouts so far; end of the present one [s]; way [rad]; home x, y [m]; heading there [rad]."""
+
+    bouts: int
+    end: float
+    way: float
+    home: tuple[float, float]
+    yaw: float
+
+
+@dataclass(kw_only=True)
+class Wander:
+    """Walks in bouts of random length and direction with pauses between, and stays near home.
+
+    Equation:
+        The lengths of bouts and pauses are exponential with the given means; odd bouts walk, even
+        ones rest.
+
+    Args:
+        rate: calls a second [Hz].
+        speed: of walking [m/s].
+        walk: mean length of a bout [s].
+        pause: mean length of a pause [s].
+        radius: distance from the start beyond which bouts lead home [m].
+        seed: of bouts and directions.
+
+    References:
+        Weinstein 1995, Journal of Experimental Biology 198, 989-999: ghost crabs on a beach walk
+        8 cm/s for 11.2 s and pause for 23.4 s on average.
+
+    Example:
+        >>> Wander().walk
+        11.2
+    """
+
+    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    speed: float = param(
+        0.08, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="Weinstein 1995", fit=False
+    )
+    walk: float = param(
+        11.2, "s", bounds=(0.1, 1e4), tolerance=0.0, source="Weinstein 1995", fit=False
+    )
+    pause: float = param(
+        23.4, "s", bounds=(0.0, 1e4), tolerance=0.0, source="Weinstein 1995", fit=False
+    )
+    radius: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    seed: int = 0
+
+    def bind(self, plant: Plant) -> None:
+        """Any robot may wander."""
+
+    def start(self, situation: Situation) -> Memory:
+        """Keep home; the first bout begins at once."""
+        x, y = (float(v) for v in situation.position[:2])
+        return Memory(0, situation.time, 0.0, (x, y), situation.yaw)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return the velocity of the present bout."""
+        if situation.time >= memory.end:
+            memory = self._next(situation, memory)
+        walking = memory.bouts % 2 == 1
+        return heading_for(memory.way, self.speed if walking else 0.0, memory.yaw), memory
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return None: it never ends."""
+        return None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what it does."""
+        return "wandering" if memory.bouts % 2 == 1 else "still"
+
+    def _next(self, situation: Situation, memory: Memory) -> Memory:
+        """Begin the next bout or pause."""
+        bouts = memory.bouts + 1
+        # a bout is a function of seed and number: a snapshot needs no random state
+        rng = np.random.default_rng([self.seed, bouts])
+        mean = self.walk if bouts % 2 == 1 else self.pause
+        far, back = apart(situation, np.array([*memory.home, 0.0]))
+        way = float(rng.uniform(-math.pi, math.pi))
+        if far > self.radius:
+            way = back + 0.25 * way
+        end = situation.time + mean * float(rng.standard_exponential())
+        return memory._replace(bouts=bouts, end=end, way=way)

@@ -1,0 +1,112 @@
+"""Legs of a new robot: chains of three joints side by side, gains that carry it, a first gait."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.tree import forward
+from seals.robot.model import RobotModel
+
+FEWEST = 4
+"""Chains of three joints that count as legs."""
+SAG = 0.07
+"""Turn of a leg's joint under its share of the weight, every second leg standing [rad]."""
+DAMPED = 0.0025
+"""Damping of a leg's servo by its stiffness [s]."""
+RESERVE = 4.0
+"""Torque limit against the torque that carries [1]."""
+
+
+class Stance(NamedTuple):
+    """How a robot stands with its joints at zero.
+
+    Args:
+        reach: mean distance of the toes from their first joints over the ground [m].
+        height: of the base origin above the toes [m].
+    """
+
+    reach: float
+    height: float
+
+
+def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dict[str, Any]]:
+    """Return entries of ``legs:``, or nothing when the chains are no legs.
+
+    Args:
+        robot: as read from the URDF.
+        chains: joints from the base on, of every limb that does not fork.
+    """
+    found = [chain for chain in chains if len(chain) == 3]
+    if len(found) < FEWEST or len(found) < len(chains):
+        return {}
+    out: dict[str, dict[str, Any]] = {}
+    for number, chain in enumerate(found, start=1):
+        names = [robot.joints[j] for j in chain]
+        name = _shared(names) or f"leg_{number}"
+        foot, toe = _toe(robot, chain[-1])
+        name = name if name not in out else f"leg_{number}"
+        values = [round(float(x), 5) + 0.0 for x in toe]
+        out[name] = {"joints": names, "foot": robot.links[foot], "toe": values}
+    return out
+
+
+def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stance:
+    """Return reach and height of the stance."""
+    origins, turns = (
+        x[0]
+        for x in forward(
+            robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints))
+        )
+    )
+    reach, height = [], []
+    for leg in legs.values():
+        foot = robot.links.index(leg["foot"])
+        toe = origins[foot] + turns[foot] @ np.array(leg["toe"])
+        first = origins[robot.tree.child[robot.joints.index(leg["joints"][0])]]
+        reach.append(float(np.linalg.norm((toe - first)[:2])))
+        height.append(-float(toe[2]))
+    return Stance(float(np.mean(reach)), float(np.mean(height)))
+
+
+def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, list[float]]:
+    """Return gains of the servos with which every second leg carries the weight."""
+    carried = 9.81 * float(robot.mass.sum()) / (0.5 * len(legs))
+    torque = carried * stance_of(robot, legs).reach
+    values = {"kp_each": torque / SAG, "kd_each": DAMPED * torque / SAG}
+    values["torque_limit_each"] = RESERVE * torque
+    return {key: [float(f"{x:.3g}")] * robot.tree.joints for key, x in values.items()}
+
+
+def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the values of a first gait: strokes of two thirds of the reach, low steps."""
+    stance = stance_of(robot, legs)
+    # pendulums of the stance's height set the pace
+    pace = np.sqrt(9.81 / max(stance.height, 1e-3)) / (2.0 * np.pi)
+    lengths = {"stroke": 0.65 * stance.reach, "lift": 0.3 * stance.height}
+    paces = {"lowest": 0.5 * pace, "highest": 1.6 * pace}
+    return {key: float(f"{x:.3g}") for key, x in {**lengths, **paces}.items()}
+
+
+def _shared(names: Sequence[str]) -> str:
+    """Return the beginning that names share, without marks at its end.
+
+    Example:
+        >>> _shared(["l1_hip", "l1_knee"])
+        'l1'
+    """
+    same = itertools.takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
+    return "".join(letters[0] for letters in same).rstrip("_-. ")
+
+
+def _toe(robot: RobotModel, joint: int) -> tuple[int, Floats]:
+    """Foot and toe of a leg: a frame fixed to its last link, or the end of an even rod."""
+    tree, last = robot.tree, robot.tree.child[joint]
+    frames = [k for k in range(tree.links) if tree.parent[k] == last and tree.joint[k] < 0]
+    if frames:
+        return frames[-1], np.zeros(3)
+    return last, 2.0 * robot.centre[last]

@@ -1,0 +1,42 @@
+"""The tutorial of one's own animal is run as it is printed, in an empty folder."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from seals.logs.native import read_native
+
+ROOT = Path(__file__).parents[2]
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
+
+from tests.validation.pages import SEALS, steps, told  # noqa: E402
+
+PAGE = ROOT / "docs" / "tutorial_own_animal.md"
+
+
+def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
+    """Every command prints as promised; the beetle walks, finds its target, and runs away."""
+    page = steps(PAGE.read_text(encoding="utf-8"))
+    assert [s.command.split()[1] for s in page] == ["new", "check", "run", "run", "run"]
+    for step in page:
+        words = [sys.executable, "-c", SEALS, *shlex.split(step.command)[1:]]
+        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == step.code, step.command + done.stderr
+        assert [line for line in step.lines if not told(line, done.stdout)] == [], done.stdout
+    assert not list((tmp_path / "my_beetle").rglob("*.py"))
+    walk = read_native(tmp_path / "walk")
+    place = walk.channel("position")
+    late = walk.time > 2.0
+    speed = (place[-1, 0] - place[late][0, 0]) / (walk.time[-1] - walk.time[late][0])
+    assert 0.17 < speed < 0.23
+    found = read_native(tmp_path / "seek")
+    assert np.hypot(*(found.channel("position")[-1, :2] - [0.4, 0.3])) < 0.03
+    assert found.time[-1] < 7.0
+    fled = read_native(tmp_path / "flee")
+    assert 0.7 < fled.columns["object_beetle_position_x"][-1] < 1.0
