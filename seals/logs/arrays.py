@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
+from tokenize import TokenError
 
 import numpy as np
 from numpy.lib import format as npy
@@ -56,7 +57,7 @@ def _parse(where: str, raw: bytes) -> Floats:
         version = npy.read_magic(stream)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, _, dtype = read(stream)
-    except (ValueError, EOFError, UnicodeDecodeError) as error:
+    except (ValueError, EOFError, SyntaxError, TokenError, TypeError, RecursionError) as error:
         raise LogError(f"'{where}' is not a sound NumPy array ({error}).") from error
     if dtype.kind not in "fiu":
         raise LogError(f"'{where}' holds {dtype}, numbers are needed.")

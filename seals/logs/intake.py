@@ -79,15 +79,11 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     import yaml
 
     file = regular_file(path, most=_MOST_META_BYTES)
-    # the C loader is 10 times faster, and crashes on deep nesting: _measure goes first
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        text = file.read_bytes().decode("utf-8")
-        _measure(file, yaml.parse(text, Loader=loader))
-        content = yaml.load(text, Loader=loader)  # a safe loader
+        content = plain_yaml(file.read_bytes().decode("utf-8"))
     except UnicodeDecodeError as error:
         raise LogError(f"'{file}' is not UTF-8 text ({error.reason}).") from error
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+    except yaml.YAMLError as error:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
             f"'{file}' is not plain YAML: {reason}\nOnly numbers, text, lists and mappings count."
@@ -98,16 +94,69 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     return content
 
 
-def _measure(file: Path, events: Any) -> None:
+def read_plain_yaml(path: Path) -> Any:
+    """Return what a YAML file of bearable size holds, for those who say themselves what is wrong.
+
+    Raises:
+        OSError: it cannot be read.
+        UnicodeDecodeError: it is not UTF-8.
+        yaml.YAMLError: see `plain_yaml`.
+        LogError: it is no ordinary file, or too large.
+    """
+    if path.exists() and (not path.is_file() or path.stat().st_size > _MOST_META_BYTES):
+        regular_file(path, most=_MOST_META_BYTES)
+    return plain_yaml(path.read_text(encoding="utf-8"))
+
+
+def plain_yaml(text: str) -> Any:
+    """Return what YAML text holds: plain data of bearable depth and size, also when unfolded.
+
+    Raises:
+        yaml.YAMLError: it is not YAML, holds Python objects, or is nested or repeated too often.
+
+    Example:
+        >>> plain_yaml("{a: [1, 2]}")
+        {'a': [1, 2]}
+    """
+    import yaml
+
+    # the C loader is 10 times faster, and crashes on deep nesting: _measure goes first
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        _measure(yaml.parse(text, Loader=loader))
+        content = yaml.load(text, Loader=loader)  # a safe loader
+        _unfold(content)
+    except (ValueError, TypeError, RecursionError, AttributeError) as error:
+        raise yaml.YAMLError(f"{error}") from error
+    return content
+
+
+def _measure(events: Any) -> None:
     depth = 0
     for count, event in enumerate(events):
         name = type(event).__name__
         depth += name.endswith("StartEvent") - name.endswith("EndEvent")
         if depth > _DEEPEST or count > _MOST_NODES:
-            raise LogError(
-                f"'{file}' is nested deeper than {_DEEPEST} levels or has more than "
-                f"{_MOST_NODES:,} entries.\nWrite it as plain data."
+            raise ValueError(
+                f"nested deeper than {_DEEPEST} levels, or more than {_MOST_NODES:,} entries"
             )
+
+
+def _unfold(content: object) -> None:
+    """Refuse what repeated aliases unfold to more than may be written out."""
+    level, count = [content], 0
+    for _ in range(_DEEPEST):
+        children: list[object] = []
+        for value in level:
+            if isinstance(value, dict):
+                children += [*value.keys(), *value.values()]
+            elif isinstance(value, list | tuple | set):
+                children += value
+            if count + len(children) > _MOST_NODES:
+                raise ValueError(f"repeated to more than {_MOST_NODES:,} entries")
+        level, count = children, count + len(children)
+    if level:
+        raise ValueError(f"nested deeper than {_DEEPEST} levels")
 
 
 def first_bad_number(tree: object) -> str | None:
@@ -135,6 +184,6 @@ def first_bad_number(tree: object) -> str | None:
             continue
         waiting += [(name, depth + 1, child) for name, child in named]
     raise LogError(
-        f"meta has more than {_MOST_NODES:,} entries, more than {_DEEPEST} levels, "
+        f"it has more than {_MOST_NODES:,} entries, more than {_DEEPEST} levels, "
         "or contains itself."
     )

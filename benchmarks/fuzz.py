@@ -1,0 +1,187 @@
+"""Feed damaged files to every reader and loader: refusals in words, no crash, no hang, no flood.
+
+Each target runs in a process of its own, whose memory is bounded by the system. Hypothesis takes
+a sound file and damages it: bytes changed, cut out, repeated, numbers made huge. Whatever ends in
+another error than a refusal, takes longer than 5 s or more than 1 GB is kept in a folder.
+
+    python benchmarks/fuzz.py                       3 minutes for each target, one after the other
+    python benchmarks/fuzz.py --seconds 20 ulog urdf
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import resource
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.fuzz_targets import TARGETS, Target
+
+LONGEST = 5.0
+"""Seconds that one file may take."""
+MOST_MEMORY = 1 << 30
+"""Bytes that one file may cost."""
+_CODE = (0, 1, 0x7F, 0x80, 0xFE, 0xFF)
+
+
+def damaged(data: Any, whole: bytes) -> bytes:
+    """Draw a damaged copy of a file.
+
+    Args:
+        data: Hypothesis' source of choices.
+        whole: a sound file.
+    """
+    from hypothesis import strategies as st
+
+    raw = bytearray(whole)
+    for _ in range(data.draw(st.integers(0, 6))):
+        place = data.draw(st.integers(0, max(len(raw) - 1, 0)))
+        size = data.draw(st.sampled_from((1, 1, 2, 4, 8, 64, 512)))
+        kind = data.draw(st.integers(0, 6))
+        if kind == 0:
+            raw[place : place + size] = data.draw(st.binary(min_size=1, max_size=8))
+        elif kind == 1:
+            raw[place : place + size] = bytes([data.draw(st.sampled_from(_CODE))]) * size
+        elif kind == 2:
+            del raw[place : place + size]
+        elif kind == 3:
+            raw[place:place] = raw[place : place + size] * data.draw(st.sampled_from((1, 2, 300)))
+        elif kind == 4:
+            del raw[place:]
+        elif kind == 5:
+            other = data.draw(st.integers(0, max(len(raw) - 1, 0)))
+            raw[place : place + size] = raw[other : other + size]
+        else:
+            words = (
+                b"nan",
+                b"1e400",
+                b"-1",
+                b"99999999999",
+                b"0x7f",
+                b"\xff\xfe",
+                b"{",
+                b"[[",
+                b"&a",
+            )
+            raw[place : place + size] = data.draw(st.sampled_from(words))
+    return bytes(raw)
+
+
+def one(target: Target, content: bytes, folder: Path) -> str | None:
+    """Load one file; return what is wrong with how that ended, or None."""
+    from seals.errors import SealsError
+
+    before = time.perf_counter()
+    try:
+        target.load(target.place(folder, content))
+    except SealsError:
+        pass
+    except MemoryError:
+        return "more than 1 GB"
+    except Exception:
+        return traceback.format_exc(limit=-2)
+    took = time.perf_counter() - before
+    return f"{took:.1f} s" if took > LONGEST else None
+
+
+def work(name: str, seconds: float, finds: Path, report: Any) -> None:
+    """Fuzz one target for a while and report how it went."""
+    # otherwise Hypothesis makes a folder where the command is given
+    os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(finds / "hypothesis")
+    from hypothesis import HealthCheck, Phase, given, settings
+    from hypothesis import strategies as st
+
+    warnings.simplefilter("ignore")
+    target = TARGETS[name]()
+    folder = Path(tempfile.mkdtemp(prefix=f"fuzz_{name}_"))
+    # warm: what the libraries themselves need is not the file's doing
+    told = one(target, target.whole, folder)
+    used = _address_space()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MOST_MEMORY, used + MOST_MEMORY))
+    end, count, slowest, seen = time.monotonic() + seconds, 0, 0.0, set[str]()
+    current = finds / f"{name}.running"
+
+    @settings(
+        max_examples=50,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(st.data())
+    def batch(data: Any) -> None:
+        nonlocal count, slowest
+        # drawn first: Hypothesis wants the same draws each time
+        content = damaged(data, target.whole)
+        if time.monotonic() > end:
+            return
+        current.write_bytes(content)
+        before = time.perf_counter()
+        wrong = one(target, content, folder)
+        slowest = max(slowest, time.perf_counter() - before)
+        count += 1
+        place = (wrong or "").strip().rpartition("\n")[2][:60]
+        if wrong and place not in seen:
+            seen.add(place)
+            (finds / f"{name}_{len(seen)}.bin").write_bytes(content)
+            print(f"{name}: {wrong}", flush=True)
+
+    if told:
+        print(f"{name}: the sound file is refused: {told}", flush=True)
+    while time.monotonic() < end:
+        batch()
+    current.unlink(missing_ok=True)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    report.put((name, count, len(seen) + bool(told), slowest, peak))
+
+
+def _address_space() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    return pages * resource.getpagesize()
+
+
+def main() -> int:
+    """Fuzz the targets named, or all, one after the other."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
+    parser.add_argument("--seconds", type=float, default=180.0, help="for each target")
+    parser.add_argument("--finds", type=Path, default=Path("runs/fuzz"), help="folder of findings")
+    given = parser.parse_args()
+    unknown = [name for name in given.targets if name not in TARGETS]
+    if unknown:
+        parser.error(f"no target {unknown[0]}; there are {', '.join(TARGETS)}")
+    given.finds.mkdir(parents=True, exist_ok=True)
+    bad = 0
+    context = multiprocessing.get_context("spawn")
+    for name in given.targets or TARGETS:
+        report = context.Queue()
+        process = context.Process(target=work, args=(name, given.seconds, given.finds, report))
+        process.start()
+        process.join(given.seconds + 60.0)
+        if process.is_alive() or process.exitcode:
+            why = "hangs" if process.is_alive() else f"ended with code {process.exitcode}"
+            process.kill()
+            print(f"{name}: {why}; the file is {given.finds / name}.running", flush=True)
+            bad += 1
+            continue
+        _, count, wrong, slowest, peak = report.get(timeout=10.0)
+        print(
+            f"{name:10} {count:7} files, {wrong} findings, slowest {slowest:.2f} s, "
+            f"peak {peak:.0f} MB",
+            flush=True,
+        )
+        bad += wrong
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,157 @@
+"""MCAP files as messages: records in the order of the file, chunks unpacked within bounds."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from seals.errors import LogError, MissingExtra
+from seals.logs.intake import regular_file
+from seals.plugins.readers.ros_streams import Message
+
+MAGIC = b"\x89MCAP0\r\n"
+MOST_BYTES = 1 << 34
+"""Largest recording [byte]; it is read piece by piece."""
+_MOST_RECORD = 1 << 26
+_MOST_UNPACKED = 1 << 32
+
+
+def messages(
+    path: Path, wants: Callable[[str, str, str], bool], present: dict[str, str]
+) -> Iterator[Message]:
+    """Yield the wanted messages of an MCAP file.
+
+    Args:
+        path: the file.
+        wants: whether a topic counts, of its name, type and encoding.
+        present: receives every topic met and its type.
+
+    Raises:
+        LogError: it is no MCAP, is damaged, or unpacks to more than it may.
+        MissingExtra: the package for MCAP is absent.
+    """
+    file = regular_file(path, most=MOST_BYTES)
+    with file.open("rb") as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise LogError(f"'{file}' is not an MCAP file: it does not start as one.")
+        stream.seek(0)
+        with _damage(file):
+            yield from _wanted(_records(_Bounded(stream, file), file), wants, present)
+
+
+class _Bounded:
+    """A stream that refuses to read more than the file has left: room is not made for a claim."""
+
+    def __init__(self, stream: BinaryIO, file: Path) -> None:
+        self._stream, self._left = stream, file.stat().st_size
+
+    def read(self, size: int) -> bytes:
+        """Return that many bytes."""
+        if size > self._left:
+            raise ValueError(f"a record declares {size:,} bytes, {self._left:,} are left")
+        self._left -= size
+        return self._stream.read(size)
+
+
+@contextlib.contextmanager
+def _damage(file: Path) -> Iterator[None]:
+    try:
+        from mcap.exceptions import McapError
+    except ImportError as cause:
+        raise MissingExtra(
+            "MCAP files need mcap, which is not installed.\n"
+            "Install it: pip install 'aam-seals[logs]'"
+        ) from cause
+    try:
+        yield
+    except (
+        McapError,
+        struct.error,
+        UnicodeDecodeError,
+        EOFError,
+        ValueError,
+        OverflowError,
+    ) as error:
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise LogError(
+            f"'{file}' is not a sound MCAP file ({reason}).\nRepair it: mcap recover FILE"
+        ) from error
+
+
+def _wanted(
+    records: Iterator[Any], wants: Callable[[str, str, str], bool], present: dict[str, str]
+) -> Iterator[Message]:
+    from mcap.records import Channel, Schema
+    from mcap.records import Message as Record
+
+    kinds: dict[int, str] = {}
+    channels: dict[int, tuple[str, str, str]] = {}
+    for record in records:
+        if isinstance(record, Schema):
+            kinds[record.id] = record.name
+        elif isinstance(record, Channel):
+            topic = (record.topic, kinds.get(record.schema_id, ""), record.message_encoding)
+            channels[record.id] = topic
+            present[record.topic] = topic[1] or record.message_encoding
+        elif isinstance(record, Record):
+            if record.channel_id not in channels:
+                raise ValueError(f"a message of channel {record.channel_id}, which is not declared")
+            name, kind, encoding = channels[record.channel_id]
+            if wants(name, kind, encoding):
+                yield Message(name, kind, encoding, record.log_time, record.data)
+
+
+def _records(stream: Any, file: Path) -> Iterator[Any]:
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader, breakup_chunk
+
+    total = 0
+    for record in StreamReader(stream, emit_chunks=True, record_size_limit=_MOST_RECORD).records:
+        if not isinstance(record, Chunk):
+            yield record
+            continue
+        data = _unpacked(record)
+        total += len(data)
+        if total > _MOST_UNPACKED:
+            raise LogError(f"'{file}' unpacks to more than {_MOST_UNPACKED:,} bytes.\nCut it.")
+        yield from breakup_chunk(dataclasses.replace(record, compression="", data=data))
+
+
+def _unpacked(chunk: Any) -> bytes:
+    """Return the content of a chunk; a few bytes may declare, or hold, gigabytes."""
+    size = int(chunk.uncompressed_size)
+    if size > _MOST_RECORD:
+        raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")
+    raw: bytes = chunk.data
+    if chunk.compression == "zstd":
+        raw = _zstd(raw, size)
+    elif chunk.compression == "lz4":
+        raw = _lz4(raw, size)
+    elif chunk.compression:
+        raise ValueError(f"compression '{chunk.compression[:16]}' is not known")
+    if len(raw) != size:
+        raise ValueError(f"a chunk holds other than the {size:,} bytes that it declares")
+    return raw
+
+
+def _zstd(raw: bytes, size: int) -> bytes:
+    import zstandard
+
+    try:
+        with zstandard.ZstdDecompressor(max_window_size=_MOST_RECORD).stream_reader(raw) as stream:
+            return bytes(stream.read(size + 1))
+    except zstandard.ZstdError as error:
+        raise ValueError(str(error)) from error
+
+
+def _lz4(raw: bytes, size: int) -> bytes:
+    from lz4.frame import LZ4FrameDecompressor
+
+    try:
+        return bytes(LZ4FrameDecompressor().decompress(raw, max_length=size + 1))
+    except RuntimeError as error:
+        raise ValueError(str(error)) from error

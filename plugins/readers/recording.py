@@ -1,0 +1,57 @@
+"""What the readers of recorded messages share: their fields, and the way to one log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+from seals.errors import LogError
+from seals.logs.log import Log
+from seals.plugins.readers.ros_streams import Choice, Message, gather
+from seals.plugins.readers.streams import by_topic, finished
+
+Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Iterator[Message]]
+"""Yields the wanted messages of a path, and fills in which topics it has."""
+
+
+@dataclass(kw_only=True)
+class Recording:
+    """Fields and work of a reader of recorded messages; the readers themselves tell the meaning."""
+
+    source: ClassVar[Source]
+    kind: ClassVar[str]
+
+    path: str = ""
+    topics: list[str] = field(default_factory=list)
+    columns: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    negate: list[str] = field(default_factory=list)
+    clock: str = "header"
+    meta: dict[str, Any] = field(default_factory=dict)
+    name: str = ""
+    licence: str = ""
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return the one log of the recording.
+
+        Raises:
+            LogError: nothing was given, or the recording cannot be used.
+            MissingExtra: the packages of the extra ``logs`` are absent.
+        """
+        given = source or self.path
+        if not given:
+            raise LogError(f"the {self.kind} reader needs a recording.\nGive it as path=PATH.")
+        choice = Choice(
+            topics=self.topics,
+            fields=by_topic(self.columns, self.units, self.negate),
+            units=self.units,
+            negate=self.negate,
+            clock=self.clock,
+        )
+        path, present = Path(given), dict[str, str]()
+        streams = gather(
+            type(self).source(path, choice.wants, present), present, choice, where=str(path)
+        )
+        return [finished(streams, path, meta=self.meta, name=self.name, licence=self.licence)]

@@ -1,0 +1,238 @@
+"""Reader of ULog files, the flight logs of PX4."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.frames import matrix_of, normalised, unrotate
+from seals.logs.intake import read_bytes
+from seals.logs.log import Log
+from seals.logs.merge import Stream
+from seals.plugins.readers.streams import by_topic, converted, finished, refuse_unknown, vector
+from seals.plugins.readers.ulog_file import Samples, parse
+
+_GAUSS = 1e-4
+_ROOT_HALF = float(np.sqrt(0.5))
+_NO_OFFSET = 0x7FFFFFFF
+_RPM = 2.0 * np.pi / 60.0
+
+
+@dataclass(kw_only=True)
+class ReaderUlog:
+    """Flight logs of PX4 (``.ulg``): known topics by themselves, any other field by the map.
+
+    Channels:
+        ``sensor_combined`` (else ``vehicle_angular_velocity``, ``vehicle_acceleration``),
+        ``vehicle_attitude``, ``vehicle_local_position``, ``battery_status``, ``actuator_motors``,
+        ``esc_status``, ``vehicle_magnetometer``; others by ``columns``.
+    Units:
+        Body forward-right-down and world north-east-down become FLU and ENU; gauss, rpm and
+        microseconds become SI. The velocity is turned into body axes with the attitude of the log.
+    Limitations:
+        ``motor_pwm`` is the wanted share of thrust that ``actuator_motors`` holds, not the pulse.
+        Pose and velocity are those of the autopilot's own filter, with its lag. The body origin is
+        that of the autopilot's frame: state the centre of gravity in ``meta``.
+
+    Args:
+        path: the file, plain or ``.gz``.
+        topics: known topics to read; empty for all.
+        columns: ``TOPIC/FIELD`` (``esc_status/esc[0].esc_rpm``; ``TOPIC:1/FIELD`` for a second
+            instance) -> column of the log.
+        units: ``TOPIC/FIELD`` -> its unit.
+        negate: ``TOPIC/FIELD`` whose sign is turned.
+        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
+        name: name of the log.
+        licence: licence of the data.
+    """
+
+    path: str = ""
+    topics: list[str] = field(default_factory=list)
+    columns: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    negate: list[str] = field(default_factory=list)
+    meta: dict[str, Any] = field(default_factory=dict)
+    name: str = ""
+    licence: str = ""
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return the one log of the file.
+
+        Raises:
+            LogError: nothing was given, or the file cannot be used.
+        """
+        given = source or self.path
+        if not given:
+            raise LogError("the ULog reader needs a file.\nGive it as path=FILE.")
+        where = str(given)
+        samples = {
+            (topic if instance == 0 else f"{topic}:{instance}"): found
+            for (topic, instance), found in parse(read_bytes(given), where=where).items()
+        }
+        wanted = by_topic(self.columns, self.units, self.negate)
+        refuse_unknown([*self.topics, *wanted], samples, where=where)
+        streams = [self._mapped(topic, samples[topic], wanted[topic]) for topic in wanted]
+        taken = set(self.columns.values())
+        for stream in self._known(samples):
+            columns = {key: value for key, value in stream.columns.items() if key not in taken}
+            streams.append(Stream(name=stream.name, stamps=stream.stamps, columns=columns))
+            taken |= columns.keys()
+        return [
+            finished(streams, Path(given), meta=self.meta, name=self.name, licence=self.licence)
+        ]
+
+    def _mapped(self, topic: str, samples: Samples, fields: dict[str, str]) -> Stream:
+        columns = {}
+        for name, column in fields.items():
+            values = _column(samples, name, topic)
+            key = f"{topic}/{name}"
+            columns[column] = converted(values, key, column, units=self.units, negate=self.negate)
+        return Stream(name=topic, stamps=_stamps(samples), columns=columns)
+
+    def _known(self, samples: dict[str, Samples]) -> list[Stream]:
+        streams = []
+        for topic, make in _TOPICS.items():
+            if topic in samples and (not self.topics or topic in self.topics):
+                streams += make(topic, samples)
+        return streams
+
+
+def _stamps(samples: Samples) -> NDArray[np.int64]:
+    return samples["timestamp"].astype(np.int64)
+
+
+def _column(samples: Samples, name: str, topic: str) -> Floats:
+    names = samples.dtype.names or ()
+    if name not in names:
+        raise LogError(f"'{topic}' has no field '{name}'.\n" + suggestion(name, names))
+    return samples[name].astype(np.float64)
+
+
+def _triple(samples: Samples, name: str, topic: str, frame: str = "body") -> Floats:
+    """Return a vector of three fields, from FRD to FLU or from NED to ENU."""
+    x, y, z = (_column(samples, f"{name}[{k}]", topic) for k in range(3))
+    return np.stack([x, -y, -z] if frame == "body" else [y, x, -z], axis=1)
+
+
+def _combined(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+    samples = all_samples[topic]
+    stamps = _stamps(samples)
+    gyro = _triple(samples, "gyro_rad", topic)
+    streams = [Stream(name=topic, stamps=stamps, columns=vector("angular_velocity", gyro))]
+    later = np.zeros(stamps.size, dtype=np.int64)
+    there = np.ones(stamps.size, dtype=bool)
+    if "accelerometer_timestamp_relative" in (samples.dtype.names or ()):
+        later = samples["accelerometer_timestamp_relative"].astype(np.int64)
+        there = later != _NO_OFFSET
+    force = _triple(samples, "accelerometer_m_s2", topic)[there]
+    columns = vector("specific_force", force)
+    return [*streams, Stream(name=f"{topic} ", stamps=(stamps + later)[there], columns=columns)]
+
+
+def _body(stem: str, name: str, scale: float = 1.0) -> Callable[..., list[Stream]]:
+    def make(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+        samples = all_samples[topic]
+        columns = vector(stem, scale * _triple(samples, name, topic))
+        return [Stream(name=topic, stamps=_stamps(samples), columns=columns)]
+
+    return make
+
+
+def _attitude(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+    samples = all_samples[topic]
+    q = _flu_in_enu(samples, topic)
+    columns = {f"orientation_{axis}": q[:, k] for k, axis in enumerate("xyzw")}
+    return [Stream(name=topic, stamps=_stamps(samples), columns=columns)]
+
+
+def _flu_in_enu(samples: Samples, topic: str) -> Floats:
+    """Return q_WB_xyzw from FLU to ENU, of q (w, x, y, z) from FRD to NED."""
+    w, x, y, z = (_column(samples, f"q[{k}]", topic) for k in range(4))
+    # (0, r, r, 0) x q x (1, 0, 0, 0), both half turns multiplied out, with r = sqrt(1/2)
+    return np.stack([x + y, x - y, w - z, w + z], axis=1) * _ROOT_HALF
+
+
+def _place(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+    samples = all_samples[topic]
+    stamps = _stamps(samples)
+    x, y, z, vx, vy, vz = (
+        np.where(_valid(samples, flag), _column(samples, name, topic), np.nan)
+        for name, flag in (
+            ("x", "xy_valid"), ("y", "xy_valid"), ("z", "z_valid"),
+            ("vx", "v_xy_valid"), ("vy", "v_xy_valid"), ("vz", "v_z_valid"),
+        )
+    )  # fmt: skip
+    columns = vector("position", np.stack([y, x, -z], axis=1))
+    if "vehicle_attitude" in all_samples:
+        world = np.stack([vy, vx, -vz], axis=1)
+        columns |= vector("velocity", _in_body(world, stamps, all_samples["vehicle_attitude"]))
+    return [Stream(name=topic, stamps=stamps, columns=columns)]
+
+
+def _valid(samples: Samples, flag: str) -> Any:
+    return samples[flag] != 0 if flag in (samples.dtype.names or ()) else True
+
+
+def _in_body(world: Floats, stamps: NDArray[np.int64], attitude: Samples) -> Floats:
+    """Return world vectors in body axes, by the attitude between its samples."""
+    order = np.argsort(attitude["timestamp"], kind="stable")
+    times = _stamps(attitude)[order].astype(np.float64)
+    q = _flu_in_enu(attitude, "vehicle_attitude")[order]
+    # q and -q are one attitude: neighbours on one side, so that the mean of two is between them
+    flips = np.cumsum(np.append(0, np.sum(q[1:] * q[:-1], axis=1) < 0.0)) % 2
+    q = np.where(flips[:, None] == 1, -q, q)
+    at = np.stack([np.interp(stamps, times, q[:, k]) for k in range(4)], axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        turned = unrotate(matrix_of(normalised(at)), world)
+    outside = (stamps < times[0]) | (stamps > times[-1])
+    return np.where(outside[:, None], np.nan, turned)
+
+
+def _battery(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+    samples = all_samples[topic]
+    columns = {}
+    for column, name in (
+        ("battery_voltage", "voltage_v"),
+        ("battery_current", "current_a"),
+        ("battery_charge", "remaining"),
+    ):
+        if name in (samples.dtype.names or ()):
+            values = _column(samples, name, topic)
+            # -1 stands for unknown
+            columns[column] = np.where(values >= 0.0, values, np.nan)
+    return [Stream(name=topic, stamps=_stamps(samples), columns=columns)]
+
+
+def _numbered(stem: str, pattern: str, scale: float = 1.0) -> Callable[..., list[Stream]]:
+    def make(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+        samples = all_samples[topic]
+        names = samples.dtype.names or ()
+        there = [k for k in range(16) if pattern.format(k) in names]
+        found = {k: scale * _column(samples, pattern.format(k), topic) for k in there}
+        # slots that nothing is connected to hold zero or NaN throughout
+        used = [k for k, values in found.items() if np.any(np.nan_to_num(values) != 0.0)]
+        columns = {f"{stem}_{k + 1}": found[k] for k in used}
+        return [Stream(name=topic, stamps=_stamps(samples), columns=columns)]
+
+    return make
+
+
+_TOPICS: dict[str, Callable[..., list[Stream]]] = {
+    "sensor_combined": _combined,
+    "vehicle_angular_velocity": _body("angular_velocity", "xyz"),
+    "vehicle_acceleration": _body("specific_force", "xyz"),
+    "vehicle_attitude": _attitude,
+    "vehicle_local_position": _place,
+    "battery_status": _battery,
+    "actuator_motors": _numbered("motor_pwm", "control[{}]"),
+    "esc_status": _numbered("rotor_speed", "esc[{}].esc_rpm", _RPM),
+    "vehicle_magnetometer": _body("magnetic_field", "magnetometer_ga", _GAUSS),
+}
+"""Known topics, the preferred one first where two give the same channel."""

@@ -1,0 +1,147 @@
+"""``seals convert``: a log of another program becomes a log folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, SealsError
+from seals.logs.check import check_log
+from seals.logs.finding import Severity
+from seals.logs.intake import read_bytes, read_yaml
+from seals.logs.log import Log
+from seals.logs.native import TABLES, write_native
+
+_BY_SUFFIX = {".ulg": "ulog", ".mcap": "mcap", ".db3": "rosbag2"}
+_QUOTES = "'\""
+_MOST_URDF = 1 << 24
+_MOST_FINDINGS = 12
+
+
+def convert(arguments: list[str]) -> int:
+    """Convert: compose, read, check and write; the reader is chosen by the suffix if not named."""
+    from seals.cli.hydra_app import launch
+
+    words = list(arguments)
+    given = dict(word.partition("=")[::2] for word in words if not word.startswith("-"))
+    if len(given) == len(words) and "experiment" not in given:
+        if not given.get("log"):
+            raise ConfigError("log is not given.\nSay which: seals convert log=FILE out=FOLDER")
+        named = read_yaml(given["map"]).get("reader") if given.get("map") else None
+        if named is not None and given.get("reader", named) != named:
+            raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
+        if "reader" not in given:
+            words.append(f"reader={named or _reader_of(Path(given['log'].strip(_QUOTES)))}")
+    return launch("convert", words, _task)
+
+
+def _reader_of(place: Path) -> str:
+    """Return the reader that a suffix, or a file inside a folder, speaks for."""
+    suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
+    if (place / "metadata.yaml").is_file():
+        return "rosbag2"
+    if suffix in _BY_SUFFIX:
+        return _BY_SUFFIX[suffix]
+    raise ConfigError(
+        f"log={place}: its name does not tell how to read it.\n"
+        "Say how: reader=csv, reader=witmotion ... See: seals list reader"
+    )
+
+
+def _task(config: Any) -> int:
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.cli.hydra_app import discard
+
+    code = execute(config)
+    discard(Path(HydraConfig.get().runtime.output_dir))
+    return code
+
+
+def execute(config: Any) -> int:
+    """Run one composed conversion and return its exit code.
+
+    Raises:
+        ConfigError: a setting is missing or wrong.
+        LogError: the log cannot be used.
+    """
+    from seals.config.build import build
+
+    for key, value in (("log", config.log), ("out", config.out)):
+        if not value:
+            raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
+    out = Path(str(config.out))
+    _refuse_target(out, replace=config.replace)
+    reader = build(_with_map(config), where="reader")
+    meta = read_yaml(config.meta) if config.meta else {}
+    urdf = _urdf(config.urdf)
+    logs: list[Log] = reader.read(str(config.log))
+    for log in logs:
+        place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
+        whole = _described(log, meta)
+        _tell(whole)
+        write_native(whole, place, urdf=urdf, table=str(config.table), replace=config.replace)
+        print(f"{place}: {whole.rows} rows, {', '.join(whole.channels())}")
+    return 0
+
+
+def _refuse_target(out: Path, *, replace: bool) -> None:
+    """Refuse to write over anything but a log folder, before the work and not after it."""
+    if not out.exists():
+        return
+    if not replace:
+        raise ConfigError(f"out={out} exists already.\nChoose another name, or say replace=true")
+    if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
+        raise ConfigError(f"out={out} is no log folder: it is not replaced.\nChoose another name.")
+
+
+def _with_map(config: Any) -> Any:
+    """Return the node of the reader, with the fields that the map file states."""
+    from omegaconf import OmegaConf, open_dict
+
+    from seals.config.refusal import refusals
+
+    if not config.map:
+        return config.reader
+    fields = read_yaml(config.map)
+    fields.pop("reader", None)
+    if "_target_" in fields:
+        raise ConfigError(f"map={config.map} states _target_.\nA map holds fields of the reader.")
+    if "${" in repr(fields):
+        # the file may be a stranger's: it is data, and looks nothing up on this machine
+        raise ConfigError(f"map={config.map} holds a reference, ${{...}}.\nWrite the value itself.")
+    with refusals([f"map={config.map}"]), open_dict(config):
+        for key, value in fields.items():
+            OmegaConf.update(config.reader, str(key), value, merge=True)
+    return config.reader
+
+
+def _urdf(path: str | None) -> str | None:
+    if not path:
+        return None
+    try:
+        return read_bytes(path, most=_MOST_URDF).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"urdf={path} is not UTF-8 text ({error.reason}).") from error
+
+
+def _described(log: Log, meta: dict[str, Any]) -> Log:
+    from dataclasses import replace
+
+    rest = {key: value for key, value in meta.items() if key not in ("format", "format_version")}
+    return replace(log, meta={**log.meta, **rest}) if rest else log
+
+
+def _tell(log: Log) -> None:
+    """Print what the check of the log finds; refuse what no verb could use.
+
+    Raises:
+        SealsError: the log cannot be used.
+    """
+    found = check_log(log)
+    grave = [finding for finding in found if finding.severity is Severity.REFUSE]
+    if grave:
+        raise SealsError(f"log '{log.name}' cannot be used: {grave[0].message}")
+    for finding in found[:_MOST_FINDINGS]:
+        print(" ".join(str(finding).split()))
