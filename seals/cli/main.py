@@ -45,6 +45,20 @@ VERBS = {
         summary="compare a model with a measurement",
         usage="log=PATH [KEY=VALUE ...]\n  seals compare log=runs/some_run robot=ball water=fossen",
     ),
+    "convert": Verb(
+        target="seals.cli.convert:convert",
+        summary="take over a log of another program: PX4, MCAP, rosbag2, WitMotion, CSV",
+        usage="log=PATH out=FOLDER [reader=NAME] [map=FILE] [meta=FILE] [KEY=VALUE ...]\n"
+        "  seals convert log=flight.ulg out=flight_7\n"
+        "  seals convert log=recording out=dive_2 reader.topics=[/imu,/odom]     a rosbag2\n"
+        "  seals convert log=tank.csv reader=csv map=tank_map.yaml out=tank_1\n\n"
+        "  map      YAML of the reader's fields, such as columns and units; see docs/logs.md\n"
+        "  meta     YAML of what is known of vehicle and sensors, as in meta.yaml\n"
+        "  urdf     description of the vehicle, copied into the log folder\n"
+        "  table    log.parquet, or log.csv; replace=true: write over a log folder\n"
+        "MCAP and rosbag2 need aam-seals[logs]\n\n"
+        "exit code: 0 written, 2 refused",
+    ),
     "diagnose": Verb(
         target="seals.cli.hydra_app:diagnose",
         summary="name the physical effect that the model of a log is missing",
@@ -117,6 +131,42 @@ VERBS = {
         "  export    tensordict: the demonstration for learning; needs aam-seals[learn]\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: what full stick means",
         more="seals.teleop.keymap:table",
+    ),
+    "train": Verb(
+        target="seals.cli.train:train",
+        summary="let a learner practise; write curves and a policy",
+        usage="[learner=NAME] [env=NAME] [course.steps=50000] [KEY=VALUE ...], or resume=FOLDER\n"
+        "  seals train learner=sac env=reach                     twins on the processor\n"
+        "  seals train learner=sacfd demonstrations=runs/some_recording/demonstrations\n"
+        "  seals train learner=sac device=cuda count=4096 learner.batch=8192 learner.ratio=0.01\n"
+        "  seals train resume=runs/some_training                 one that was cut off goes on\n\n"
+        "  count           environments that step at once\n"
+        "  course.stop_at  share of successes at which the training ends early\n"
+        "  course.checkpoint   seconds between two checkpoints; 0 for none\n"
+        "  writes training.csv, evaluation.csv, policy/ and run.json; needs aam-seals[learn]\n\n"
+        "exit code: 0 done, 2 refused, 130 interrupted (a checkpoint was written)",
+    ),
+    "evaluate": Verb(
+        target="seals.cli.evaluate:evaluate",
+        summary="judge a policy on starts that no training has seen, or compare training runs",
+        usage="policy=FOLDER|scripted|random|still [KEY=VALUE ...], or: --compare ARM=FOLDERS ...\n"
+        "  seals evaluate policy=runs/some_training/policy       100 held-out starts\n"
+        "  seals evaluate policy=FOLDER grid=robustness          a table over changed worlds\n"
+        "  seals evaluate --compare sac='runs/study/sac/*' sacfd='runs/study/sacfd/*'\n"
+        "  seals evaluate --compare runs/study                   runs/study/ARM/SEED\n\n"
+        "  episodes   number of starts; count, how many at once; device=cpu|cuda\n"
+        "  out        folder of the results; the run's folder by default\n"
+        "  budget, reference, value, hold   terms of a comparison: declare them before the runs",
+    ),
+    "record": Verb(
+        target="seals.cli.evaluate:record",
+        summary="keep the episodes of a policy as demonstrations for learning",
+        usage="[env=NAME] [policy=scripted|FOLDER|KEYS.yaml] [episodes=10] [KEY=VALUE ...]\n"
+        "  seals record env=reach out=demos/reach                ten successes of the expert\n"
+        "  seals record env=reach noise=0.1 hdf5=reach.hdf5      shaken, and as one file\n"
+        "  seals record policy=runs/some_session/keys.csv who=human keep=all\n\n"
+        "  first    seed of the first start; keep=successes|all; most, how many tries for one\n"
+        "  minari   id of a Minari data set to write as well; needs the package minari",
     ),
     "view": Verb(
         target="seals.cli.hydra_app:view",

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
+from seals.logs.intake import read_plain_yaml
 from seals.schema import check_value, parameters_of
 from seals.waves import Waves
 
@@ -210,7 +211,7 @@ def load_overlay(path: Path) -> dict[str, Any]:
     import yaml
 
     try:
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        raw = read_plain_yaml(path)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
         text = " ".join(str(cause).split())
         raise ConfigError(f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8.") from (

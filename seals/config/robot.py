@@ -12,6 +12,7 @@ from typing import Any
 
 from seals.config.fields import optional, vector
 from seals.errors import RobotError, suggestion
+from seals.logs.intake import read_plain_yaml
 
 _KEYS = (
     "summary",
@@ -20,10 +21,12 @@ _KEYS = (
     "hulls",
     "arms",
     "grippers",
+    "legs",
     "effects",
     "sensors",
     "actuators",
     "controller",
+    "guide",
 )
 _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
@@ -107,6 +110,21 @@ class GripperSettings:
 
 
 @dataclass(kw_only=True)
+class LegSettings:
+    """One leg, by the names of its parts in the URDF.
+
+    Args:
+        joints: from the body on.
+        foot: the last link of the leg.
+        toe: what stands on the ground, in axes of that link [m].
+    """
+
+    joints: list[str] = field(default_factory=list)
+    foot: str = ""
+    toe: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e3, 1e3), source="robot.yaml")
+
+
+@dataclass(kw_only=True)
 class RobotSettings:
     """A robot as the run sees it.
 
@@ -118,6 +136,7 @@ class RobotSettings:
         hulls: what displaces water, by link name.
         arms: by name.
         grippers: by name.
+        legs: by name.
         summary: one line for lists and reports.
     """
 
@@ -128,6 +147,7 @@ class RobotSettings:
     hulls: dict[str, HullSettings] = field(default_factory=dict)
     arms: dict[str, ArmSettings] = field(default_factory=dict)
     grippers: dict[str, GripperSettings] = field(default_factory=dict)
+    legs: dict[str, LegSettings] = field(default_factory=dict)
     summary: str = ""
 
     @property
@@ -143,8 +163,9 @@ class RobotFile:
     Args:
         settings: name, folder, URDF and summary; the rest is still in ``hulls`` and ``limbs``.
         hulls: raw hull entries by link name.
-        limbs: raw entries of arms and grippers, by section and name.
-        parts: per section (effects, sensors, actuators) the instance name, plug-in name and values.
+        limbs: raw entries of arms, grippers and legs, by section and name.
+        parts: per section (effects, sensors, actuators, controller, guide) the instance name,
+            plug-in name and values; the guide is what it does as an object of a run.
     """
 
     settings: RobotSettings
@@ -188,12 +209,11 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         section: _parts(raw.get(section), f"{path}: {section}", word)
         for section, word in _PARTS.items()
     }
-    if raw.get("controller") is not None:
-        parts["controller"] = _parts(
-            {"controller": raw["controller"]}, f"{path}: controller", "controller"
-        )
+    for word in ("controller", "guide"):
+        if raw.get(word) is not None:
+            parts[word] = _parts({word: raw[word]}, f"{path}: {word}", word)
     hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
-    limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers")}
+    limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers", "legs")}
     return RobotFile(settings=settings, hulls=hulls, limbs=limbs, parts=parts)
 
 
@@ -201,7 +221,7 @@ def _load(path: Path) -> Any:
     import yaml
 
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
+        return read_plain_yaml(path)
     except FileNotFoundError as cause:
         raise RobotError(
             f"{path} does not exist.\nA robot is a folder holding robot.yaml and its URDF."

@@ -101,6 +101,8 @@ class RunSettings:
         resume: folder of a run that was cut off, to be taken up at its last checkpoint, or None.
         surface: simulated time between two meshes of the surface of particle water [s], 0 for none;
             needs the extra ``render``.
+        particles: simulated time between two sets of particles that the run keeps to be looked at
+            [s], 0 for none.
         checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
             fluid and none without.
         viewer: renderer that draws for cameras, or None.
@@ -130,6 +132,9 @@ class RunSettings:
     repeat: str | None = None
     resume: str | None = None
     surface: float = param(
+        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
+    )
+    particles: float = param(
         0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
     )
     checkpoint: float | None = optional("s", bounds=(0.0, 1e6), source="chosen")
@@ -176,7 +181,7 @@ def build_run(config: Any) -> RunSettings:
         every = config.get("checkpoint")
         values |= {"name": str(config.name), "seed": int(config.seed)}
         values |= {"checkpoint": None if every is None else float(every)}
-        values |= {"surface": float(config.get("surface") or 0.0)}
+        values |= {key: float(config.get(key) or 0.0) for key in ("surface", "particles")}
         if config.get("water_type") is not None:
             values["water_type"] = str(config.water_type)
             values["optics"] = replace(values["optics"], water_type=values["water_type"])
@@ -224,7 +229,7 @@ def _check(settings: RunSettings) -> None:
         )
     if not settings.robot.urdf:
         raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
-    kept = {key: getattr(settings, key) for key in ("surface", "checkpoint")}
+    kept = {key: getattr(settings, key) for key in ("surface", "particles", "checkpoint")}
     check_fields(RunSettings, kept, where="")
     check_profiles(settings.environment)
     check_ground(settings.environment)

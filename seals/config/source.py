@@ -118,12 +118,17 @@ class ConfSearchPath(SearchPathPlugin):
 def install() -> None:
     """Register source, search path and root schemas with Hydra; calling twice is harmless."""
     from seals.config.add import AddSettings
+    from seals.config.arms import ArmsSettings
     from seals.config.compare import CompareSettings
+    from seals.config.convert import ConvertSettings
     from seals.config.diagnose import DiagnoseSettings
+    from seals.config.evaluate import EvaluateSettings, RecordSettings
+    from seals.config.learning import LearnSettings
     from seals.config.plan import PlanSettings
     from seals.config.render import RenderSettings
     from seals.config.run import RunSettings
     from seals.config.teleop import TeleopSettings
+    from seals.config.train import TrainSettings
     from seals.config.verify import VerifySettings
     from seals.config.view import ViewSettings
 
@@ -133,9 +138,15 @@ def install() -> None:
     store = ConfigStore.instance()
     store.store("run_schema", RunSettings, provider="seals")
     store.store("compare_schema", CompareSettings, provider="seals")
+    store.store("convert_schema", ConvertSettings, provider="seals")
     store.store("diagnose_schema", DiagnoseSettings, provider="seals")
     store.store("plan_schema", PlanSettings, provider="seals")
     store.store("add_schema", AddSettings, provider="seals")
+    store.store("arms_schema", ArmsSettings, provider="seals")
+    store.store("learn_schema", LearnSettings, provider="seals")
+    store.store("evaluate_schema", EvaluateSettings, provider="seals")
+    store.store("record_schema", RecordSettings, provider="seals")
+    store.store("train_schema", TrainSettings, provider="seals")
     store.store("verify_schema", VerifySettings, provider="seals")
     store.store("render_schema", RenderSettings, provider="seals")
     store.store("teleop_schema", TeleopSettings, provider="seals")
@@ -179,6 +190,9 @@ def robot_option(name: str) -> Container:
     overrides: list[Any] = []
     body: dict[str, Any] = {}
     for section, parts in found.parts.items():
+        if section == "guide":
+            # what it does as an object; a robot of a run is told by the run
+            continue
         for part, (plugin, values) in parts.items():
             if section == "controller":
                 # the root names the group already, with nothing chosen; the values come with the

@@ -7,6 +7,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.limbs import stowed
 from seals.control.plant import Plant
+from seals.dynamics.spatial import twist_map
 from seals.dynamics.tree import forward
 from seals.effects.effect import MediumKind
 
@@ -28,7 +29,7 @@ def added_inertia(plant: Plant) -> Floats:
         diagonal = np.concatenate((p["mass"][0], p["inertia"][0]))
         matrix = np.diag(diagonal) + p["coupling"][0]
         for link in bound.links:
-            x = _motion_of(origins[0, link], turns[0, link])
+            x = twist_map(origins[0, link], turns[0, link])
             total += x.T @ matrix @ x
     return total
 
@@ -47,12 +48,3 @@ def water_drag(plant: Plant) -> Floats:
             for link in bound.links:
                 total += (turns[0, link] ** 2) @ bound.params["coefficient"][0]
     return total
-
-
-def _motion_of(origin: Floats, turn: Floats) -> Floats:
-    """Return the map from the twist of the body to that of a link fixed to it, link axes."""
-    x, y, z = origin
-    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    out = np.zeros((6, 6))
-    out[:3, :3], out[:3, 3:], out[3:, 3:] = turn.T, -turn.T @ arm, turn.T
-    return out

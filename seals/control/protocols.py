@@ -63,6 +63,8 @@ class Situation(NamedTuple):
         low: lowest command of every drive, likewise.
         readings: last reading of every sensor, by sensor and channel.
         contacts: normal force on every gripper's tip, by link name [N].
+        bodies: origins of the other bodies of the scene, by name, world [m]; those of the true
+            world, for animals that see.
     """
 
     time: float
@@ -86,6 +88,7 @@ class Situation(NamedTuple):
     low: Floats
     readings: Mapping[str, Mapping[str, Floats]] = NOTHING
     contacts: Mapping[str, float] = NOTHING
+    bodies: Mapping[str, Floats] = NOTHING
 
     @property
     def yaw(self) -> float:
@@ -104,6 +107,7 @@ class Aim(NamedTuple):
         joints: joint values by arm [rad or m]; arms left out keep their last ones, stowed at first.
         grip: by gripper, 0 for open and 1 for closed [1]; those left out keep theirs, open first.
         position: held against drift, world [m], shape (3,); None for velocity alone.
+        manner: how a walking robot shall step, values by name over those of its gait.
 
     Example:
         >>> Aim(velocity=np.array([1.0, 0.0, 0.0])).yaw
@@ -117,6 +121,7 @@ class Aim(NamedTuple):
     joints: Mapping[str, Floats] = NOTHING
     grip: Mapping[str, float] = NOTHING
     position: Floats | None = None
+    manner: Mapping[str, float] = NOTHING
 
 
 class Order(NamedTuple):
@@ -134,6 +139,9 @@ class Order(NamedTuple):
 @runtime_checkable
 class Controller(Protocol):
     """Turns what a guide wants into commands: a keyword-only dataclass with explicit memory.
+
+    A controller that asks for no mass properties, buoyancy and limits of drives, as gaits do, may
+    say so by an attribute ``weighs`` that is False: its situations hold those of the start.
 
     Attributes:
         rate: calls a second [Hz].

@@ -3,6 +3,7 @@
 from seals.hulls.box import HullBox
 from seals.hulls.compound import HullCompound
 from seals.hulls.cylinder import HullCapsule, HullCylinder
+from seals.hulls.fused import HullFused
 from seals.hulls.mesh import HullMesh
 from seals.hulls.meshes import LoadedHull, MeshNote, NoteKind, hull_from_mesh
 from seals.hulls.samples import HullSamples
@@ -16,6 +17,7 @@ __all__ = [
     "HullCapsule",
     "HullCompound",
     "HullCylinder",
+    "HullFused",
     "HullMesh",
     "HullSamples",
     "HullSphere",

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import RobotError
+from seals.hulls.formats import refuse_strange_format
 from seals.hulls.mesh import HullMesh, placed_points
 from seals.hulls.samples import HullSamples, winding_test
 from seals.hulls.wetted import Vector
@@ -126,6 +127,7 @@ def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
             f"mesh file {path} holds about {declared} triangles; allowed: {MOST_FACES}.\n"
             "Simplify the mesh (a hull needs a few hundred triangles)."
         )
+    refuse_strange_format(Path(path), "mesh")
     import trimesh
 
     try:

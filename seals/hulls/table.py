@@ -58,7 +58,7 @@ class HullTable:
         """
         cache: dict[tuple[int | None, int | None], HullTable] = hull.__dict__.setdefault(_CACHE, {})
         if (cells, depths) not in cache:
-            cache[cells, depths] = cls(_law_of(hull, cells, depths), hull.volume)
+            cache[cells, depths] = cls(law_of(hull, cells, depths), hull.volume)
         return cache[cells, depths]
 
     def lookup(self, up: Any, level: Any) -> tuple[Any, Any, Any, Any]:
@@ -95,12 +95,12 @@ class HullTable:
         return cast(tuple[Any, Any, Any, Any], tuple(xp.astype(array, kind) for array in found))
 
 
-def _law_of(hull: Hull, cells: int | None, depths: int | None) -> Law:
-    """Return the batched law of a hull."""
+def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> Law:
+    """Return the batched law of a hull: exact where there is a closed form, else by a table."""
     if isinstance(hull, HullPlaced):
         return hull.sums
     if isinstance(hull, HullCompound):
-        return _compound_law(hull, [_law_of(part, cells, depths) for part in hull.parts])
+        return _compound_law(hull, [law_of(part, cells, depths) for part in hull.parts])
     if not (hasattr(hull, "cut") and hasattr(hull, "extents")):
         raise RobotError(
             f"{type(hull).__name__} has no batched form.\n"
@@ -108,7 +108,8 @@ def _law_of(hull: Hull, cells: int | None, depths: int | None) -> Law:
         )
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]
-    return OctahedralTable(body, cells=cells or fits[0][0], depths=depths or fits[0][1]).sums
+    own = getattr(body, "resolution", fits[0])
+    return OctahedralTable(body, cells=cells or own[0], depths=depths or own[1]).sums
 
 
 def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:

@@ -18,7 +18,7 @@ from seals.hulls import (
     HullSphere,
     hull_from_mesh,
 )
-from seals.robot.limbs import build_arms, build_grippers
+from seals.robot.limbs import build_arms, build_grippers, build_legs
 from seals.robot.model import RobotModel
 from seals.robot.urdf import Urdf, UrdfJoint, read_urdf
 
@@ -58,6 +58,7 @@ def build_robot(settings: RobotSettings) -> RobotModel:
         has_collision=tuple(link.collides for link in urdf.links),
         arms=build_arms(settings.arms, names, joints),
         grippers=build_grippers(settings.grippers, names, joints),
+        legs=build_legs(settings.legs, names, joints),
     )
 
 

@@ -1,4 +1,4 @@
-"""Arms and grippers of a robot: which joints, which tool, which finger-tips."""
+"""Arms, grippers and legs of a robot: which joints, which tool, finger-tips, feet."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.robot import ArmSettings, GripperSettings
+from seals.config.robot import ArmSettings, GripperSettings, LegSettings
 from seals.errors import RobotError, suggestion
 
 
@@ -61,6 +61,23 @@ class Gripper:
         return values
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Leg:
+    """One leg.
+
+    Args:
+        name: of the leg.
+        joints: indices among the robot's joints, from the body on, k of them.
+        foot: index of the last link.
+        toe: what stands on the ground, in axes of that link [m], shape (3,).
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    foot: int
+    toe: Floats
+
+
 def build_arms(
     settings: Mapping[str, ArmSettings], links: Sequence[str], joints: Sequence[str]
 ) -> dict[str, Arm]:
@@ -98,6 +115,25 @@ def build_grippers(
             closed=_values(f"{where}.closed", hand.closed, found),
             tips=tuple(_link(f"{where}.tips", tip, links) for tip in hand.tips),
         )
+    return out
+
+
+def build_legs(
+    settings: Mapping[str, LegSettings], links: Sequence[str], joints: Sequence[str]
+) -> dict[str, Leg]:
+    """Return the legs of a robot by name.
+
+    Raises:
+        RobotError: a joint or link does not exist, or the toe is no place.
+    """
+    out = {}
+    for name, leg in settings.items():
+        where = f"robot.legs.{name}"
+        found = _joints(where, leg.joints, joints)
+        foot = _link(f"{where}.foot", leg.foot, links)
+        if len(leg.toe) != 3:
+            raise RobotError(f"{where}.toe={list(leg.toe)} is no place.\nAllowed: three numbers.")
+        out[name] = Leg(name=name, joints=found, foot=foot, toe=np.asarray(leg.toe, dtype=float))
     return out
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
+from seals.hulls.formats import refuse_strange_format
 
 MOST_BYTES = 50_000_000
 """Largest mesh that is loaded [bytes]."""
@@ -51,6 +52,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                     advice += "\nTo copy it from its package: seals new robot NAME --urdf FILE"
                 raise RobotError(f"{where} does not exist.\n{advice}")
             refuse_huge_mesh(where, target)
+            refuse_strange_format(target, where)
 
 
 def refuse_huge_mesh(where: str, target: Path) -> None:

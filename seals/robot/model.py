@@ -13,7 +13,7 @@ from seals.dynamics.spatial import rigid_inertia
 from seals.dynamics.tree import Tree
 from seals.hulls import Hull
 from seals.motion import Body
-from seals.robot.limbs import Arm, Gripper
+from seals.robot.limbs import Arm, Gripper, Leg
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,9 @@ class RobotModel:
         has_collision: whether a link has collision geometry, shape (L,).
         arms: by name.
         grippers: by name.
+        legs: by name.
         surface: contact coefficients in place of those in the URDF, or None.
+        held: whether its joints are held, see `seals.robot.fusing`.
     """
 
     name: str
@@ -71,7 +73,9 @@ class RobotModel:
     has_collision: tuple[bool, ...]
     arms: Mapping[str, Arm] = field(default_factory=dict)
     grippers: Mapping[str, Gripper] = field(default_factory=dict)
+    legs: Mapping[str, Leg] = field(default_factory=dict)
     surface: Surface | None = None
+    held: bool = False
 
     @cached_property
     def spatial_inertia(self) -> Floats:

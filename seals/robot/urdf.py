@@ -100,6 +100,9 @@ def _text_of(path: Path) -> bytes:
         raise RobotError(
             f"URDF {path} is not UTF-8 text (byte {cause.start}).\nSave it as UTF-8."
         ) from cause
+    if "\0" in text:
+        # a parser would take it for UTF-16, in which the words below look different
+        raise RobotError(f"URDF {path} holds zero bytes: it is not UTF-8 text.\nSave it as UTF-8.")
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RobotError(
             f"URDF {path} declares a DOCTYPE or an ENTITY.\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from seals.config.run import RunSettings, build_run
 from seals.config.teleop import TeleopSettings
@@ -16,6 +16,9 @@ from seals.run.simulation import Ending
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
 from seals.teleop.track import Event, read_track, write_track
+
+if TYPE_CHECKING:
+    from seals.learn.demonstrations.episode import Origin
 
 KEYS = "keys.csv"
 """File of the session's events in the run folder."""
@@ -59,7 +62,10 @@ def execute(config: Any) -> int | None:
     if "tensordict" in exports:
         from seals.teleop.demonstration import write_demonstration
 
-        made = write_demonstration(record.log, folder, rate=guide.rate)
+        origin = _origin(config, by=str(config.script or config.device.value))
+        made = write_demonstration(
+            record.log, folder, rate=guide.rate, origin=origin, seed=settings.seed
+        )
         print(f"demonstration: {short_path(made)}")
     if record.error is not None and record.ending is not Ending.interrupted:
         raise record.error
@@ -72,10 +78,23 @@ def refuse_missing(export: str) -> None:
     Raises:
         MissingExtra: it names the extra.
     """
-    from seals.teleop.demonstration import tensordict_of
+    from seals.learn.demonstrations.folder import tensordict_of
 
     if export == "tensordict":
         tensordict_of()
+
+
+def _origin(config: Any, *, by: str) -> Origin:
+    """Where a session's demonstration comes from: a script of keys is a program, too."""
+    from omegaconf import OmegaConf
+
+    from seals.learn.cards import config_hash
+    from seals.learn.demonstrations.episode import Origin, Who
+
+    kept: Any = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+    plain: Any = OmegaConf.to_container(kept, enum_to_str=True)
+    who = Who.scripted if config.script else Who.human
+    return Origin(env="teleop", config_hash=config_hash(plain), who=who, by=by, config=plain)
 
 
 def _timed(overrides: Sequence[str]) -> bool:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, MissingExtra
+from seals.errors import LogError
+from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Singles
+from seals.learn.demonstrations.folder import write
 from seals.logs import Log
+from seals.logs.channels import columns_of
 
 FOLDER = "demonstration"
 OBSERVED = (
@@ -57,85 +60,76 @@ def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
     return out
 
 
-def as_tensordict(log: Log, *, rate: float) -> Any:
-    """Return a log as a TensorDict in the layout that torchrl's losses and buffers take.
+def as_demonstrations(log: Log, *, rate: float, origin: Origin, seed: int = 0) -> Demonstrations:
+    """Return a log as one demonstrated episode.
 
-    Keys: ``time``, ``observation`` and ``action`` with one entry a channel, ``done``,
-    ``terminated``, and ``next`` with observation, done and terminated. Values are float32.
+    Columns of the observation and the action are named as in the log. They are in SI units: an
+    environment scales its actions, a session does not. There is no task, hence no reward.
 
     Args:
         log: of a run with a guide.
         rate: decisions a second [Hz].
+        origin: where the session comes from; names and rate are filled in.
+        seed: of the run.
 
     Raises:
-        MissingExtra: tensordict is not installed.
         LogError: the log holds no demonstration.
     """
-    tensordict = tensordict_of()
-    import torch
-
     columns = sampled(log, rate=rate)
+    observation, seen = _flat(columns, OBSERVED, log)
+    action, done = _flat(columns, ACTED, log)
     count = len(columns["time"]) - 1
-    now, following = slice(0, count), slice(1, count + 1)
-
-    def nested(stems: tuple[str, ...], rows: slice) -> Any:
-        found = {s: np.ascontiguousarray(columns[s][rows]) for s in stems if s in columns}
-        tensors = {s: torch.from_numpy(x.astype(np.float32)) for s, x in found.items()}
-        return tensordict.TensorDict(tensors, batch_size=[count])
-
-    done = torch.zeros((count, 1), dtype=torch.bool)
-    ended = done.clone()
-    # a demonstration is a whole episode: its last step is the end
-    done[-1], ended[-1] = True, bool(log.meta.get("guide", {}).get("outcome"))
-    start = torch.zeros_like(done)
-    return tensordict.TensorDict(
-        {
-            "time": torch.from_numpy(np.array(columns["time"][now])),
-            "observation": nested(OBSERVED, now),
-            "action": nested(ACTED, now),
-            "done": start,
-            "terminated": start.clone(),
-            "next": tensordict.TensorDict(
-                {
-                    "observation": nested(OBSERVED, following),
-                    "done": done,
-                    "terminated": ended,
-                },
-                batch_size=[count],
-            ),
-        },
-        batch_size=[count],
+    last = np.arange(count) == count - 1
+    # a session is a whole episode: its last step is the end
+    ended = bool(log.meta.get("guide", {}).get("outcome"))
+    episode = Episode(
+        observation=observation,
+        action=action[:-1],
+        reward=np.zeros(count, dtype=np.float32),
+        terminated=last & ended,
+        truncated=last & (not ended),
+        success=ended,
+        seed=seed,
     )
+    named = dataclasses.replace(origin, observation=seen, action=done, rate=rate)
+    return Demonstrations(origin=named, episodes=[episode])
 
 
-def write_demonstration(log: Log, folder: Path, *, rate: float) -> Path:
-    """Write a log as a TensorDict in memory-mapped files: ``TensorDict.load_memmap(PATH)``.
+def _flat(
+    columns: dict[str, Floats], stems: tuple[str, ...], log: Log
+) -> tuple[Singles, list[str]]:
+    """Channels side by side, with the names of their columns."""
+    found = [stem for stem in stems if stem in columns]
+    names = [name for stem in found for name in columns_of(stem, log.columns)]
+    values = np.concatenate([columns[stem] for stem in found], axis=1).astype(np.float32)
+    # what the log never had, such as the third axis of a flat world, is no column
+    kept = np.flatnonzero(~np.isnan(values).all(axis=0))
+    return _filled(values[:, kept]), [names[k] for k in kept]
+
+
+def _filled(values: Singles) -> Singles:
+    """Columns whose gaps hold the reading before, or the first one where there is none before."""
+    rows = np.arange(len(values))[:, None]
+    there = np.isfinite(values)
+    before = np.maximum.accumulate(np.where(there, rows, -1), axis=0)
+    from_row = np.where(before < 0, there.argmax(axis=0), before)
+    return np.take_along_axis(values, from_row, axis=0)
+
+
+def write_demonstration(
+    log: Log, folder: Path, *, rate: float, origin: Origin, seed: int = 0
+) -> Path:
+    """Write a log as a folder of demonstrations, in the one form that they have.
 
     Args:
         log: of a run with a guide.
         folder: of the run; the files go into a folder of their own below it.
         rate: decisions a second [Hz].
+        origin: where the session comes from.
+        seed: of the run.
 
     Raises:
         MissingExtra: tensordict is not installed.
         LogError: the log holds no demonstration.
     """
-    path = folder / FOLDER
-    as_tensordict(log, rate=rate).memmap(path)
-    return path
-
-
-def tensordict_of() -> Any:
-    """Return the module ``tensordict``.
-
-    Raises:
-        MissingExtra: it is not installed.
-    """
-    try:
-        import tensordict
-    except ImportError as cause:
-        raise MissingExtra(
-            "export=[tensordict] needs tensordict, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'; the log itself is written in any case."
-        ) from cause
-    return tensordict
+    return write(as_demonstrations(log, rate=rate, origin=origin, seed=seed), folder / FOLDER)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_text
+from seals.logs.intake import plain_yaml
 from seals.teleop.keymap import CONTROLS, is_control
 
 HEADER = ("t", "control", "value")
@@ -73,7 +74,10 @@ def held_after(held: Mapping[str, float], events: Sequence[Event]) -> dict[str, 
 
 
 def _csv(path: Path, text: str) -> list[Event]:
-    rows = list(csv.reader(line for line in text.splitlines() if line.strip()))
+    try:
+        rows = list(csv.reader(line for line in text.splitlines() if line.strip()))
+    except csv.Error as cause:
+        raise ConfigError(f"script {path} is no table: {cause}.\nCheck the quotes.") from cause
     if not rows or tuple(cell.strip() for cell in rows[0]) != HEADER:
         raise ConfigError(
             f"script {path} begins with {rows[0] if rows else 'nothing'}.\n"
@@ -92,7 +96,7 @@ def _yaml(path: Path, text: str) -> list[Event]:
     import yaml
 
     try:
-        entries = yaml.safe_load(text)
+        entries = plain_yaml(text)
     except yaml.YAMLError as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(f"script {path} is no YAML: {words}.\nCheck the brackets.") from cause

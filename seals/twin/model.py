@@ -17,6 +17,7 @@ from seals.effects.rigid import changed
 from seals.medium.build import build_surroundings, tables_of
 from seals.motion import Body, Inputs
 from seals.robot.model import RobotModel
+from seals.twin.fused import FusedBody
 from seals.twin.posture import Posture
 from seals.twin.rigid import RigidBody
 from seals.twin.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
@@ -81,10 +82,8 @@ class Twin:
         change = nominal_change(self.effects, robot, like, batch)
         if change is not None:
             bodies = changed(bodies, _everyone(change, bodies))
-        single = len(robot.links) == 1 and not robot.tree.fixed_base
-        self.body: RigidBody | TreeBody = (RigidBody if single else TreeBody)(
-            robot, self.evaluator, bodies, environment, change
-        )
+        form = _form(robot)
+        self.body: RigidBody | TreeBody = form(robot, self.evaluator, bodies, environment, change)
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
@@ -197,6 +196,13 @@ class Twin:
         k2, _ = body.stage(moved, time + step, end, self.memory, ahead=ahead, before=k1)
         self.memory = memory
         return rosenbrock(state, (k1, k2), step), k1
+
+
+def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:
+    """The equations of motion that suit a robot."""
+    if len(robot.links) == 1 and not robot.tree.fixed_base:
+        return RigidBody
+    return FusedBody if robot.held and not robot.tree.fixed_base else TreeBody
 
 
 def _everyone(change: Array, bodies: Body) -> Array:

@@ -44,7 +44,7 @@ class RigidBody:
         self._inertia = as_like(robot.spatial_inertia[:1], bodies.mass)
         if change is not None:
             self._inertia = self._inertia + change
-        self._used = set(_pattern(self._inertia))
+        self._used = set(pattern(self._inertia))
 
     def posture(self, state: TwinState, time: Any) -> Posture:
         """Return poses and velocities at a state."""
@@ -89,7 +89,7 @@ class RigidBody:
         )
         force, torque = self._right_side(motion, found)
         linear, angular = self._accelerations(found, force, torque)
-        felt = linear + cross(state.spin, state.velocity) + motion.up * self.gravity
+        felt = linear + cross(state.spin, state.velocity) + rotation[:, 2, :] * self.gravity
         rates = Rates(
             position=rotate(rotation, state.velocity),
             quaternion=quaternion_rate(state.quaternion, state.spin),
@@ -119,9 +119,13 @@ class RigidBody:
         """Inertia of the body with the added ones, shape (B, 6, 6)."""
         batch = found.sample.normal.shape[0]
         total = self._inertia + namespace(self._inertia).zeros((batch, 1, 1))
-        for _, _, added, _ in found.inertias:
-            total = total + added.weight[:, :, None] * added.matrix
+        for weight, matrix in self._added(found):
+            total = total + weight[:, :, None] * matrix
         return total
+
+    def _added(self, found: Evaluation) -> list[tuple[Array, Array]]:
+        """Weights (B, 1) and matrices about the origin of all added inertias."""
+        return [(added.weight, added.matrix) for _, _, added, _ in found.inertias]
 
     def _accelerations(self, found: Evaluation, force: Array, torque: Array) -> tuple[Array, Array]:
         """Solve (M + sum s M_A) (v', w') = (force, torque)."""
@@ -129,18 +133,16 @@ class RigidBody:
             [self._inertia[:, i, j] if (i, j) in self._used else None for j in range(i + 1)]
             for i in range(6)
         ]
-        for _, _, added, _ in found.inertias:
-            weight = added.weight[:, 0]
-            used = _pattern(added.matrix)
-            for i, j in used:
-                before, more = matrix[i][j], weight * added.matrix[:, i, j]
-                matrix[i][j] = more if before is None else before + more
+        for weight, more in self._added(found):
+            for i, j in pattern(more):
+                before, part = matrix[i][j], weight[:, 0] * more[:, i, j]
+                matrix[i][j] = part if before is None else before + part
         right = [force[:, k] for k in range(3)] + [torque[:, k] for k in range(3)]
         x = solve_symmetric(matrix, right)
         return columns(*x[:3]), columns(*x[3:])
 
 
-def _pattern(matrix: Array) -> list[tuple[int, int]]:
+def pattern(matrix: Array) -> list[tuple[int, int]]:
     """Entries of the lower triangle that are not zero in the whole batch."""
     xp = namespace(matrix)
     table = np.asarray(xp.any(matrix != 0.0, axis=0).tolist(), dtype=bool)

@@ -13,8 +13,8 @@ from seals.plugins.controllers.station import Station
 from seals.plugins.guides.hover import Hover
 from seals.testing import ContractError, check_controller, check_guide
 
-ROBOTS = {"station": "auv"}
-ALONE = ("hover", "oval", "waypoints")
+ROBOTS = {"station": "auv", "gait": "crab", "cpg": "crab"}
+ALONE = ("hover", "oval", "waypoints", "march", "wander", "seek", "freeze")
 """Guides that need nothing beside the robot: no object, no script."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import struct
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from seals.errors import MissingExtra, SealsError
+from seals.report.drawing import drawn
 from seals.report.figures import MOST_POINTS, Chart, Mark, Series, even, lines, thinned
 from seals.report.pictures import write_picture
 from seals.report.style import AXES, colours_of
@@ -70,6 +72,21 @@ def test_picture_is_a_png_of_the_right_size(tmp_path: Path) -> None:
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", head[16:24]) == (1120, 1008)
     assert [file.name for file in path.parent.iterdir()] == ["a.png"]
+
+
+def test_an_asymmetric_band_reaches_where_it_says() -> None:
+    """A band of two rows lies below by the first and above by the second, thinned or not."""
+    x = np.arange(5000.0)
+    band = np.stack([np.full(5000, 0.25), np.full(5000, 2.0)])
+    chart = Chart(title="A", y_label="1", series=(Series(name="a", x=x, y=x * 0.0, band=band),))
+    outline, line = (
+        np.frombuffer(base64.b64decode(part["y"]["bdata"]), dtype="<f8")
+        for part in drawn(chart)["data"]
+    )
+    assert len(outline) == 2 * len(line) < 5000
+    # the way there is the upper edge, the way back the lower one
+    assert set(outline[: len(line)]) == {2.0}
+    assert set(outline[len(line) :]) == {-0.25}
 
 
 def test_missing_matplotlib_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

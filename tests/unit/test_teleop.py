@@ -17,6 +17,8 @@ import yaml
 from seals.cli.main import main
 from seals.control import Situation
 from seals.errors import ConfigError, LogError, MissingExtra
+from seals.learn.demonstrations.episode import Who
+from seals.learn.demonstrations.folder import read
 from seals.logs import Log
 from seals.logs.native import read_native
 from seals.plugins.guides.stick import Memory, Stick
@@ -290,16 +292,19 @@ def test_a_log_without_guide_is_no_demonstration() -> None:
 @pytest.mark.skipif(
     importlib.util.find_spec("tensordict") is None, reason="the extra learn is not installed"
 )
-def test_a_demonstration_is_written_as_tensordict(session: Callable[..., Path]) -> None:
-    """Observations of a step's end are those of the next step's start; the last step is done."""
-    import tensordict
-
+def test_a_demonstration_is_written_in_the_one_form(session: Callable[..., Path]) -> None:
+    """A session becomes one episode, with the log's columns by name and a card that says who."""
     folder = session("one", "script=keys.yaml", "export=[tensordict]")
-    data = tensordict.TensorDict.load_memmap(folder / "demonstration")
-    here, there = data["observation", "position"], data["next", "observation", "position"]
-    assert (here[1:] == there[:-1]).all()
-    assert data["next", "done"].sum() == 1
-    assert data["next", "done"][-1]
+    demos = read(folder / "demonstration")
+    rows = sampled(read_native(folder), rate=50.0)
+    (episode,) = demos.episodes
+    names = list(demos.origin.observation)
+    assert names[:3] == ["position_x", "position_y", "position_z"]
+    np.testing.assert_allclose(episode.observation[:, 2], rows["position"][:, 2], rtol=1e-6)
+    forward = list(demos.origin.action).index("aim_velocity_x")
+    wanted = rows["aim_velocity"][:-1, 0]
+    np.testing.assert_allclose(episode.action[:, forward], wanted, rtol=1e-6)
+    assert (demos.origin.who, demos.origin.rate) == (Who.scripted, 50.0)
 
 
 def missing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.control import Aim, Order, Plant, Situation
 from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
@@ -18,6 +18,7 @@ from seals.control.gauge import MassGauge
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.plant import ROTOR
 from seals.errors import ConfigError
+from seals.plugins.controllers.cascade.batched import CascadeBatch
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
@@ -113,6 +114,20 @@ class Cascade(CascadeSettings):
         self._servo_lag = servo_lag(plant, SERVO_LAG)
         self._way = 0.0, self._servo_lag
         self._media = self.gains(0), self.gains(1)
+
+    def batched(self, plant: Plant, joints: Floats, like: Array) -> CascadeBatch:
+        """Return this law over a batch of robots whose joints are held.
+
+        Args:
+            plant: the robot.
+            joints: held joint values [rad or m], shape (J,).
+            like: array whose library, type and device to use.
+
+        Raises:
+            ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
+        """
+        refuse_unfit(plant)
+        return CascadeBatch(self, plant, joints, like, WEIGHTS)
 
     def start(self) -> Memory:
         """Return zero sums; arms stowed, grippers open."""

@@ -1,0 +1,1 @@
+"""Environments of learning, whole recipes: ``env=reach``."""

@@ -1,0 +1,31 @@
+"""Learners compared on reaching, with demonstrations and without; see README.md."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.experiments.learning_study.arms import ARMS, trainings
+from seals.experiments.learning_study.running import compare, record, run_all
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Train every arm with every seed, going on where an earlier call was cut off; compare them."""
+    parser = argparse.ArgumentParser(prog="learning_study", description=__doc__)
+    parser.add_argument("--out", default="runs/learning_study", help="folder of the study")
+    parser.add_argument("--jobs", type=int, default=2, help="trainings at once, one core each")
+    parser.add_argument("--steps", type=int, default=50_000, help="control steps of a training")
+    parser.add_argument("--arms", nargs="*", default=sorted(ARMS), help="arms to train")
+    parser.add_argument("--seeds", type=int, default=0, help="seeds of each arm; 0: as declared")
+    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    given = parser.parse_args(words)
+    out = Path(given.out)
+    # beside the study, which holds arms alone
+    shown = record(out.with_name(f"{out.name}_demonstrations"))
+    jobs = trainings(out, shown, arms=given.arms, steps=given.steps, seeds=given.seeds)
+    left = run_all(jobs, at_once=given.jobs, limit=given.limit)
+    if left:
+        print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
+        return 1
+    return compare(out)

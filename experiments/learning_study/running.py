@@ -1,0 +1,104 @@
+"""Runs many trainings at once, one process each, and goes on where an earlier call stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.experiments.learning_study.arms import Training
+from seals.run.progress import progress
+
+EPISODES = 10
+"""Demonstrations, all of them successful, by the scripted expert."""
+SEALS = (sys.executable, "-c", "from seals.cli.main import main; raise SystemExit(main())")
+PATIENCE = 60.0
+"""Time in which a training writes its checkpoint when it is asked to stop [s]."""
+
+
+def record(folder: Path) -> Path:
+    """Record the demonstrations, once."""
+    if not folder.exists():
+        words = ("record", "env=reach", f"episodes={EPISODES}", f"out={folder}")
+        subprocess.run([*SEALS, *words], check=True, env=_alone())
+    return folder
+
+
+def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
+    """Run what is not done; return how many trainings are left.
+
+    Args:
+        jobs: all trainings.
+        at_once: processes at a time.
+        limit: time after which all are asked to stop [s]; 0 for none.
+    """
+    waiting = [job for job in jobs if _state(job.folder) != "done"]
+    running: list[tuple[Training, subprocess.Popen[bytes]]] = []
+    begin = time.monotonic()
+    done = len(jobs) - len(waiting)
+    with progress("training", len(jobs)) as tell:
+        while waiting or running:
+            tell(done)
+            over = limit > 0.0 and time.monotonic() - begin > limit
+            if over:
+                _stop([process for _, process in running])
+                break
+            while waiting and len(running) < at_once:
+                job = waiting.pop(0)
+                running.append((job, _started(job)))
+            time.sleep(0.5)
+            ended = [pair for pair in running if pair[1].poll() is not None]
+            for job, process in ended:
+                _tell_failure(job, process)
+            running = [pair for pair in running if pair[1].poll() is None]
+            done += len(ended)
+    return sum(_state(job.folder) != "done" for job in jobs)
+
+
+def compare(out: Path) -> int:
+    """Compare all arms of a study that is complete."""
+    return subprocess.run([*SEALS, "evaluate", "--compare", str(out)], check=False).returncode
+
+
+def _started(job: Training) -> subprocess.Popen[bytes]:
+    """Begin a training, or take it up where it stopped."""
+    cut_off = (job.folder / "checkpoint.pt").exists()
+    words = ("train", f"resume={job.folder}") if cut_off else job.words
+    job.folder.mkdir(parents=True, exist_ok=True)
+    with (job.folder / "log.txt").open("ab") as log:
+        return subprocess.Popen([*SEALS, *words], stdout=log, stderr=log, env=_alone())
+
+
+def _stop(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    for process in processes:
+        process.send_signal(signal.SIGTERM)
+    for process in processes:
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+
+def _tell_failure(job: Training, process: subprocess.Popen[bytes]) -> None:
+    if process.returncode:
+        print(
+            f"{job.folder} ended with exit code {process.returncode}; see {job.folder}/log.txt",
+            file=sys.stderr,
+        )
+
+
+def _state(folder: Path) -> str:
+    """What ``run.json`` says of a training; empty before its start."""
+    file = folder / "run.json"
+    return str(json.loads(file.read_text()).get("state", "")) if file.exists() else ""
+
+
+def _alone() -> dict[str, str]:
+    """Return the surroundings of a process that keeps to one core."""
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return {**os.environ, **threads}

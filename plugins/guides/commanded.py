@@ -1,0 +1,55 @@
+"""A guide whose wishes come from outside: a learner, a script, another process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from seals.control import Aim, Plant, Situation
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Commanded:
+    """Wants what it was last told by `tell`; before that, to stand still with its arms at rest.
+
+    Args:
+        rate: calls a second [Hz].
+
+    Example:
+        >>> guide = Commanded()
+        >>> guide.tell(Aim(yaw=0.5))
+        >>> guide.wanted.yaw
+        0.5
+    """
+
+    rate: float = param(
+        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+
+    def __post_init__(self) -> None:
+        """Want nothing yet."""
+        self.wanted = Aim()
+
+    def tell(self, aim: Aim) -> None:
+        """Say what is wanted from the next call on."""
+        self.wanted = aim
+
+    def bind(self, plant: Plant) -> None:
+        """Lead any robot."""
+
+    def start(self, situation: Situation) -> Any:
+        """Return no memory."""
+        return ()
+
+    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
+        """Return what was told."""
+        return self.wanted, memory
+
+    def finished(self, memory: Any) -> bool | None:
+        """Go on until the caller stops."""
+        return None
+
+    def stage(self, memory: Any) -> str:
+        """Return the only stage."""
+        return "commanded"

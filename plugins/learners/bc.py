@@ -1,0 +1,213 @@
+"""Behaviour cloning: do what the demonstrations did, without reward and without practice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError
+from seals.learn import networks
+from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.observations import tensors, vector
+from seals.learn.scaling import Running
+from seals.learn.seeding import first_weights, generator_of, kept, put_back
+from seals.schema import param
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Turn
+
+
+@dataclass(kw_only=True)
+class BC:
+    """Behaviour cloning by least squares.
+
+    Equation:
+        loss = mean over numbers of (tanh f(s) - a)^2
+
+    Whole episodes are held out; the weights with the least error on them are the policy.
+
+    Args:
+        hidden: widths of the hidden layers.
+        learning_rate: of Adam [1].
+        weight_decay: of Adam [1].
+        batch: steps in an update.
+        updates: to make in all.
+        held_out: share of the episodes that is held out [1].
+        look: updates between two looks at them.
+        normalise: whether observations are brought to mean 0 and deviation 1.
+
+    Limitations:
+        A policy that leaves the states of its demonstrations was never shown the way back.
+
+    References:
+        Pomerleau 1991, doi 10.1162/neco.1991.3.1.88; Ross et al. 2011, arXiv 1011.0686.
+    """
+
+    hidden: list[int] = field(default_factory=lambda: [128, 128])
+    learning_rate: float = param(
+        1e-3, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
+    )
+    weight_decay: float = param(
+        1e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
+    )
+    batch: int = 256
+    updates: int = 5000
+    held_out: float = param(0.1, "1", bounds=(0.0, 0.9), tolerance=0.0, source="chosen", fit=False)
+    look: int = 100
+    normalise: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that make no sense."""
+        whole(batch=(self.batch, 1), updates=(self.updates, 1), look=(self.look, 1))
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> BcAgent:
+        """Return a fresh agent."""
+        need_torch()
+        return BcAgent(self, spaces, device, seed)
+
+
+class BcAgent:
+    """Behaviour cloning at work.
+
+    Args:
+        learner: the hyper-parameters.
+        spaces: sizes of observation and action.
+        device: of the network.
+        seed: of the first weights and of all draws.
+    """
+
+    interactive = False
+    wants = "must"
+    reports = ("loss", "least_held_out_loss")
+
+    def __init__(self, learner: BC, spaces: Spaces, device: str, seed: int) -> None:
+        """Make network and optimiser."""
+        import torch
+
+        self.learner, self.spaces, self.device = learner, spaces, device
+        self.generator = generator_of(seed, device)
+        self.norm = Running(spaces.observation_size, device) if learner.normalise else None
+        with first_weights(seed):
+            body = networks.mlp(spaces.observation_size, spaces.action_size, learner.hidden)
+        self.body = body.to(device)
+        self.optimiser = torch.optim.AdamW(
+            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
+        )
+        self.made = 0
+        self.best = {key: value.clone() for key, value in self.body.state_dict().items()}
+        self.least = torch.tensor(float("inf"), device=device)
+        self.shown: dict[str, Tensor] = {}
+        self.test: dict[str, Tensor] = {}
+
+    def teach(self, columns: Mapping[str, Any]) -> None:
+        """Take the steps of all demonstrations and hold some episodes out."""
+        import torch
+
+        given = tensors(columns, self.device)
+        episode = given["episode"]
+        names = torch.unique(episode)
+        order = torch.randperm(len(names), generator=self.generator, device=self.device)
+        out = torch.isin(episode, names[order[: int(self.learner.held_out * len(names))]])
+        steps = {"observation": vector(given["observation"]), "action": given["action"]}
+        self.shown = {key: value[~out] for key, value in steps.items()}
+        self.test = {key: value[out] for key, value in steps.items()}
+        if self.norm is not None:
+            self.norm.take(self.shown["observation"])
+
+    def act(self, observation: Any, *, explore: bool) -> Tensor:
+        """Return what the policy does; it does not explore."""
+        import torch
+
+        with torch.no_grad():
+            return self._action(vector(observation))
+
+    def _action(self, observation: Tensor) -> Tensor:
+        norm = None if self.norm is None else self.norm.layer
+        return self.body(networks.see(observation, norm=norm, encoder=None)).tanh()
+
+    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+        """Take no note of what happens."""
+
+    def due(self) -> int:
+        """Return all updates that are left."""
+        return self.learner.updates - self.made
+
+    def update(self) -> dict[str, Tensor]:
+        """Take one step towards the demonstrations; look at the held-out ones now and then."""
+        import torch
+
+        if not self.shown:
+            raise ConfigError(
+                "behaviour cloning has no demonstrations.\nGive demonstrations=FOLDER"
+            )
+        self.made += 1
+        index = torch.randint(
+            len(self.shown["action"]),
+            (self.learner.batch,),
+            generator=self.generator,
+            device=self.device,
+        )
+        loss = self._loss({key: value[index] for key, value in self.shown.items()})
+        self.optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        self.optimiser.step()
+        if self.made in (1, self.learner.updates) or self.made % self.learner.look == 0:
+            self._look()
+        return {"loss": loss.detach(), "least_held_out_loss": self.least}
+
+    def _loss(self, steps: Mapping[str, Tensor]) -> Tensor:
+        return (self._action(steps["observation"]) - steps["action"]).square().mean()
+
+    def _look(self) -> None:
+        """Keep the weights when none before did better on the held-out episodes."""
+        import torch
+
+        with torch.no_grad():
+            loss = self._loss(self.test if len(self.test["action"]) else self.shown)
+        if bool(loss <= self.least):
+            self.least = loss
+            self.best = {key: value.clone() for key, value in self.body.state_dict().items()}
+
+    def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the best policy so far."""
+        network = networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            normalise=self.learner.normalise,
+        )
+        with first_weights(0):
+            body = networks.mlp(
+                self.spaces.observation_size, self.spaces.action_size, self.learner.hidden
+            )
+        body.load_state_dict(self.best)
+        norm = None if self.norm is None else self.norm.layer
+        return networks.policy_of(network, body=body, norm=norm)
+
+    def state(self) -> dict[str, Any]:
+        """Return network, optimiser, demonstrations and the generator."""
+        return {
+            "body": self.body.state_dict(),
+            "best": self.best,
+            "least": self.least,
+            "optimiser": self.optimiser.state_dict(),
+            "norm": None if self.norm is None else self.norm.state(),
+            "shown": self.shown,
+            "test": self.test,
+            "made": self.made,
+            "generator": kept(self.generator),
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        self.body.load_state_dict(state["body"])
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.best, self.least = dict(state["best"]), state["least"]
+        self.shown, self.test = dict(state["shown"]), dict(state["test"])
+        self.made = int(state["made"])
+        if self.norm is not None:
+            self.norm.load(state["norm"])
+        put_back(self.generator, state["generator"])

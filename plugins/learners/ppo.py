@@ -1,0 +1,298 @@
+"""Proximal policy optimisation: on-policy, for many environments at once and for gaits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from seals.learn import networks
+from seals.learn.learner import Spaces, need_torch, one_of, whole
+from seals.learn.observations import vector
+from seals.learn.replay.advantages import advantages
+from seals.learn.scaling import FORMS, Running, formed
+from seals.learn.seeding import first_weights, generator_of, kept, put_back
+from seals.schema import param
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Turn
+
+PROXIMAL = "Schulman et al. 2017, arXiv 1707.06347, table 3"
+
+
+@dataclass(kw_only=True)
+class PPO:
+    """Proximal policy optimisation with clipped ratios.
+
+    Equation:
+        actor: -min(rho A, clip(rho, 1 - c, 1 + c) A),  rho = pi(a|s) / pi_old(a|s)
+        critic: (V(s) - (A + V_old(s)))^2
+        A = sum over k of (gamma lambda)^k delta_(t+k),  delta = r + gamma V(s') - V(s)
+
+    Sums stop where an episode ends; one that was cut off goes on with the value of the state it
+    reached. Actions are drawn from a normal distribution and cut off at -1 and 1.
+
+    Args:
+        hidden: widths of the hidden layers of actor and critic.
+        learning_rate: of Adam [1].
+        gamma: discount of one control step [1].
+        decay: lambda of the advantages [1].
+        horizon: control steps of each environment between two rounds of updates.
+        epochs: passes over them.
+        minibatches: updates in a pass.
+        clip: of the ratios [1].
+        deviation: of actions at first [1].
+        entropy: weight of the entropy in the loss [1].
+        value: weight of the critic's loss [1].
+        steepest: greatest norm of a gradient [1].
+        reward_scale: multiplies the reward [1].
+        reward_form: ``plain``, ``symlog`` or ``clip``.
+
+    References:
+        Schulman et al. 2017, arXiv 1707.06347; Schulman et al. 2016, arXiv 1506.02438 (lambda).
+    """
+
+    hidden: list[int] = field(default_factory=lambda: [128, 128])
+    learning_rate: float = param(
+        3e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False
+    )
+    gamma: float = param(0.99, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
+    decay: float = param(0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
+    horizon: int = 64
+    epochs: int = 5
+    minibatches: int = 4
+    clip: float = param(0.2, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
+    deviation: float = param(
+        0.6, "1", bounds=(1e-3, 10.0), tolerance=0.0, source="chosen", fit=False
+    )
+    entropy: float = param(0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False)
+    value: float = param(0.5, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen", fit=False)
+    steepest: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+    reward_scale: float = param(
+        1.0, "1", bounds=(1e-9, 1e9), tolerance=0.0, source="chosen", fit=False
+    )
+    reward_form: str = "plain"
+
+    def __post_init__(self) -> None:
+        """Refuse sizes and words that make no sense."""
+        whole(
+            horizon=(self.horizon, 1),
+            epochs=(self.epochs, 1),
+            minibatches=(self.minibatches, 1),
+        )
+        one_of("reward_form", self.reward_form, FORMS)
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> PpoAgent:
+        """Return a fresh agent."""
+        need_torch()
+        return PpoAgent(self, spaces, device, seed)
+
+
+class PpoAgent:
+    """Proximal policy optimisation at work.
+
+    Args:
+        learner: the hyper-parameters.
+        spaces: sizes of observation and action.
+        device: of the networks.
+        seed: of the first weights and of all draws.
+    """
+
+    interactive = True
+    wants = "no"
+    reports = ("actor_loss", "critic_loss", "deviation", "moved", "value")
+
+    def __init__(self, learner: PPO, spaces: Spaces, device: str, seed: int) -> None:
+        """Make networks and optimiser."""
+        import torch
+
+        self.learner, self.spaces, self.device = learner, spaces, device
+        self.generator = generator_of(seed, device)
+        self.norm = Running(spaces.observation_size, device)
+        with first_weights(seed):
+            size = spaces.observation_size
+            self.actor = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
+            self.critic = networks.mlp(size, 1, learner.hidden).to(device)
+            with torch.no_grad():
+                # the first actions are near zero, so that the noise alone explores
+                list(self.actor.parameters())[-2].mul_(0.01)
+        deviation = torch.full((spaces.action_size,), learner.deviation, device=device)
+        self.log_deviation = deviation.log().requires_grad_()
+        self.parameters = [
+            *self.actor.parameters(),
+            *self.critic.parameters(),
+            self.log_deviation,
+        ]
+        self.optimiser = torch.optim.Adam(self.parameters, lr=learner.learning_rate)
+        self.drawn: Tensor | None = None
+        self.turns: list[dict[str, Tensor]] = []
+        self.round: dict[str, Tensor] = {}
+        self.order: Tensor | None = None
+        self.made = 0
+
+    def teach(self, columns: Mapping[str, Any]) -> None:
+        """Take no demonstrations."""
+
+    def act(self, observation: Any, *, explore: bool) -> Tensor:
+        """Return actions; those that explore are remembered before they are cut off."""
+        import torch
+
+        with torch.no_grad():
+            mean = self.actor(self._see(vector(observation)))
+            if not explore:
+                return mean.clamp(-1.0, 1.0)
+            noise = torch.randn(mean.shape, generator=self.generator, device=self.device)
+            self.drawn = mean + self.log_deviation.exp() * noise
+            return self.drawn.clamp(-1.0, 1.0)
+
+    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+        """Keep one step of all environments until the next round of updates."""
+        form = self.learner.reward_form
+        self.turns.append(
+            {
+                "observation": vector(observation),
+                "action": action if self.drawn is None else self.drawn,
+                "reward": formed(turn.reward, scale=self.learner.reward_scale, form=form),
+                "terminated": turn.terminated,
+                "truncated": turn.truncated,
+                "final": vector(turn.final),
+            }
+        )
+
+    def due(self) -> int:
+        """Return the updates left in this round; none while steps are still gathered."""
+        if len(self.turns) < self.learner.horizon:
+            return 0
+        return self.learner.epochs * self.learner.minibatches - self.made
+
+    def update(self) -> dict[str, Tensor]:
+        """Improve actor and critic on one minibatch of this round."""
+        import torch
+
+        if self.made == 0:
+            self._open()
+        batch = {key: value[self._part()] for key, value in self.round.items()}
+        mean, value = self._both(batch["observation"])
+        density = self._density(mean, batch["action"])
+        ratio = (density - batch["density"]).exp()
+        gain = batch["advantage"]
+        gain = (gain - gain.mean()) / (gain.std(unbiased=False) + 1e-8)
+        clipped = ratio.clamp(1.0 - self.learner.clip, 1.0 + self.learner.clip)
+        actor_loss = -torch.minimum(ratio * gain, clipped * gain).mean()
+        critic_loss = (value - batch["wanted"]).square().mean()
+        loss = actor_loss + self.learner.value * critic_loss
+        self._step(loss - self.learner.entropy * self.log_deviation.sum())
+        self.made += 1
+        if self.due() == 0:
+            self._close()
+        return {
+            "actor_loss": actor_loss.detach(),
+            "critic_loss": critic_loss.detach(),
+            "deviation": self.log_deviation.detach().exp().mean(),
+            "moved": (ratio.detach() - 1.0).abs().mean(),
+            "value": value.detach().mean(),
+        }
+
+    def _open(self) -> None:
+        """Begin a round: densities, advantages and wanted values of all steps."""
+        import torch
+
+        steps = {key: torch.stack([turn[key] for turn in self.turns]) for key in self.turns[0]}
+        with torch.no_grad():
+            mean, value = self._both(steps["observation"].flatten(0, 1))
+            _, later = self._both(steps["final"].flatten(0, 1))
+            gain = advantages(
+                reward=steps["reward"],
+                value=value.reshape(steps["reward"].shape),
+                later=later.reshape(steps["reward"].shape),
+                terminated=steps["terminated"],
+                truncated=steps["truncated"],
+                gamma=self.learner.gamma,
+                decay=self.learner.decay,
+            ).flatten()
+            action = steps["action"].flatten(0, 1)
+            self.round = {
+                "observation": steps["observation"].flatten(0, 1),
+                "action": action,
+                "density": self._density(mean, action),
+                "advantage": gain,
+                "wanted": gain + value,
+            }
+
+    def _part(self) -> Tensor:
+        """Return the steps of the minibatch that is next, drawn anew for each pass."""
+        import torch
+
+        part, count = self.made % self.learner.minibatches, len(self.round["advantage"])
+        if part == 0 or self.order is None:
+            self.order = torch.randperm(count, generator=self.generator, device=self.device)
+        return self.order.chunk(self.learner.minibatches)[part]
+
+    def _close(self) -> None:
+        """End a round; only now may the scale of observations move."""
+        import torch
+
+        self.norm.take(torch.cat([turn["observation"] for turn in self.turns]))
+        self.turns, self.round, self.order, self.made = [], {}, None, 0
+
+    def _see(self, observation: Tensor) -> Tensor:
+        return networks.see(observation, norm=self.norm.layer, encoder=None)
+
+    def _both(self, observation: Tensor) -> tuple[Tensor, Tensor]:
+        seen = self._see(observation)
+        return self.actor(seen), self.critic(seen).squeeze(-1)
+
+    def _density(self, mean: Tensor, action: Tensor) -> Tensor:
+        """Return the log density of actions, but for a constant."""
+        away = (action - mean) * (-self.log_deviation).exp()
+        return (-0.5 * away.square() - self.log_deviation).sum(-1)
+
+    def _step(self, loss: Tensor) -> None:
+        import torch
+
+        self.optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self.parameters, self.learner.steepest)
+        self.optimiser.step()
+
+    def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the mean of the policy, cut off at -1 and 1."""
+        network = networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            squash="clip",
+        )
+        return networks.policy_of(network, body=self.actor, norm=self.norm.layer)
+
+    def state(self) -> dict[str, Any]:
+        """Return networks, optimiser, the steps of this round and the generator."""
+        return {
+            "actor": self.actor.state_dict(),
+            "critic": self.critic.state_dict(),
+            "log_deviation": self.log_deviation.detach().clone(),
+            "optimiser": self.optimiser.state_dict(),
+            "norm": self.norm.state(),
+            "turns": [dict(turn) for turn in self.turns],
+            "round": dict(self.round),
+            "order": self.order,
+            "made": self.made,
+            "generator": kept(self.generator),
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        import torch
+
+        self.actor.load_state_dict(state["actor"])
+        self.critic.load_state_dict(state["critic"])
+        with torch.no_grad():
+            self.log_deviation.copy_(state["log_deviation"])
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.norm.load(state["norm"])
+        self.turns = [dict(turn) for turn in state["turns"]]
+        self.round, self.order = dict(state["round"]), state["order"]
+        self.made = int(state["made"])
+        put_back(self.generator, state["generator"])

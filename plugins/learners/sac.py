@@ -1,0 +1,325 @@
+"""Soft actor-critic: off-policy, with a temperature that is learned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from seals.learn import networks
+from seals.learn.gaussian import squashed
+from seals.learn.learner import Spaces, need_torch, one_of, whole
+from seals.learn.observations import tensors, vector
+from seals.learn.replay.memory import Memory
+from seals.learn.replay.returns import Returns, of_episodes
+from seals.learn.replay.samplers import Uniform, made
+from seals.learn.scaling import FORMS, Running, formed
+from seals.learn.seeding import first_weights, generator_of, kept, put_back
+from seals.learn.soft import SoftNetworks
+from seals.schema import param
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Turn
+
+PAPER = "Haarnoja et al. 2018, arXiv 1812.05905"
+SHOWN = ("none", "buffer")
+
+
+@dataclass(kw_only=True)
+class SAC:
+    """Soft actor-critic with two critics and a learned temperature.
+
+    Equation:
+        y = r + gamma^m (min_k Q'_k(s', a') - alpha log pi(a'|s')),  a' ~ pi(s')
+        critics: (Q_k(s, a) - y)^2;  actor: alpha log pi(a|s) - min_k Q_k(s, a)
+        temperature: -log alpha (log pi(a|s) + wanted entropy)
+
+    Args:
+        hidden: widths of the hidden layers.
+        layer_norm: whether the critics' hidden layers are normalised.
+        critics: number of critics.
+        learning_rate: of critics, actor and temperature [1].
+        gamma: discount of one control step [1].
+        tau: share of the critics that goes into their slow copies at each update [1].
+        batch: transitions in an update.
+        capacity: transitions of experience kept.
+        random_steps: control steps with random actions at first.
+        ratio: updates per control step [1].
+        temperature: at first [1].
+        entropy: wanted entropy for each number of an action [1].
+        steps: most steps of a transition; more than one drops the entropy in between.
+        demonstrations: ``none``, or ``buffer``: they lie in the memory and are drawn like the rest.
+        reward_scale: multiplies the reward [1].
+        reward_form: ``plain``, ``symlog`` or ``clip``.
+        normalise: whether observations are brought to mean 0 and deviation 1 as they come.
+
+    References:
+        Haarnoja et al. 2018, arXiv 1812.05905.
+    """
+
+    hidden: list[int] = field(default_factory=lambda: [128, 128])
+    layer_norm: bool = False
+    critics: int = 2
+    learning_rate: float = param(
+        3e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
+    )
+    gamma: float = param(
+        0.99, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
+    )
+    tau: float = param(
+        0.005, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
+    )
+    batch: int = 256
+    capacity: int = 100_000
+    random_steps: int = 1000
+    ratio: float = param(
+        0.5, "1", bounds=(0.0, 64.0), tolerance=0.0, source="chosen: one CPU core", fit=False
+    )
+    temperature: float = param(
+        0.1, "1", bounds=(1e-6, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+    entropy: float = param(
+        -1.0, "1", bounds=(-10.0, 1.0), tolerance=0.0, source=f"{PAPER}, section 5", fit=False
+    )
+    steps: int = 1
+    demonstrations: str = "none"
+    reward_scale: float = param(
+        1.0, "1", bounds=(1e-9, 1e9), tolerance=0.0, source="chosen", fit=False
+    )
+    reward_form: str = "plain"
+    normalise: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse sizes and words that make no sense."""
+        whole(
+            critics=(self.critics, 1),
+            batch=(self.batch, 1),
+            capacity=(self.capacity, 1),
+            random_steps=(self.random_steps, 0),
+            steps=(self.steps, 1),
+        )
+        one_of("reward_form", self.reward_form, FORMS)
+        one_of("demonstrations", self.demonstrations, SHOWN)
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> SacAgent:
+        """Return a fresh agent."""
+        need_torch()
+        wants = "no" if self.demonstrations == "none" else "must"
+        return SacAgent(self, spaces, device, seed, sampler=made(Uniform), wants=wants)
+
+
+class SacAgent:
+    """Soft actor-critic at work; its relatives change what it sees, draws and aims at.
+
+    Args:
+        learner: the hyper-parameters.
+        spaces: sizes of observation and action.
+        device: of networks and memory.
+        seed: of the first weights and of all draws.
+        sampler: which transitions a batch is made of.
+        wants: demonstrations: ``no``, ``may`` or ``must``.
+    """
+
+    interactive = True
+    reports = (
+        "critic_loss",
+        "actor_loss",
+        "temperature",
+        "entropy",
+        "value",
+        "demonstration_share",
+    )
+
+    def __init__(
+        self, learner: SAC, spaces: Spaces, device: str, seed: int, *, sampler: Any, wants: str
+    ) -> None:
+        """Make networks, optimisers and an empty memory."""
+        self.learner, self.spaces, self.device, self.wants = learner, spaces, device, wants
+        self.generator = generator_of(seed, device)
+        self.memory = Memory(
+            capacity=learner.capacity, sampler=sampler, device=device, generator=self.generator
+        )
+        self.returns = self._fresh_returns()
+        self.steps = self.updates = 0
+        self.norm = Running(spaces.observation_size, device) if learner.normalise else None
+        with first_weights(seed):
+            self.encoder = self._encoder()
+            self.nets = SoftNetworks(
+                features=self._features(),
+                actions=spaces.action_size,
+                hidden=learner.hidden,
+                layer_norm=learner.layer_norm,
+                critics=learner.critics,
+                learning_rate=learner.learning_rate,
+                temperature=learner.temperature,
+                encoder=self.encoder,
+                device=device,
+            )
+
+    # what relatives change
+
+    def _fresh_returns(self) -> Returns:
+        return Returns(length=self.learner.steps, gamma=self.learner.gamma)
+
+    def _encoder(self) -> Any:
+        """Return the layers of the picture; this agent sees none."""
+
+    def _features(self) -> int:
+        """Return how many numbers actor and critics take beside an action."""
+        return self.spaces.observation_size
+
+    def _see(self, observation: Any, *, shift: bool = False) -> Tensor:
+        """Return those numbers; ``shift`` moves pictures about, where there are any."""
+        norm = None if self.norm is None else self.norm.layer
+        return networks.see(observation, norm=norm, encoder=None)
+
+    def _lowest(self, values: Tensor) -> Tensor:
+        """Return the cautious value (batch,) of those of all slow critics (k, batch)."""
+        return values.min(0).values
+
+    def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
+        """Return the targets (batch,) of the critics, each with its share of the loss."""
+        return [(1.0, self._target(batch["reward"], batch["discount"], batch["following"]))]
+
+    # acting and remembering
+
+    def act(self, observation: Any, *, explore: bool) -> Tensor:
+        """Return random actions at first, then those of the policy."""
+        import torch
+
+        shape = (self.spaces.count, self.spaces.action_size)
+        with torch.no_grad():
+            if explore and self.steps < self.learner.random_steps:
+                return torch.rand(shape, generator=self.generator, device=self.device) * 2.0 - 1.0
+            output = self.nets.actor(self._see(observation))
+            if explore:
+                return squashed(output, self.generator)[0]
+            return torch.tanh(output.chunk(2, -1)[0])
+
+    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+        """Remember one step of all environments."""
+        self.steps += action.shape[0]
+        if self.norm is not None:
+            self.norm.take(vector(observation))
+        columns = self.returns.push(
+            observation,
+            action,
+            reward=self._formed(turn.reward),
+            terminated=turn.terminated,
+            truncated=turn.truncated,
+            final=turn.final,
+        )
+        if columns is not None:
+            self.memory.add(columns)
+
+    def teach(self, columns: Mapping[str, Any]) -> None:
+        """Put demonstrations into the memory for good."""
+        given = tensors(columns, self.device)
+        given["reward"] = self._formed(given["reward"].float())
+        if self.norm is not None:
+            self.norm.take(vector(given["observation"]))
+        self.memory.protect(of_episodes(given, self._fresh_returns()))
+
+    def _formed(self, reward: Tensor) -> Tensor:
+        return formed(reward, scale=self.learner.reward_scale, form=self.learner.reward_form)
+
+    # learning
+
+    def due(self) -> int:
+        """Return the updates that the steps so far have paid for."""
+        return self._paid() - self.updates
+
+    def _paid(self) -> int:
+        if self.memory.experience <= 0:
+            return 0
+        return int(self.learner.ratio * max(0, self.steps - self.learner.random_steps))
+
+    def update(self) -> dict[str, Tensor]:
+        """Improve critics, actor and temperature on one batch."""
+        batch = self.memory.sample(self.learner.batch)
+        seen = self._see(batch["observation"], shift=True)
+        critic_loss, value = self._improve_critics(batch, seen)
+        actor_loss, density = self._improve_actor(seen.detach())
+        self.nets.follow(self.learner.tau)
+        self.updates += 1
+        return {
+            "critic_loss": critic_loss,
+            "actor_loss": actor_loss,
+            "temperature": self.nets.alpha,
+            "entropy": -density,
+            "value": value,
+            "demonstration_share": self.memory.share(batch),
+        }
+
+    def _improve_critics(self, batch: Any, seen: Tensor) -> tuple[Tensor, Tensor]:
+        import torch
+
+        values = self.nets.values(seen, batch["action"])
+        weight = batch.get("weight", None)
+        loss, error = torch.zeros((), device=self.device), torch.zeros((), device=self.device)
+        for share, aim in self._aims(batch):
+            gap = values - aim
+            squares = gap.square() if weight is None else weight * gap.square()
+            loss = loss + share * squares.mean(-1).sum()
+            error = error + share * gap.detach().abs().mean(0)
+        self.nets.step("critics", loss)
+        self.memory.learn(batch, error)
+        return loss.detach(), values.detach().mean()
+
+    def _target(self, reward: Tensor, discount: Tensor, following: Any) -> Tensor:
+        import torch
+
+        with torch.no_grad():
+            seen = self._see(following, shift=True)
+            action, density = squashed(self.nets.actor(seen), self.generator)
+            later = self._lowest(self.nets.values(seen, action, slow=True))
+            return reward + discount * (later - self.nets.alpha * density)
+
+    def _improve_actor(self, seen: Tensor) -> tuple[Tensor, Tensor]:
+        action, density = squashed(self.nets.actor(seen), self.generator)
+        value = self.nets.values(seen, action).min(0).values
+        loss = (self.nets.alpha * density - value).mean()
+        self.nets.step("actor", loss)
+        wanted = self.learner.entropy * self.spaces.action_size
+        self.nets.step("alpha", -self.nets.log_alpha * (density.detach().mean() + wanted))
+        return loss.detach(), density.detach().mean()
+
+    # keeping
+
+    def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the mean of the policy, squashed."""
+        norm = None if self.norm is None else self.norm.layer
+        return networks.policy_of(
+            self._description(), body=self.nets.actor, norm=norm, encoder=self.encoder
+        )
+
+    def _description(self) -> dict[str, Any]:
+        return networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            normalise=self.learner.normalise,
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Return networks, optimisers, memory, counts and the generator."""
+        return {
+            "networks": self.nets.state(),
+            "memory": self.memory.state(),
+            "returns": self.returns.state(),
+            "norm": None if self.norm is None else self.norm.state(),
+            "generator": kept(self.generator),
+            "counts": {"steps": self.steps, "updates": self.updates},
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        self.nets.load(state["networks"])
+        self.memory.load(state["memory"])
+        self.returns.load(state["returns"])
+        if self.norm is not None:
+            self.norm.load(state["norm"])
+        put_back(self.generator, state["generator"])
+        self.steps, self.updates = state["counts"]["steps"], state["counts"]["updates"]

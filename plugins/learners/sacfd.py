@@ -1,0 +1,111 @@
+"""Soft actor-critic from demonstrations: priorities, several steps, pretraining."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.replay.returns import Returns
+from seals.learn.replay.samplers import Prioritised, made
+from seals.plugins.learners.sac import SAC, SacAgent
+from seals.schema import param
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+GIVEN = "Vecerik et al. 2017, arXiv 1707.08817"
+PRIORITY = "Schaul et al. 2016, arXiv 1511.05952"
+
+
+@dataclass(kw_only=True)
+class SACfD(SAC):
+    """Soft actor-critic that begins with demonstrations and goes on drawing them more often.
+
+    Equation:
+        critics: w ((Q - y_1)^2 + mix (Q - y_n)^2) / (1 + mix)
+        priority: (|Q - y| / running mean + epsilon + bonus if demonstrated)^alpha
+
+    Demonstrations are never overwritten. `pretrain` updates are made on them alone before the first
+    step. Errors are measured in units of their running mean, so the bonus means the same under any
+    scale of reward.
+
+    Args:
+        alpha: how much priority counts, 0 for not at all [1].
+        beta: correction for it at first; it rises to 1 [1].
+        anneal: updates over which it rises.
+        epsilon: least priority, in units of the mean error [1].
+        bonus: of demonstrations, in units of the mean error [1].
+        mix: weight of the return over ``steps`` steps beside that over one [1].
+        pretrain: updates on demonstrations before the first step.
+
+    Limitations:
+        The published form adds the actor's gradient to the priority; here it is the critics' error
+        alone. The temperature is learned in pretraining, too.
+
+    References:
+        Vecerik et al. 2017, arXiv 1707.08817; Schaul et al. 2016, arXiv 1511.05952.
+    """
+
+    demonstrations: str = "buffer"
+    steps: int = 3
+    alpha: float = param(
+        0.6, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PRIORITY}, table 3", fit=False
+    )
+    beta: float = param(
+        0.4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PRIORITY}, table 3", fit=False
+    )
+    anneal: int = 25_000
+    epsilon: float = param(
+        1e-3, "1", bounds=(0.0, 10.0), tolerance=0.0, source=f"{GIVEN}, section 4", fit=False
+    )
+    bonus: float = param(1.0, "1", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False)
+    mix: float = param(
+        1.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source=f"{GIVEN}, section 4", fit=False
+    )
+    pretrain: int = 1000
+
+    def __post_init__(self) -> None:
+        """Refuse sizes and words that make no sense."""
+        super().__post_init__()
+        whole(anneal=(self.anneal, 1), pretrain=(self.pretrain, 0))
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> SacfdAgent:
+        """Return a fresh agent."""
+        need_torch()
+        sampler = made(
+            Prioritised,
+            alpha=self.alpha,
+            beta=self.beta,
+            anneal=self.anneal,
+            epsilon=self.epsilon,
+            bonus=self.bonus,
+        )
+        wants = "no" if self.demonstrations == "none" else "must"
+        return SacfdAgent(self, spaces, device, seed, sampler=sampler, wants=wants)
+
+
+class SacfdAgent(SacAgent):
+    """Soft actor-critic with pretraining, and two returns for each transition."""
+
+    learner: SACfD
+
+    def _fresh_returns(self) -> Returns:
+        both = self.learner.steps > 1
+        return Returns(length=self.learner.steps, gamma=self.learner.gamma, both=both)
+
+    def due(self) -> int:
+        """Return the updates of pretraining first, then those that the steps have paid for."""
+        wanted = self.learner.pretrain if self.memory.protected else 0
+        if self.updates < wanted:
+            return wanted - self.updates
+        return self._paid() - (self.updates - wanted)
+
+    def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
+        if self.learner.steps == 1:
+            return super()._aims(batch)
+        step = batch["step_reward"], batch["step_discount"], batch["step_following"]
+        many = batch["reward"], batch["discount"], batch["following"]
+        mix = self.learner.mix
+        found = [(1.0 / (1.0 + mix), self._target(*step))]
+        return [*found, (mix / (1.0 + mix), self._target(*many))] if mix > 0.0 else found

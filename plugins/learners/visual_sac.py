@@ -1,0 +1,127 @@
+"""Soft actor-critic that sees: pictures shifted at random, one encoder, returns over steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError
+from seals.learn import networks
+from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.replay.samplers import Uniform, made
+from seals.learn.shifting import shifted
+from seals.plugins.learners.sac import SAC, SacAgent
+from seals.schema import param
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+SEEN = "Yarats et al. 2021, arXiv 2107.09645"
+
+
+@dataclass(kw_only=True)
+class VisualSAC(SAC):
+    """Soft actor-critic on pictures, the cameras stacked as channels.
+
+    The encoder learns with the critics alone. Pictures are shifted by a few pixels, anew at each
+    update: without it critics on pictures overfit.
+
+    Args:
+        channels: of each convolution.
+        strides: of the convolutions, 3 x 3 pixels each.
+        features: numbers that a picture becomes.
+        shift: most pixels that a picture is moved by, each way.
+        use_pixels: whether the picture is looked at; false makes a blind policy.
+        use_state: whether the numbers beside it are.
+
+    Limitations:
+        Memory holds every picture twice, before and after a step: capacity times 49 kB at
+        64 x 64 x 6.
+
+    References:
+        Yarats et al. 2021, arXiv 2107.09645 (shifts, encoder, three steps).
+    """
+
+    hidden: list[int] = field(default_factory=lambda: [256, 256])
+    capacity: int = 20_000
+    batch: int = 64
+    steps: int = 3
+    ratio: float = param(
+        0.25, "1", bounds=(0.0, 64.0), tolerance=0.0, source="chosen: one CPU core", fit=False
+    )
+    channels: int = 32
+    strides: list[int] = field(default_factory=lambda: [2, 2, 1, 1])
+    features: int = 50
+    shift: int = 4
+    use_pixels: bool = True
+    use_state: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse sizes and words that make no sense."""
+        super().__post_init__()
+        whole(channels=(self.channels, 1), features=(self.features, 1), shift=(self.shift, 0))
+        if not (self.use_pixels or self.use_state):
+            raise ConfigError(
+                "learner.use_pixels and learner.use_state are both false: nothing is left to see.\n"
+                "Blind means use_pixels=false and use_state=true."
+            )
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> VisualSacAgent:
+        """Return a fresh agent.
+
+        Raises:
+            ConfigError: the task shows no pictures.
+        """
+        need_torch()
+        if spaces.pixels is None:
+            raise ConfigError(
+                "learner visual_sac needs pictures, and this task shows none.\n"
+                "Choose an observation with pixels, or learner=sac"
+            )
+        wants = "no" if self.demonstrations == "none" else "must"
+        return VisualSacAgent(self, spaces, device, seed, sampler=made(Uniform), wants=wants)
+
+
+class VisualSacAgent(SacAgent):
+    """Soft actor-critic with an encoder in front."""
+
+    learner: VisualSAC
+
+    def _sight(self) -> dict[str, Any]:
+        learner = self.learner
+        return {
+            "shape": [int(size) for size in self.spaces.pixels or ()],
+            "channels": learner.channels,
+            "strides": [int(stride) for stride in learner.strides],
+            "features": learner.features,
+            "use_pixels": learner.use_pixels,
+            "use_state": learner.use_state,
+        }
+
+    def _encoder(self) -> Any:
+        if not self.learner.use_pixels:
+            return None
+        return networks.encoder_of(self._sight()).to(self.device)
+
+    def _features(self) -> int:
+        return networks.features_of(self.spaces.observation_size, self._sight())
+
+    def _see(self, observation: Any, *, shift: bool = False) -> Tensor:
+        norm = None if self.norm is None else self.norm.layer
+        if shift and self.encoder is not None:
+            moved = shifted(
+                observation["pixels"], most=self.learner.shift, generator=self.generator
+            )
+            observation = {"state": observation["state"], "pixels": moved}
+        return networks.see(
+            observation, norm=norm, encoder=self.encoder, use_state=self.learner.use_state
+        )
+
+    def _description(self) -> dict[str, Any]:
+        return networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            normalise=self.learner.normalise,
+            pixels=self._sight(),
+        )

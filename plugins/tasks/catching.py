@@ -1,0 +1,138 @@
+"""A scripted diver that fetches an animal: what to do next follows from what is the case alone."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from seals.arrays import Array, namespace
+from seals.learn.task import Instant
+
+GAIN = 1.2
+"""Of the velocity against the distance [1/s]."""
+CLEAR = 0.2
+"""Height of the open hand above the animal while it is not over it [m]."""
+FUNNEL = 6.0
+"""Rise of that height with the horizontal distance [1]."""
+OVER = 0.02
+"""Horizontal distance at which the hand is over the animal [m]."""
+LOW = -0.004
+"""Height of the open hand's tips above the animal's origin at which it closes: the tips then go
+down by 13 mm and hold below the widest part of a carapace [m]."""
+AT = 0.013
+"""Distance, horizontal and vertical, at which the hand closes [m]."""
+EMPTY = 0.95
+"""Closure of fingers that have met each other [1]."""
+SLOW = 0.15
+"""Largest speed down to the animal near it [m/s]."""
+LIFT = 0.35
+"""Speed of the lift [m/s]."""
+JERK = 0.08
+"""By which the wanted speed of the lift is above the present one [m/s]."""
+LOOK = 1.1
+"""Height above the water from which it looks for what it does not see [m]."""
+RING = 0.4
+"""Radius of the ring on which it looks [m]."""
+LAP = 8.0
+"""Time of a lap on that ring [s]."""
+
+
+class Plan(NamedTuple):
+    """What the diver knows of its task.
+
+    Args:
+        speed: velocity of an action of 1 [m/s].
+        steps: control steps in which the hand closes.
+        grasp: distance of the hand from what is in it [m].
+        height: to which the animal is lifted above the water [m].
+        squeeze: lead of the wanted grip over the fingers' own that is held back [1].
+        firm: force on a tip that counts as a grip [N].
+    """
+
+    speed: float
+    steps: float
+    grasp: float
+    height: float
+    squeeze: float
+    firm: float
+
+
+def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
+    """Return actions: search, follow, descend, close, lift; begin again when it slipped away.
+
+    The last action is its memory: a hand that has begun to close goes on, and one that has begun
+    to open does, too.
+
+    Args:
+        plan: of the task.
+        now: with the facts ``grip``, ``closed``, ``touch`` and ``level``.
+        seen: 1 where the animal is seen, shape (N, 1).
+    """
+    xp = namespace(now.position)
+    away, grip = now.target - now.tool, now.facts["grip"]
+    flat = xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True))
+    level = now.target - now.position - _hanging(now)
+    far = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
+    there = seen > 0.5
+    below = xp.abs(away[:, 2:3] + LOW) < AT
+    ready = there & (grip < 1.0 / plan.steps) & (flat < AT) & below
+    begun = now.action[:, 3:4] > 0.0
+    # the fingers have come to something, or to each other
+    shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > plan.squeeze - 0.02)
+    empty = now.facts["closed"] > EMPTY
+    closing = ready | (begun & ~(shut & ((far > plan.grasp) | empty)))
+    firm = xp.astype(now.facts["touch"] > plan.firm, far.dtype)
+    # one finger alone would push it over
+    lifting = closing & shut & (xp.sum(firm, axis=1, keepdims=True) > 1.5)
+    velocity = xp.where(there, _follow(level, grip, closing) + now.target_velocity, away * 0.0)
+    velocity = xp.where(there | closing, velocity, _search(now))
+    velocity = xp.where(lifting, _lift(now, plan), velocity)
+    one = grip * 0.0 + 1.0
+    wanted = xp.concat((velocity / plan.speed, xp.where(closing, one, -one)), axis=1)
+    most = wanted * 0.0 + 1.0
+    return xp.minimum(xp.maximum(wanted, -most), most)
+
+
+def _hanging(now: Instant) -> Array:
+    """Way from the body to the hand as it is when the body is level, heading kept [m], (N, 3).
+
+    A body that leans to go somewhere swings its hand the other way: a hand that is led by where it
+    is would swing on and on.
+    """
+    xp = namespace(now.position)
+    arm = (now.tool - now.position)[:, None, :]
+    x, y, z = (xp.sum(arm[:, 0, :] * now.rotation[:, :, k], axis=1) for k in range(3))
+    ahead = now.rotation[:, :2, 0]
+    c, s = (ahead / xp.sqrt(xp.sum(ahead * ahead, axis=1, keepdims=True))).T
+    return xp.stack((c * x - s * y, s * x + c * y, z), axis=1)
+
+
+def _follow(away: Array, grip: Array, closing: Array) -> Array:
+    """Velocity against the animal: over it, then down on it in a funnel [m/s]."""
+    xp = namespace(away)
+    flat = xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True))
+    zero = flat * 0.0
+    above = xp.minimum(xp.maximum(FUNNEL * (flat - OVER), zero), zero + CLEAR)
+    # a hand that opens goes up first
+    above = xp.where((grip > 0.0) & ~closing, zero + CLEAR, above)
+    gap = away[:, 2:3] + LOW + above
+    down = xp.maximum(GAIN * gap, zero - SLOW - 1.5 * xp.maximum(-gap - CLEAR, zero))
+    return xp.concat((GAIN * away[:, :2], down), axis=1)
+
+
+def _search(now: Instant) -> Array:
+    """Velocity to a ring above the water, and around it [m/s]."""
+    xp = namespace(now.position)
+    turn = 2.0 * math.pi * now.time / LAP
+    level = now.facts["level"]
+    place = xp.concat((RING * xp.cos(turn), RING * xp.sin(turn), level + LOOK), axis=1)
+    return GAIN * (place - now.position)
+
+
+def _lift(now: Instant, plan: Plan) -> Array:
+    """Velocity straight up, to rest half as high again as the animal must come [m/s]."""
+    xp = namespace(now.position)
+    end = now.facts["level"] + 1.5 * plan.height
+    up = xp.minimum(GAIN * (end - now.target[:, 2:3]), end * 0.0 + LIFT)
+    up = xp.minimum(up, xp.maximum(now.velocity[:, 2:3], end * 0.0) + JERK)
+    return xp.concat((up * 0.0, up * 0.0, up), axis=1)

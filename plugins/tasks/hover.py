@@ -1,0 +1,82 @@
+"""Hover: hold the body at a place in the air, against wind and whatever else there is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Array
+from seals.config.fields import vector
+from seals.learn.task import Draw, Instant
+from seals.plugins.tasks.reach import TaskReach
+from seals.schema import param
+
+_BOX = (-1e4, 1e4)
+
+
+@dataclass(kw_only=True)
+class TaskHover(TaskReach):
+    """Come to a place and hold the body, not the hand, there.
+
+    Args:
+        hold: for how long the body must be within the distance [s].
+        start_low: corner of the box of starting places, world [m].
+        start_high: opposite corner [m].
+        target_low: corner of the box of places to hold [m].
+        target_high: opposite corner [m].
+
+    All other fields are those of `TaskReach`.
+
+    Example:
+        >>> TaskHover().hold
+        2.0
+    """
+
+    hold: float = param(
+        2.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: a quarter", fit=False
+    )
+    start_low: list[float] = vector((-0.5, -0.5, 0.7), "m", bounds=_BOX, source="chosen: in air")
+    start_high: list[float] = vector((0.5, 0.5, 1.7), "m", bounds=_BOX, source="chosen")
+    target_low: list[float] = vector((0.0, 0.0, 1.2), "m", bounds=_BOX, source="chosen: in air")
+    target_high: list[float] = vector((0.0, 0.0, 1.2), "m", bounds=_BOX, source="chosen")
+
+    def place(self, now: Instant) -> Array:
+        """Return what must come to the target: the body origin [m], shape (N, 3)."""
+        return now.position
+
+
+@dataclass(kw_only=True)
+class TaskStation(TaskHover):
+    """Hold a submerged vehicle at a place, from any heading, in current and waves.
+
+    Args:
+        duration: of an episode [s].
+        speed: velocity that an action of 1 asks for [m/s].
+        start_low: corner of the box of starting places, world [m].
+        start_high: opposite corner [m].
+        target_low: corner of the box of places to hold [m].
+        target_high: opposite corner [m].
+
+    All other fields are those of `TaskReach`.
+
+    Example:
+        >>> TaskStation().duration
+        15.0
+    """
+
+    duration: float = param(
+        15.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: 1.5 m, then 8 s", fit=False
+    )
+    speed: float = param(
+        0.5, "m/s", bounds=(0.01, 20.0), tolerance=0.0, source="chosen: half of its most", fit=False
+    )
+    start_low: list[float] = vector((-0.7, -0.7, -2.7), "m", bounds=_BOX, source="chosen: wet")
+    start_high: list[float] = vector((0.7, 0.7, -1.3), "m", bounds=_BOX, source="chosen: wet")
+    target_low: list[float] = vector((0.0, 0.0, -2.0), "m", bounds=_BOX, source="chosen: wet")
+    target_high: list[float] = vector((0.0, 0.0, -2.0), "m", bounds=_BOX, source="chosen: wet")
+
+    def draw(self, rng: np.random.Generator, count: int) -> Draw:
+        """Return starts with any heading; the heading that is asked for is zero."""
+        yaw = rng.uniform(-np.pi, np.pi, (count, 1))
+        return super().draw(rng, count)._replace(yaw=yaw)

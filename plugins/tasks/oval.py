@@ -1,0 +1,80 @@
+"""Oval: follow a target around an ellipse, half of it under water."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Array, namespace
+from seals.learn.task import Draw, Instant
+from seals.plugins.tasks.hover import TaskHover
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class TaskOval(TaskHover):
+    """Stay with a target that goes around a vertical ellipse about the water surface.
+
+    Equation:
+        p = (length / 2 sin a, 0, height / 2 cos a), a = 2 pi time / period; the robot starts near
+        the top.
+
+    Args:
+        duration: of an episode: a lap [s].
+        success_distance: distance from the target that counts as following it [m].
+        hold: for how long [s].
+        length: horizontal axis [m].
+        height: vertical axis [m].
+        period: time of a lap [s].
+
+    All other fields are those of `TaskReach`; the boxes of targets are not used.
+
+    Example:
+        >>> TaskOval().period
+        20.0
+    """
+
+    duration: float = param(
+        20.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: a lap", fit=False
+    )
+    success_distance: float = param(
+        0.1, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False
+    )
+    hold: float = param(
+        15.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: most of a lap", fit=False
+    )
+    length: float = param(
+        2.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="as the guide oval", fit=False
+    )
+    height: float = param(
+        1.6, "m", bounds=(0.0, 1e4), tolerance=0.0, source="as the guide oval", fit=False
+    )
+    period: float = param(
+        20.0, "s", bounds=(0.1, 1e5), tolerance=0.0, source="as the guide oval", fit=False
+    )
+
+    def draw(self, rng: np.random.Generator, count: int) -> Draw:
+        """Return starts within 0.2 m of the top."""
+        top = np.array([0.0, 0.0, 0.5 * self.height])
+        start = top + rng.uniform(-0.2, 0.2, (count, 3))
+        still = np.zeros((count, 3))
+        return Draw(start, still[:, :1], still, np.zeros((count, 1)))
+
+    def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
+        """Return place and velocity on the ellipse."""
+        xp = namespace(time)
+        rate = 2.0 * math.pi / self.period
+        sine, cosine, still = xp.sin(rate * time), xp.cos(rate * time), time * 0.0
+        wide, high = 0.5 * self.length, 0.5 * self.height
+        place = xp.concat((wide * sine, still, high * cosine), axis=1)
+        return place, rate * xp.concat((wide * cosine, still, -high * sine), axis=1)
+
+    def expert(self, now: Instant) -> Array:
+        """Return the target's velocity and a share of the way to it."""
+        xp = namespace(now.position)
+        follow = now.target_velocity / self.speed
+        wanted = super().expert(now) + follow
+        one = wanted * 0.0 + 1.0
+        return xp.minimum(xp.maximum(wanted, -one), one)

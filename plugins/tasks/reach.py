@@ -1,0 +1,208 @@
+"""Reach: bring the hand to a place in the air or under water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.config.fields import vector
+from seals.control.limbs import stowed
+from seals.errors import ConfigError
+from seals.learn.task import Draw, Instant
+from seals.plugins.tasks.rewards import Reward, near, paper_reward
+from seals.plugins.tasks.seeing import See, names_of, seen
+from seals.robot.model import RobotModel
+from seals.schema import param
+
+EXPERT_GAIN = 1.5
+"""Of the expert's velocity against the distance [1/s]."""
+_BOX = (-1e4, 1e4)
+
+
+@dataclass(kw_only=True)
+class TaskReach:
+    """Fly or dive until the hand is at the target, and stay there; actions are velocities.
+
+    Args:
+        rate: control steps a second [Hz].
+        duration: of an episode [s].
+        speed: velocity that an action of 1 asks for [m/s].
+        sight: what is seen.
+        reward_form: which reward is given.
+        success_distance: within which the target counts as reached [m].
+        hold: for how long it must be [s].
+        ends: whether success ends the episode; it always does with the reward of the paper.
+        arm: values of the joints of all arms [rad or m]; empty for straight down, which is zero.
+        start_low: corner of the box of starting places, world [m].
+        start_high: opposite corner [m].
+        target_low: corner of the box of targets [m].
+        target_high: opposite corner [m].
+        clearance: targets this far from the water level are moved away from it [m].
+        overspeed: speed that the paper's reward punishes [m/s].
+        width: over which the bonus near the target falls [m].
+        bonus: its size, in metres of distance [m].
+        smooth: cost of a change of the action by 1 [m].
+
+    References:
+        Appendix of the AAM-SEALS paper for action, state, reward and termination.
+
+    Example:
+        >>> TaskReach(reward_form=Reward.paper).success_distance
+        0.05
+    """
+
+    rate: float = param(
+        25.0, "Hz", bounds=(1.0, 250.0), tolerance=0.0, source="chosen: ten steps", fit=False
+    )
+    duration: float = param(
+        8.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: 3 m at half speed", fit=False
+    )
+    speed: float = param(1.0, "m/s", bounds=(0.01, 20.0), tolerance=0.0, source="chosen", fit=False)
+    sight: See = See.full
+    reward_form: Reward = Reward.shaped
+    success_distance: float = param(
+        0.05, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="opening of the hand", fit=False
+    )
+    hold: float = param(
+        0.2, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: the hand closes", fit=False
+    )
+    ends: bool = False
+    arm: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen: straight down")
+    start_low: list[float] = vector((-0.7, -0.7, 0.7), "m", bounds=_BOX, source="chosen: in air")
+    start_high: list[float] = vector((0.7, 0.7, 1.3), "m", bounds=_BOX, source="chosen")
+    target_low: list[float] = vector(
+        (-0.7, -0.7, -1.0), "m", bounds=_BOX, source="chosen: in water"
+    )
+    target_high: list[float] = vector((0.7, 0.7, 0.6), "m", bounds=_BOX, source="chosen: in air")
+    clearance: float = param(
+        0.0, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: none", fit=False
+    )
+    overspeed: float = param(
+        1.5, "m/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: paper gives none", fit=False
+    )
+    width: float = param(
+        0.1, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen: twice the success", fit=False
+    )
+    bonus: float = param(
+        1.0, "m", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: of the way's size", fit=False
+    )
+    smooth: float = param(
+        0.02, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: a fiftieth", fit=False
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse boxes that are none."""
+        for name in ("start", "target"):
+            low, high = getattr(self, f"{name}_low"), getattr(self, f"{name}_high")
+            if (
+                len(low) != 3
+                or len(high) != 3
+                or any(a > b for a, b in zip(low, high, strict=True))
+            ):
+                raise ConfigError(
+                    f"task.{name}_low={list(low)}, task.{name}_high={list(high)} make no box.\n"
+                    "Allowed: three numbers each, none of the low ones above the high ones."
+                )
+
+    def bind(self, robot: RobotModel) -> None:
+        """Find the posture: arms as given or straight, grippers open.
+
+        Raises:
+            ConfigError: the number of joint values does not fit.
+        """
+        values = stowed(robot)
+        arms = [j for arm in robot.arms.values() for j in arm.joints]
+        if self.arm and len(self.arm) != len(arms):
+            raise ConfigError(
+                f"task.arm has {len(self.arm)} values; robot '{robot.name}' has {len(arms)} joints "
+                f"in its arms.\nAllowed: {len(arms)} numbers, or none for straight arms."
+            )
+        values[arms] = self.arm or 0.0
+        self._posture = np.minimum(np.maximum(values, robot.lower), robot.upper)
+
+    @property
+    def posture(self) -> Floats:
+        """Values of all joints that the robot keeps [rad or m], shape (J,)."""
+        return self._posture
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """Velocity of the body, world axes, in shares of ``speed``."""
+        return ("velocity_x", "velocity_y", "velocity_z")
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What is seen, in order."""
+        return names_of(self.sight, self.action_names)
+
+    def draw(self, rng: np.random.Generator, count: int) -> Draw:
+        """Return starts and targets, uniform in their boxes."""
+        start = rng.uniform(self.start_low, self.start_high, (count, 3))
+        target = rng.uniform(self.target_low, self.target_high, (count, 3))
+        if self.clearance > 0.0:
+            side = np.where(target[:, 2] < 0.0, -1.0, 1.0)
+            target[:, 2] = side * np.maximum(np.abs(target[:, 2]), self.clearance)
+        still = np.zeros((count, 3))
+        return Draw(start, still[:, :1], still, target)
+
+    def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
+        """Return a place that stays where it is."""
+        return goal, goal * 0.0
+
+    def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
+        """Return the wanted velocity and a heading of zero."""
+        return action * self.speed, now.time * 0.0
+
+    def observation(self, now: Instant) -> Array:
+        """Return observations, shape (N, d)."""
+        return seen(self.sight, now._replace(tool=self.place(now)))
+
+    def distance(self, now: Instant) -> Array:
+        """Return the distance of the hand from the target [m], shape (N,)."""
+        away = now.target - self.place(now)
+        return namespace(away).sqrt(namespace(away).sum(away * away, axis=1))
+
+    def place(self, now: Instant) -> Array:
+        """Return what must come to the target: the hand [m], shape (N, 3)."""
+        return now.tool
+
+    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
+        """Return rewards (N,) of a step and the new memory."""
+        xp = namespace(now.position)
+        distance = self.distance(now)
+        if self.reward_form is Reward.none:
+            return distance * 0.0, memory
+        if self.reward_form is Reward.paper:
+            speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
+            return paper_reward(
+                distance,
+                speed,
+                memory,
+                close=self.success_distance,
+                fastest=self.overspeed,
+                patience=self.hold * self.rate,
+            )
+        change = now.action - before.action
+        cost = self.smooth * xp.sqrt(xp.sum(change * change, axis=1))
+        bonus = self.bonus * near(distance, self.width)
+        if self.reward_form is Reward.progress:
+            return self.rate * (self.distance(before) - distance) + bonus - cost, memory
+        return bonus - distance - cost, memory
+
+    def ended(self, now: Instant, memory: Array) -> Array:
+        """Return never: a robot may always try until the time is over, or until it succeeded."""
+        return now.time[:, 0] < 0.0
+
+    @property
+    def over_with_success(self) -> bool:
+        """Whether success ends the episode."""
+        return self.ends or self.reward_form is Reward.paper
+
+    def expert(self, now: Instant) -> Array:
+        """Return a velocity towards the target, slower the nearer it is, shape (N, 3)."""
+        xp = namespace(now.position)
+        wanted = (now.target - self.place(now)) * (EXPERT_GAIN / self.speed)
+        one = wanted * 0.0 + 1.0
+        return xp.minimum(xp.maximum(wanted, -one), one)

@@ -1,0 +1,62 @@
+"""Rewards of reaching: the paper's, and better-scaled ones."""
+
+from __future__ import annotations
+
+import enum
+
+from seals.arrays import Array, namespace
+
+INNER = 1.0
+"""Distance below which the paper's reward grows as 1 / d [m]."""
+OVERSPEED = -5.0
+"""Penalty of the paper for a robot that is too fast."""
+
+
+class Reward(enum.Enum):
+    """Which reward a task gives.
+
+    ``paper``: three regions over five orders of magnitude. ``shaped``: minus the distance, with a
+    bounded bonus near the target. ``progress``: the distance that a step gained, with that bonus.
+    """
+
+    paper = "paper"
+    shaped = "shaped"
+    progress = "progress"
+    none = "none"
+
+
+def paper_reward(
+    distance: Array, speed: Array, memory: Array, *, close: float, fastest: float, patience: float
+) -> tuple[Array, Array]:
+    """Return the reward of the paper's appendix, shape (N,), and the new memory.
+
+    Equation:
+        exp(-d) outside 1 m; 1 / d inside; 1000 / d_t within d_t; -5 above the largest speed;
+        -1000 / d_t on leaving the success region within some steps of reaching it.
+
+    Args:
+        distance: d [m], shape (N,).
+        speed: of the robot [m/s], shape (N,).
+        memory: column 0: 1 while within d_t; column 1: steps since it was reached; shape (N, 2).
+        close: d_t [m].
+        fastest: largest speed without penalty [m/s].
+        patience: steps within which leaving is punished.
+    """
+    xp = namespace(distance)
+    one = distance * 0.0 + 1.0
+    inner = 1.0 / xp.maximum(distance, one * close)
+    reward = xp.where(distance > INNER, xp.exp(-distance), inner)
+    inside = distance < close
+    reward = xp.where(inside, one * (1000.0 / close), reward)
+    reward = xp.where(speed > fastest, reward + OVERSPEED, reward)
+    was, since = memory[:, 0] > 0.5, memory[:, 1]
+    left = was & ~inside & (since <= patience)
+    reward = xp.where(left, reward - 1000.0 / close, reward)
+    since = xp.where(inside & was, since + 1.0, one * 0.0)
+    return reward, xp.stack((xp.astype(inside, distance.dtype), since), axis=1)
+
+
+def near(distance: Array, width: float) -> Array:
+    """Return a bonus that is 1 at the target and falls over ``width`` [m], shape (N,)."""
+    xp = namespace(distance)
+    return xp.exp(-((distance / width) ** 2))

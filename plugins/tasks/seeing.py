@@ -1,0 +1,72 @@
+"""What learners observe of robot and target."""
+
+from __future__ import annotations
+
+import enum
+
+from seals.arrays import Array, namespace
+from seals.learn.task import Instant
+
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
+
+
+class See(enum.Enum):
+    """What a learner observes.
+
+    ``paper``: positions and orientations of robot and target, and the robot's velocity. ``full``:
+    the target as seen from the hand, velocities, lean, submersion and the last action. ``blind``:
+    the same without the target.
+    """
+
+    paper = "paper"
+    full = "full"
+    blind = "blind"
+
+
+def names_of(sight: See, actions: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the numbers of an observation."""
+    if sight is See.paper:
+        poses = [f"{who}_{k}" for who in ("robot", "target") for k in _POSE]
+        return (*poses, *_VELOCITY)
+    away = ("target_x", "target_y", "target_z", "drift_x", "drift_y", "drift_z")
+    rest = ("spin_x", "spin_y", "spin_z", "up_x", "up_y", "height", "submersion")
+    first = () if sight is See.blind else away
+    return (*first, *_VELOCITY, *rest, *(f"last_{name}" for name in actions))
+
+
+def seen(sight: See, now: Instant) -> Array:
+    """Return observations, shape (N, d)."""
+    xp = namespace(now.position)
+    if sight is See.paper:
+        still = now.time * 0.0
+        upright = xp.concat((still, still, still, still + 1.0), axis=1)
+        pose = xp.concat((now.position, quaternion(now.rotation)), axis=1)
+        return xp.concat((pose, now.target, upright, now.velocity), axis=1)
+    away = (now.target - now.tool, now.target_velocity)
+    own = (now.velocity, now.spin, now.rotation[:, 2, 0:2], now.position[:, 2:3], now.submersion)
+    first = () if sight is See.blind else away
+    return xp.concat((*first, *own, now.action), axis=1)
+
+
+def quaternion(rotation: Array) -> Array:
+    """Return quaternions, x y z w with w not below zero, shape (N, 4).
+
+    Each component by the root of its own square, its sign by the differences of the matrix: exact
+    but for the sign of what is nearly zero, which is good enough to be seen.
+
+    Args:
+        rotation: shape (N, 3, 3).
+    """
+    xp = namespace(rotation)
+    a, b, c = (rotation[:, k, k] for k in range(3))
+    zero = a * 0.0
+
+    def part(square: Array, sign: Array) -> Array:
+        size = 0.5 * xp.sqrt(xp.maximum(1.0 + square, zero))
+        return xp.where(sign < 0.0, -size, size)
+
+    x = part(a - b - c, rotation[:, 2, 1] - rotation[:, 1, 2])
+    y = part(b - a - c, rotation[:, 0, 2] - rotation[:, 2, 0])
+    z = part(c - a - b, rotation[:, 1, 0] - rotation[:, 0, 1])
+    return xp.stack((x, y, z, part(a + b + c, zero)), axis=1)

@@ -1,0 +1,258 @@
+"""Walk to a target: the actions are how to step, some times a second."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.config.fields import vector
+from seals.control import Aim
+from seals.errors import ConfigError
+from seals.learn.task import Draw, Instant
+from seals.plugins.tasks.rewards import Reward, near, paper_reward
+from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
+from seals.robot.model import RobotModel
+from seals.schema import param
+
+GRAVITY = 9.81
+"""By which the cost of transport is counted [m/s^2]."""
+_BODY = ("target_x", "target_y", "distance", "velocity_x", "velocity_y", "velocity_z")
+_TURN = ("spin_x", "spin_y", "spin_z", "up_x", "up_y")
+
+
+def _number(default: float, unit: str, low: float, high: float, why: str) -> float:
+    return param(
+        default, unit, bounds=(low, high), tolerance=0.0, source=f"chosen: {why}", fit=False
+    )
+
+
+def _manners() -> dict[str, Any]:
+    """Ranges of the search for gaits of the crab, see docs/animals.md."""
+    return {
+        "frequency": [1.0, 6.0],
+        "stroke": [0.015, 0.05],
+        "lift": [0.003, 0.02],
+        "duty": [0.4, 0.8],
+    }
+
+
+@dataclass(kw_only=True)
+class TaskWalk:
+    """Walk to a target from any place around it; actions are parameters of a gait.
+
+    An action sets the velocity of the body, its rate of turn, and how the legs step, each from its
+    least to its largest value. The gait must turn as it is told: ``controller.facing=aim`` and
+    ``controller.turn_gain=0``, as in the recipe.
+
+    Equation:
+        shaped reward = progress v / speed + heading cos(e) h - energy P / (m g speed) - slip s /
+        speed - lean (1 - up) - smooth |da|^2 + bonus near the target; v towards the target, e the
+        angle between the way to it and the nearer side (or the front).
+
+    Args:
+        rate: control steps a second [Hz].
+        duration: of an episode [s].
+        speed: velocity that an action of 1 asks for [m/s].
+        turning: rate of turn that an action of 1 asks for [rad/s].
+        manner: what else an action sets, and its least and largest values; see docs/animals.md.
+        sideways: whether a side leads, as in crabs, or the front.
+        reward_form: which reward is given.
+        success_distance: within which the target counts as reached [m].
+        hold: for how long it must be [s].
+        goal: x and y of the place to go to [m].
+        nearest: least distance of the starts from it [m].
+        farthest: largest distance of the starts [m].
+        height: of the body origin at the start, world [m].
+        fallen: cosine of the tilt below which it has fallen, which ends the episode [1].
+        progress: reward of a speed of ``speed`` towards the target [1].
+        heading: reward of the heading away from the target [1].
+        energy: cost of a cost of transport of 1 at ``speed`` [1].
+        slip: cost of toes that slide at ``speed`` [1].
+        lean: cost of a tilt of 90 degrees [1].
+        smooth: cost of a change of one number of the action by 1 [1].
+        bonus: at the target [1].
+        width: over which the bonus falls [m].
+        overspeed: speed that the paper's reward punishes [m/s].
+
+    References:
+        Appendix of the AAM-SEALS paper for the fixed target and the random starts and headings.
+
+    Example:
+        >>> TaskWalk().action_names[3:]
+        ('frequency', 'stroke', 'lift', 'duty')
+    """
+
+    rate: float = _number(5.0, "Hz", 1.0, 250.0, "once or twice a cycle")
+    duration: float = _number(8.0, "s", 0.1, 1e4, "three times the scripted crab's time")
+    speed: float = _number(0.25, "m/s", 1e-3, 20.0, "three widths of the crab a second")
+    turning: float = _number(2.0, "rad/s", 0.0, 100.0, "the gait's own limit")
+    manner: dict[str, Any] = field(default_factory=_manners)
+    sideways: bool = True
+    reward_form: Reward = Reward.shaped
+    success_distance: float = _number(0.03, "m", 1e-4, 10.0, "less than half a carapace")
+    hold: float = _number(0.4, "s", 0.0, 60.0, "two control steps")
+    goal: list[float] = vector((0.0, 0.0), "m", bounds=(-1e4, 1e4), source="chosen")
+    nearest: float = _number(0.4, "m", 0.0, 1e4, "five widths of the crab")
+    farthest: float = _number(0.4, "m", 0.0, 1e4, "five widths of the crab")
+    height: float = _number(0.029, "m", -1e4, 1e4, "the crab's stance")
+    fallen: float = _number(0.5, "1", -1.0, 1.0, "60 degrees")
+    progress: float = _number(1.0, "1", 0.0, 100.0, "the measure of the others")
+    heading: float = _number(0.1, "1", 0.0, 100.0, "a tenth")
+    energy: float = _number(0.1, "1", 0.0, 100.0, "a tenth: a crab has 0.6 to 1.3")
+    slip: float = _number(0.1, "1", 0.0, 100.0, "a tenth")
+    lean: float = _number(0.5, "1", 0.0, 100.0, "half")
+    smooth: float = _number(0.01, "1", 0.0, 100.0, "a hundredth")
+    bonus: float = _number(1.0, "1", 0.0, 100.0, "as walking")
+    width: float = _number(0.04, "m", 1e-4, 10.0, "as the success")
+    overspeed: float = _number(0.5, "m/s", 0.0, 100.0, "the paper gives none")
+
+    def __post_init__(self) -> None:
+        """Refuse rings and ranges that are none."""
+        if self.nearest > self.farthest:
+            raise ConfigError(
+                f"task.nearest={self.nearest} is above task.farthest={self.farthest}.\n"
+                f"Allowed: up to {self.farthest} m."
+            )
+        if len(self.goal) != 2:
+            raise ConfigError(
+                f"task.goal={list(self.goal)} is no place.\nAllowed: two numbers [x, y]."
+            )
+        for name, pair in self.manner.items():
+            numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)
+            if not numbers or len(pair) != 2 or pair[0] > pair[1]:
+                raise ConfigError(
+                    f"task.manner.{name}={pair} is no range.\n"
+                    "Allowed: two numbers [least, largest]."
+                )
+
+    def bind(self, robot: RobotModel) -> None:
+        """Find the legs.
+
+        Raises:
+            ConfigError: the robot has none.
+        """
+        if not robot.legs:
+            raise ConfigError(
+                f"task walk needs legs; robot '{robot.name}' has none.\n"
+                "Choose an animal: robot=crab, robot=sea_spider"
+            )
+        self._weight = GRAVITY * float(robot.mass.sum())
+        self._names = tuple(robot.legs)
+        self._posture: Floats = np.minimum(np.maximum(0.0, robot.lower), robot.upper)
+
+    @property
+    def posture(self) -> Floats:
+        """The stance: values of all joints at the start [rad], shape (J,)."""
+        return self._posture
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """Phases, power and slip of the legs."""
+        return ("phase", "power", "slip")
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """Velocity in body axes, rate of turn, and the manner of stepping."""
+        return ("ahead", "aside", "turn", *self.manner)
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Target, velocity, spin and lean in body axes, phases of the legs, the last action."""
+        legs = getattr(self, "_names", ())
+        phases = (f"{f}_{leg}" for f in ("cos", "sin") for leg in legs)
+        return (*_BODY, *_TURN, *phases, *(f"last_{name}" for name in self.action_names))
+
+    def draw(self, rng: np.random.Generator, count: int) -> Draw:
+        """Return starts on a ring about the target, with any heading."""
+        way, yaw = rng.uniform(-math.pi, math.pi, (2, count, 1))
+        far = rng.uniform(self.nearest, self.farthest, (count, 1))
+        place = np.asarray(self.goal, dtype=float)
+        flat = place + far * np.concatenate((np.cos(way), np.sin(way)), axis=1)
+        start = np.concatenate((flat, np.full((count, 1), self.height)), axis=1)
+        goal = np.concatenate((np.tile(place, (count, 1)), start[:, 2:]), axis=1)
+        return Draw(start, yaw, np.zeros((count, 3)), goal)
+
+    def places(self, goal: Floats) -> Mapping[str, Floats]:
+        """Return nothing: the target is a place."""
+        return {}
+
+    def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
+        """Return the place to go to; it stays where it is."""
+        return goal, goal * 0.0
+
+    def aim(self, action: Array, now: Instant) -> Aim:
+        """Return velocity, turn and manner of stepping."""
+        velocity, yaw = self.command(action, now)
+        shares = 0.5 * (1.0 + action[0, 3:])
+        manner = {
+            name: float(low + share * (high - low))
+            for (name, (low, high)), share in zip(self.manner.items(), shares, strict=True)
+        }
+        turn = self.turning * float(action[0, 2])
+        return Aim(velocity=velocity[0], yaw=float(yaw[0, 0]), yaw_rate=turn, manner=manner)
+
+    def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
+        """Return the wanted velocity, world axes, and the present heading."""
+        xp = namespace(action)
+        heading = yaw_of(now)
+        c, s = xp.cos(heading), xp.sin(heading)
+        ahead, aside = self.speed * action[:, 0:1], self.speed * action[:, 1:2]
+        return xp.concat((c * ahead - s * aside, s * ahead + c * aside, c * 0.0), axis=1), heading
+
+    def observation(self, now: Instant) -> Array:
+        """Return observations, shape (N, d)."""
+        xp = namespace(now.position)
+        away, far = over_ground(now)
+        own = xp.sum(now.rotation * now.velocity[:, :, None], axis=1)
+        turn = (now.spin, now.rotation[:, 2, 0:2], now.facts["phase"])
+        return xp.concat((away, far, own, *turn, now.action), axis=1)
+
+    def distance(self, now: Instant) -> Array:
+        """Return the distance over the ground [m], shape (N,)."""
+        return over_ground(now)[1][:, 0]
+
+    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
+        """Return rewards (N,) of a step and the new memory."""
+        xp = namespace(now.position)
+        far = self.distance(now)
+        if self.reward_form is Reward.none:
+            return far * 0.0, memory
+        if self.reward_form is Reward.paper:
+            speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
+            return paper_reward(
+                far,
+                speed,
+                memory,
+                close=self.success_distance,
+                fastest=self.overspeed,
+                patience=self.hold * self.rate,
+            )
+        gained = self.rate * (self.distance(before) - far) / self.speed
+        bonus = self.bonus * near(far, self.width)
+        change = now.action - before.action
+        cost = self.smooth * xp.sum(change * change, axis=1)
+        if self.reward_form is Reward.progress:
+            return self.progress * gained + bonus - cost, memory
+        way, _ = over_ground(now)
+        leads = xp.abs(way[:, 1]) if self.sideways else way[:, 0]
+        # at the target there is no way to face
+        faced = leads / xp.maximum(far, far * 0.0 + self.width)
+        cost = cost + self.energy * now.facts["power"][:, 0] / (self._weight * self.speed)
+        cost = cost + self.slip * now.facts["slip"][:, 0] / self.speed
+        cost = cost + self.lean * (1.0 - now.rotation[:, 2, 2])
+        return self.progress * gained + self.heading * faced + bonus - cost, memory
+
+    def ended(self, now: Instant, memory: Array) -> Array:
+        """Return whether it has fallen."""
+        return now.rotation[:, 2, 2] < self.fallen
+
+    def expert(self, now: Instant) -> Array:
+        """Return what the scripted crab does: a side to the target, then straight on."""
+        steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
+        ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
+        return scripted(steps, ranges, *over_ground(now))

@@ -1,0 +1,123 @@
+"""``seals evaluate`` and ``seals record``: a policy acts, and is judged or kept."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.cli.hydra_app import discard, launch
+from seals.cli.words import refuse_dangerous
+from seals.errors import ConfigError
+
+COMPARE = "--compare"
+
+
+def evaluate(arguments: list[str]) -> int:
+    """Judge a policy, or with ``--compare`` the runs of a study."""
+    _one_thread()
+    if COMPARE in arguments:
+        words = [word for word in arguments if word != COMPARE]
+        return launch("arms", [_arm(word) for word in words], _compare_task)
+    return launch("evaluate", with_card(arguments), _evaluate_task)
+
+
+def record(arguments: list[str]) -> int:
+    """Keep the episodes of a policy as demonstrations."""
+    _one_thread()
+    return launch("record", with_card(arguments), _record_task)
+
+
+def with_card(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with those of the policy's training in front.
+
+    A policy is judged in the world of its training, unless the words say otherwise: an override
+    of the card goes where a word has the same key.
+
+    Args:
+        arguments: overrides and flags; ``policy=FOLDER`` names the card.
+
+    Raises:
+        ConfigError: the card cannot be read, or an override in it is none of a world.
+    """
+    from seals.learn.policy import read_policy_card
+
+    places = [w.partition("=")[2].strip("'\"") for w in arguments if w.startswith("policy=")]
+    if not places or not Path(places[-1]).is_dir():
+        return list(arguments)
+    card = read_policy_card(places[-1])
+    given = card.get("overrides", [])
+    if not isinstance(given, list) or not all(isinstance(word, str) for word in given):
+        raise ConfigError(
+            f"policy={places[-1]}: the card's overrides are {given!r}.\nAllowed: a list of words"
+        )
+    refuse_dangerous(
+        given,
+        where=f"policy={places[-1]}: the card",
+        remedy="Take the folder as it was trained, or remove that line from its card.json.",
+    )
+    taken = {_key(word) for word in arguments}
+    return [*(word for word in given if _key(word) not in taken), *arguments]
+
+
+def _key(word: str) -> str:
+    return word.lstrip("+~").partition("=")[0]
+
+
+def _one_thread() -> None:
+    """Many small arrays: threads only get into each other's way."""
+    for library in ("OPENBLAS", "OMP"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+
+def _arm(word: str) -> str:
+    """Turn ``sac='runs/sac/*'`` into an entry of ``arms``, and a folder into ``study``."""
+    from seals.config.arms import ArmsSettings
+
+    key, sign, value = word.partition("=")
+    if word.startswith("-"):
+        return word
+    if not sign:
+        if not Path(word).is_dir():
+            raise ConfigError(
+                f"{word}: there is no such folder.\n"
+                "Give the folder of a study, or ARM='FOLDERS': sac='runs/study/sac/*'"
+            )
+        return f"study='{word}'"
+    known = {field.name for field in dataclasses.fields(ArmsSettings)}
+    if key in known or key.partition(".")[0] in {"hydra", "arms"} or not key.isidentifier():
+        return word
+    plain = value.strip("'\"")
+    return f"+arms.{key}={value}" if value.startswith("[") else f"+arms.{key}='{plain}'"
+
+
+def _compare_task(config: Any) -> int | None:
+    from seals.learn.comparison.application import execute
+
+    return _tidy(execute, config)
+
+
+def _evaluate_task(config: Any) -> int | None:
+    from seals.learn.evaluation.application import execute
+
+    return _tidy(execute, config)
+
+
+def _record_task(config: Any) -> int | None:
+    from seals.learn.demonstrations.application import execute
+
+    return _tidy(execute, config)
+
+
+def _tidy(execute: Any, config: Any) -> int | None:
+    """Run a task; with ``out=FOLDER`` nothing else lies in the run's own folder."""
+    from hydra.core.hydra_config import HydraConfig
+
+    folder = Path(HydraConfig.get().runtime.output_dir)
+    try:
+        result: int | None = execute(config)
+        return result
+    finally:
+        discard(folder)

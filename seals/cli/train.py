@@ -1,0 +1,70 @@
+"""``seals train``: a learner practises, or goes on where it was cut off."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from seals.cli.hydra_app import launch
+from seals.cli.words import refuse_dangerous
+from seals.errors import ConfigError
+from seals.logs.intake import read_plain_yaml
+
+RESUME = "resume"
+FREE = ("course", "threads")
+"""Keys that a training taken up again may change."""
+
+
+def train(arguments: list[str]) -> int:
+    """Train: compose, then hand over to ``seals.learn.training.application``.
+
+    ``resume=FOLDER`` stands for the words that began the training in that folder; it goes on there.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    kept = [word for word in arguments if word.partition("=")[0] == RESUME]
+    if not kept:
+        return launch("train", arguments, _train_task)
+    folder = Path(kept[-1].partition("=")[2].strip("'\""))
+    others = [word for word in arguments if word.partition("=")[0] != RESUME]
+    _refuse_changes(folder, others)
+    words = [*_begun(folder), *others, f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
+    return launch("train", words, _train_task)
+
+
+def _refuse_changes(folder: Path, words: list[str]) -> None:
+    """Refuse what would make another training of it, before anything in the folder is touched."""
+    for word in words:
+        if word.startswith("-") or word.partition("=")[0].partition(".")[0] not in FREE:
+            raise ConfigError(
+                f"resume={folder}: {word} would make another training of it.\n"
+                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER"
+            )
+
+
+def _begun(folder: Path) -> list[str]:
+    """Return the overrides that began the training in a folder."""
+    import yaml
+
+    path = folder / ".hydra" / "overrides.yaml"
+    try:
+        found = read_plain_yaml(path)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+        raise ConfigError(
+            f"resume={folder}: there is no training in this folder.\n"
+            "Give the folder of a training; it holds .hydra/overrides.yaml and run.json."
+        ) from cause
+    words = [str(word) for word in found or []]
+    refuse_dangerous(
+        words,
+        where=f"resume={folder}: {path.name}",
+        remedy="Take up trainings of seals train only, or remove that line.",
+    )
+    return [word for word in words if word.partition("=")[0] != RESUME]
+
+
+def _train_task(config: Any) -> int | None:
+    from seals.learn.training.application import execute
+
+    result: int | None = execute(config)
+    return result

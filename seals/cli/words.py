@@ -1,0 +1,33 @@
+"""Overrides that a file brings along: they set values, they make no classes and run nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from seals.errors import ConfigError
+
+_DANGER = re.compile(r"_target_|\$|hydra[./]|^[^=]*hydra\b|^-|[\n\r]")
+
+
+def refuse_dangerous(words: Sequence[str], *, where: str, remedy: str) -> None:
+    """Refuse overrides from a file that name classes, look things up, or turn to Hydra itself.
+
+    Args:
+        words: overrides such as ``env.duration=4``.
+        where: what brought them, for the message.
+        remedy: what to do about it.
+
+    Raises:
+        ConfigError: one of them may do more than set a value.
+
+    Example:
+        >>> refuse_dangerous(["env=reach"], where="card.json", remedy="")
+        >>> refuse_dangerous(["hydra.run.dir=/"], where="card.json", remedy="Remove it.")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: card.json asks for 'hydra.run.dir=/', which no training writes.
+        Remove it.
+    """
+    for word in words:
+        if _DANGER.search(word) or "=" not in word:
+            raise ConfigError(f"{where} asks for '{word:.80}', which no training writes.\n{remedy}")

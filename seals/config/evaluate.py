@@ -1,0 +1,65 @@
+"""Typed settings of the verbs that let a policy act: ``seals evaluate`` and ``seals record``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.config.learning import LearnSettings
+
+
+@dataclass(kw_only=True)
+class EvaluateSettings(LearnSettings):
+    """An environment, and policies to be judged in it.
+
+    Args:
+        policy: a folder that training wrote, or ``scripted``, ``random``, ``still``.
+        beside: policies of the same kinds that are judged on the same starts.
+        episodes: number of starts, from those that no training has seen.
+        count: environments that step at once; 0 chooses by the backend.
+        device: where networks and twins compute: ``cpu`` or ``cuda``.
+        grid: worlds by name in which the policy is judged, too; see `seals.config.variants`.
+        out: folder of the results, or None for the run's folder.
+    """
+
+    name: str = "evaluate"
+    policy: str = "scripted"
+    beside: list[str] = field(default_factory=lambda: ["scripted", "random"])
+    episodes: int = 100
+    count: int = 0
+    device: str = "cpu"
+    grid: Any = None
+    out: str | None = None
+
+
+@dataclass(kw_only=True)
+class RecordSettings(LearnSettings):
+    """An environment, and a policy whose episodes are kept as demonstrations.
+
+    Args:
+        policy: a folder that training wrote, ``scripted``, or a script of keys (YAML or CSV).
+        episodes: number of episodes to keep.
+        first: seed of the first start; the others follow. Below those that judge a policy.
+        noise: standard deviation of what is added to the actions, for demonstrations that
+            also show how to come back [1].
+        keep: ``successes``, or ``all``.
+        who: ``scripted`` or ``human``: who decided, also where the policy is a script of keys.
+        most: episodes to try at most, as a multiple of those to keep.
+        device: where networks and twins compute: ``cpu`` or ``cuda``.
+        hdf5: file for the exchange with other programs, beside the folder.
+        minari: id of a Minari data set to write as well, as ``seals/reach/scripted-v0``.
+        out: folder of the demonstrations, or None for one in the run's folder.
+    """
+
+    name: str = "record"
+    policy: str = "scripted"
+    episodes: int = 10
+    first: int = 0
+    noise: float = 0.0
+    keep: str = "successes"
+    who: str = "scripted"
+    most: int = 10
+    device: str = "cpu"
+    hdf5: str | None = None
+    minari: str | None = None
+    out: str | None = None

@@ -1,0 +1,51 @@
+"""Typed settings of one training."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.config.learning import LearnSettings
+from seals.learn.training.course import Course
+
+OWN = (
+    "learner",
+    "course",
+    "count",
+    "judges",
+    "device",
+    "threads",
+    "demonstrations",
+    "shown",
+    "shuffled",
+)
+"""Keys of a training that its environment does not have."""
+
+
+@dataclass(kw_only=True)
+class TrainSettings(LearnSettings):
+    """An environment, a learner, and how long it learns.
+
+    Args:
+        learner: plug-in that learns.
+        course: how long, and what is written on the way.
+        count: environments that step at once.
+        judges: environments that step at once in an evaluation; 0 for one an episode with twins,
+            and one with an engine.
+        device: where networks, memory and twins are: ``cpu`` or ``cuda``.
+        threads: of the processor that torch uses.
+        demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
+        shown: how many of its episodes are shown, from the first on; 0 for all.
+        shuffled: whether their actions are dealt anew among all steps, as a negative control.
+    """
+
+    name: str = "train"
+    learner: Any = None
+    course: Course = field(default_factory=Course)
+    count: int = 64
+    judges: int = 0
+    device: str = "cpu"
+    threads: int = 1
+    demonstrations: str | None = None
+    shown: int = 0
+    shuffled: bool = False

@@ -1,0 +1,198 @@
+"""Controllers over a batch: what they see, what they give, and the allocation they share."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from seals.arrays import Array, as_like, namespace
+from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
+from seals.control.plant import ROTOR, Plant
+
+ROUNDS = 24
+"""Most changes of the active set, a drive; four or five in all are usual."""
+SOFT = 1e-9
+"""Stiffness that makes the choice among equally good commands unique, share of the whole."""
+
+
+class View(NamedTuple):
+    """What a controller may know of every robot of a batch; see `seals.control.Situation`.
+
+    Args:
+        step: time until the next call [s].
+        rotation: R_WB, shape (B, 3, 3).
+        velocity: of the body origin, world axes [m/s], shape (B, 3).
+        spin: body axes [rad/s], shape (B, 3).
+        submersion: submerged share of all hulls' volume [1], shape (B, 1).
+        buoyancy: force against gravity [N], shape (B, 1).
+        buoyancy_centre: body axes about the body origin [m], shape (B, 3).
+        gain: thrust of every drive against that of its own map [1], shape (B, n).
+        limit: largest commands [rad/s or N], shape (B, n).
+        low: lowest commands, shape (B, n).
+    """
+
+    step: float
+    rotation: Array
+    velocity: Array
+    spin: Array
+    submersion: Array
+    buoyancy: Array
+    buoyancy_centre: Array
+    gain: Array
+    limit: Array
+    low: Array
+
+
+@runtime_checkable
+class BatchController(Protocol):
+    """Turns wanted velocities into commands of the drives, for a robot whose joints are held."""
+
+    def start(self, batch: int) -> Any:
+        """Return the memory at the start, arrays of B rows each."""
+        ...
+
+    def command(self, view: View, velocity: Array, yaw: Array, memory: Any) -> tuple[Array, Any]:
+        """Return the commands of all drives, shape (B, n), and the new memory.
+
+        Args:
+            view: of the batch.
+            velocity: wanted, world axes [m/s], shape (B, 3).
+            yaw: wanted heading [rad], shape (B, 1).
+            memory: of the last call.
+        """
+        ...
+
+
+class BatchAllocation:
+    """`seals.control.Allocation` over a batch, about one centre.
+
+    Args:
+        plant: the robot; its drives push along one axis.
+        centre: of gravity, body axes [m], shape (3,).
+        like: array whose library, type and device to use.
+        saturation: what gives way.
+        weights: of the rows where not all can be had, shape (rows,).
+    """
+
+    def __init__(
+        self, plant: Plant, centre: Array, like: Array, *, saturation: Saturation, weights: Array
+    ) -> None:
+        """Find what does not change."""
+        layout = plant.layout
+        one = Allocation(layout, rows=LIFT_ROWS, saturation=saturation, weights=weights)
+        matrix = one.matrix(centre)
+        size = np.sqrt((matrix * matrix).sum(axis=1))
+        self._saturation = saturation
+        self._a = as_like(matrix, like)
+        self._level = as_like(1.0 / size, like)
+        square = matrix.shape[0] == matrix.shape[1]
+        self._inverse = as_like(np.linalg.inv(matrix), like) if square else None
+        self._weights = as_like(np.asarray(weights, dtype=float), like)
+        self._squared = as_like([[float(kind == ROTOR) for kind in layout.kind]], like)
+        self._reverse = as_like(layout.reverse[None], like)
+
+    def commands(self, wrench: Array, view: View) -> Array:
+        """Return the commands of all drives, shape (B, n), for wrenches of shape (B, rows)."""
+        xp = namespace(wrench)
+        u = self._least_norm(wrench, view.gain)
+        high, least = self.squares(view.limit), self.squares(view.low)
+        if self._saturation is Saturation.paper:
+            u = xp.maximum(u, least)
+            excess = xp.max(u / high, axis=1, keepdims=True)
+            u = u / xp.maximum(excess, excess * 0.0 + 1.0)
+        else:
+            beyond = xp.any((u > high) | (u < least), axis=1)
+            if bool(xp.any(beyond)):
+                inside = self._within(wrench, view.gain, least, high)
+                u = xp.where(beyond[:, None], inside, u)
+        u = xp.where(u < 0.0, u / self._reverse, u)
+        root = xp.sign(u) * xp.sqrt(xp.abs(u))
+        return self._squared * root + (1.0 - self._squared) * u
+
+    def squares(self, command: Array) -> Array:
+        """Squared speeds with their sign, or forces; backwards they count for less."""
+        xp = namespace(command)
+        u = command * (self._squared * xp.abs(command) + (1.0 - self._squared))
+        return xp.where(u < 0.0, u * self._reverse, u)
+
+    def _least_norm(self, wrench: Array, gain: Array) -> Array:
+        """Smallest squared commands that make the wrench."""
+        if self._inverse is not None:
+            return (wrench @ self._inverse.T) / gain
+        xp = namespace(wrench)
+        b = self._a[None] * gain[:, None, :] * self._level[None, :, None]
+        across = xp.matmul(b, xp.permute_dims(b, (0, 2, 1)))
+        y = xp.linalg.solve(across, (wrench * self._level)[:, :, None])
+        return xp.matmul(xp.permute_dims(b, (0, 2, 1)), y)[:, :, 0]
+
+    def _within(self, wrench: Array, gain: Array, low: Array, high: Array) -> Array:
+        """Weighted least squares within the bounds, see `seals.control.allocation.best_within`."""
+        xp = namespace(wrench)
+        a = self._a[None] * gain[:, None, :]
+        ends = a * low[:, None, :], a * high[:, None, :]
+        most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
+        wanted = xp.minimum(xp.maximum(wrench, least), most)
+        span = high - low
+        scaled = a * span[:, None, :]
+        weight = self._weights / xp.sum(xp.abs(scaled), axis=2)
+        b = scaled * weight[:, :, None]
+        target = (wanted - xp.matmul(a, low[:, :, None])[:, :, 0]) * weight
+        turned = xp.permute_dims(b, (0, 2, 1))
+        share = _box(xp.matmul(turned, b), xp.matmul(turned, target[:, :, None])[:, :, 0])
+        return low + share * span
+
+
+def _box(h: Array, g: Array) -> Array:
+    """Return a minimum of x H x / 2 - g x over 0 <= x <= 1 for every row.
+
+    The active set changes as in `seals.control.allocation.best_within`, row by row.
+    """
+    xp = namespace(h)
+    count = g.shape[1]
+    eye = as_like(np.eye(count), g)[None]
+    trace = sum(h[:, k, k] for k in range(count))
+    soft = h + SOFT * trace[:, None, None] * eye
+    zero, one = g * 0.0, g * 0.0 + 1.0
+    x = _solved(soft, g)
+    bound = xp.minimum(xp.maximum(x, zero), one)
+    free = xp.where(bound == x, one, zero)
+    fewest, patience = one[:, 0] * (count + 1.0), one[:, 0] * 3.0
+    for _ in range(ROUNDS * count):
+        held = bound * (1.0 - free)
+        both = free[:, :, None] * free[:, None, :]
+        system = soft * both + eye * (1.0 - free)[:, :, None]
+        x = _solved(system, free * (g - _times(h, held)) + held)
+        x = x + _solved(system, free * (g - _times(h, x)))
+        slope = _times(h, x) - g
+        off = xp.where(bound > 0.5, slope, -slope)
+        beyond = xp.abs(x - 0.5) - 0.5
+        wrong = xp.where(free > 0.0, beyond, off) > 1e-12
+        bad = xp.sum(xp.astype(wrong, g.dtype), axis=1)
+        if not bool(xp.any(wrong)):
+            break
+        patience = xp.where(bad < fewest, patience * 0.0 + 3.0, patience - 1.0)
+        fewest = xp.minimum(fewest, bad)
+        # where blocks go round in circles, one drive at a time always ends
+        wrong = wrong & ((patience > 0.0)[:, None] | _last(wrong))
+        bound = xp.where(wrong, xp.where(x > 0.5, one, zero), bound)
+        free = xp.where(wrong, 1.0 - free, free)
+    return xp.minimum(xp.maximum(x, zero), one)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+
+
+def _times(h: Array, x: Array) -> Array:
+    return namespace(h).matmul(h, x[:, :, None])[:, :, 0]
+
+
+def _last(flags: Array) -> Array:
+    """Flags of which only the last of every row that is set stays set."""
+    xp = namespace(flags)
+    out, later = [], flags[:, 0] & ~flags[:, 0]
+    for k in reversed(range(flags.shape[1])):
+        out.append(flags[:, k] & ~later)
+        later = later | flags[:, k]
+    return xp.stack(out[::-1], axis=1)

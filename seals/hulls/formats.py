@@ -1,0 +1,36 @@
+"""Which mesh files are opened at all: geometry only, nothing that unpacks, and no XML entities."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from seals.errors import RobotError
+
+FORMATS = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")
+"""Endings of the mesh files that are read; the mesh library knows archives as well."""
+_ENTITY = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+
+
+def refuse_strange_format(path: Path, where: str) -> None:
+    """Refuse a file that is no plain mesh, whatever the mesh library would make of it.
+
+    Args:
+        path: a file that is there, of bearable size.
+        where: what names it, for the message.
+
+    Raises:
+        RobotError: its ending is another one, or it is XML that declares entities.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise RobotError(
+            f"{where}: '{path.name}' is no mesh file.\nAllowed: {', '.join(FORMATS)}; export it."
+        )
+    if path.suffix.lower() == ".dae":
+        raw = path.read_bytes()
+        # zero bytes: another encoding than UTF-8, in which the words look different
+        if _ENTITY.search(raw) or b"\0" in raw:
+            raise RobotError(
+                f"{where}: '{path.name}' declares a DOCTYPE or an ENTITY, or is not UTF-8.\n"
+                "Remove it: such files can expand without end."
+            )

@@ -1,0 +1,1 @@
+"""Learning: environments in batches, learners, demonstrations, and statistics that hold."""

@@ -1,0 +1,84 @@
+"""Many environments that step at once, as learners see them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class Turn(NamedTuple):
+    """What one step of N environments gave; an episode that ended begins anew at once.
+
+    Args:
+        observation: that the next action answers, the first of the next episode where one ended;
+            a tensor (N, d), or a mapping with ``state`` (N, d) and ``pixels`` (N, C, H, W) uint8.
+        reward: (N,).
+        terminated: whether the task ended the episode, bool (N,).
+        truncated: whether its time was over, bool (N,).
+        final: observation that this step reached; the same as ``observation`` where no episode
+            ended.
+        success: whether the episode that ended had succeeded, bool (N,).
+        facts: further numbers of this step by name, (N,) each.
+    """
+
+    observation: Any
+    reward: Tensor
+    terminated: Tensor
+    truncated: Tensor
+    final: Any
+    success: Tensor
+    facts: Mapping[str, Tensor]
+
+
+@runtime_checkable
+class Batched(Protocol):
+    """N environments of one kind, on one device, in float32.
+
+    Attributes:
+        count: N.
+        observation_size: numbers in an observation; of ``state`` where there are pixels.
+        action_size: numbers in an action, each from -1 to 1.
+        pixels: channels, height and width of the picture, or None.
+        device: of all tensors.
+    """
+
+    count: int
+    observation_size: int
+    action_size: int
+    pixels: tuple[int, int, int] | None
+    device: str
+
+    def reset(self, seeds: Sequence[int] | None = None) -> Any:
+        """Begin an episode everywhere and return the observations.
+
+        Args:
+            seeds: of the N episodes; None draws them from the environments' own random state.
+        """
+        ...
+
+    def step(self, action: Tensor) -> Turn:
+        """Act once everywhere; ``action`` has the shape (N, action_size)."""
+        ...
+
+    def expert(self) -> Tensor:
+        """Return what the task's scripted expert would do now, shape (N, action_size)."""
+        ...
+
+    def snapshot(self) -> Any:
+        """Return everything that changes, as plain data and tensors.
+
+        Raises:
+            NotImplementedError: the engine behind it cannot be put back.
+        """
+        ...
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        ...
+
+    def close(self) -> None:
+        """Release what was opened."""
+        ...

@@ -1,0 +1,1 @@
+"""Arms of a study against each other, from the raw tables that every run wrote."""

@@ -1,0 +1,166 @@
+"""What a comparison of arms comes to, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from seals.arrays import Floats
+from seals.learn.comparison.runs import Run
+from seals.learn.statistics.bootstrap import RESAMPLES
+from seals.learn.statistics.interval import LEVEL, Interval
+
+_WORDS = ("arm", "against", "metric", "p", "verdict")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Terms:
+    """On what terms arms are compared; to be declared before the runs are made.
+
+    Args:
+        value: column that is scored.
+        over: column of the budget.
+        budget: end of the comparison, in the unit of ``over``; 0 for the end of the shortest run.
+        reference: arm against which the others are held.
+        hold: whether a run that stopped early keeps its last value until the budget.
+        level: of all intervals.
+        resamples: of the bootstrap.
+        seed: of the bootstrap.
+    """
+
+    value: str = "success"
+    over: str = "step"
+    budget: float = 0.0
+    reference: str = ""
+    hold: bool = False
+    level: float = LEVEL
+    resamples: int = RESAMPLES
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Band:
+    """The middle of an arm's curves.
+
+    Args:
+        x: shape (points,).
+        line: interquartile mean of the runs, shape (points,).
+        low: lower limit at each point.
+        high: upper limit at each point.
+        runs: each run's curve, shape (runs, points).
+    """
+
+    x: Floats
+    line: Floats
+    low: Floats
+    high: Floats
+    runs: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arm:
+    """One arm's outcome.
+
+    Args:
+        name: of the arm.
+        runs: that belong to it.
+        scores: of each run by metric, each of shape (runs,).
+        middle: interquartile mean of the scores by metric.
+        band: its curves over the budget.
+        clock: its curves over seconds, or None where the runs did not say.
+    """
+
+    name: str
+    runs: Sequence[Run]
+    scores: Mapping[str, Floats]
+    middle: Mapping[str, Interval]
+    band: Band
+    clock: Band | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Duel:
+    """One arm against another in one metric.
+
+    Args:
+        arm: in question.
+        against: the reference.
+        metric: by name.
+        improvement: probability that a run of the arm scores higher; claims go by this.
+        bootstrap: the same with the interval that published tables use.
+        p: exact two-sided p of the rank-sum test.
+        pairs: share of paired seeds in which the arm is above, or None without pairs.
+    """
+
+    arm: str
+    against: str
+    metric: str
+    improvement: Interval
+    bootstrap: Interval
+    p: float
+    pairs: Interval | None
+
+    @property
+    def verdict(self) -> str:
+        """``better``, ``worse``, or ``open``: what the interval allows to say."""
+        if self.improvement.low > 0.5:
+            return "better"
+        return "worse" if self.improvement.high < 0.5 else "open"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Study:
+    """All arms, and the terms on which they were compared.
+
+    Args:
+        terms: with budget and reference filled in.
+        arms: in the order given.
+        duels: of every arm with the reference, in every metric.
+        remarks: what a reader must know before believing the table.
+    """
+
+    terms: Terms
+    arms: Sequence[Arm]
+    duels: Sequence[Duel]
+    remarks: Sequence[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data."""
+        return {
+            "terms": vars(self.terms),
+            "remarks": list(self.remarks),
+            "arms": {a.name: _arm_dict(a) for a in self.arms},
+            "duels": [
+                {
+                    **{
+                        key: getattr(d, key) for key in ("arm", "against", "metric", "p", "verdict")
+                    },
+                    "improvement": list(d.improvement),
+                    "bootstrap": list(d.bootstrap),
+                    "pairs": None if d.pairs is None else list(d.pairs),
+                }
+                for d in self.duels
+            ],
+        }
+
+
+def _arm_dict(arm: Arm) -> dict[str, Any]:
+    bands = {"over_budget": arm.band, "over_seconds": arm.clock}
+    return {
+        "runs": [
+            {
+                "folder": run.folder,
+                "seed": run.seed,
+                "state": run.state,
+                **{key: float(values[k]) for key, values in arm.scores.items()},
+            }
+            for k, run in enumerate(arm.runs)
+        ],
+        "iqm": {key: list(value) for key, value in arm.middle.items()},
+        "curves": {
+            key: {n: getattr(band, n) for n in ("x", "line", "low", "high")}
+            for key, band in bands.items()
+            if band is not None
+        },
+    }

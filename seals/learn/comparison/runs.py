@@ -1,0 +1,184 @@
+"""Runs of a study: folders with the table that each wrote, sorted into arms."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError, LogError, suggestion
+from seals.learn.statistics.curve import Curve, curve
+
+EVALUATION = "evaluation.csv"
+FACTS = "run.json"
+_MOST_BYTES = 100_000_000
+"""Of one table."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run:
+    """One training run of an arm.
+
+    Args:
+        arm: that it belongs to.
+        folder: that it wrote.
+        seed: of the run; None where it did not say.
+        columns: of its evaluations by name, each of shape (evaluations,).
+        state: how it ended, as it said; empty where it did not.
+    """
+
+    arm: str
+    folder: Path
+    seed: int | None
+    columns: Mapping[str, Floats]
+    state: str = ""
+
+    @property
+    def name(self) -> str:
+        """Arm and seed, or folder."""
+        return f"{self.arm}, seed {self.seed}" if self.seed is not None else str(self.folder)
+
+    def curve(self, value: str, *, over: str) -> Curve:
+        """Return one column over another.
+
+        Raises:
+            LogError: a column is missing.
+            SealsError: they make no curve.
+        """
+        for name in (over, value):
+            if name not in self.columns:
+                raise LogError(
+                    f"{self.folder / EVALUATION} has no column '{name}'.\n"
+                    f"{suggestion(name, self.columns)}"
+                )
+        return curve(self.columns[over], self.columns[value])
+
+
+def find_arms(arms: Mapping[str, Any], study: str | None) -> dict[str, list[Path]]:
+    """Return the run folders of every arm.
+
+    Args:
+        arms: a pattern of folders, or a list of patterns, by the arm's name.
+        study: a folder with one folder an arm, each with one folder a run; None for none.
+
+    Raises:
+        ConfigError: nothing is given, or an arm has no run.
+    """
+    found: dict[str, list[Path]] = {}
+    if study is not None:
+        found |= _study(Path(study))
+    for name, given in arms.items():
+        patterns = [given] if isinstance(given, str) else list(given)
+        found[str(name)] = _matching(str(name), [str(p) for p in patterns])
+    if not found:
+        raise ConfigError(
+            "there is nothing to compare.\n"
+            "Write: seals evaluate --compare sac='runs/study/sac/*' sacfd='runs/study/sacfd/*'"
+        )
+    return found
+
+
+def _study(place: Path) -> dict[str, list[Path]]:
+    if not place.is_dir():
+        raise ConfigError(f"study={place}: there is no such folder.\nGive the folder of a study.")
+    inside = sorted(path.parent for path in place.glob(f"*/*/{EVALUATION}"))
+    if not inside:
+        raise ConfigError(f"study={place} holds no run.\nAllowed: {place}/ARM/SEED/{EVALUATION}")
+    arms: dict[str, list[Path]] = {}
+    for run in inside:
+        arms.setdefault(run.parent.name, []).append(run)
+    return {name: sorted(runs, key=_natural) for name, runs in arms.items()}
+
+
+def _matching(name: str, patterns: Sequence[str]) -> list[Path]:
+    places = {Path(hit) for pattern in patterns for hit in glob.glob(pattern)}
+    runs = [p.parent if p.name == EVALUATION else p for p in places]
+    kept = sorted({p for p in runs if (p / EVALUATION).is_file()}, key=_natural)
+    if not kept:
+        raise ConfigError(
+            f"arm '{name}': no folder of {', '.join(patterns)} holds {EVALUATION}.\n"
+            f"Give run folders of seals train, for instance {name}='runs/study/{name}/*'"
+        )
+    return kept
+
+
+def _natural(path: Path) -> list[Any]:
+    """Sorts run 2 before run 10."""
+    return [(0, int(p), "") if p.isdigit() else (1, 0, p) for p in re.split(r"(\d+)", str(path))]
+
+
+def read_run(folder: Path, *, arm: str) -> Run:
+    """Read the table of a run and what it says of itself.
+
+    Args:
+        folder: of the run.
+        arm: that it belongs to.
+
+    Raises:
+        LogError: the table is missing, broken, or empty.
+    """
+    facts = _facts(folder / FACTS)
+    seed = facts.get("seed")
+    return Run(
+        arm=arm,
+        folder=folder,
+        seed=seed if isinstance(seed, int) and not isinstance(seed, bool) else None,
+        columns=read_table(folder / EVALUATION),
+        state=str(facts.get("state", "")),
+    )
+
+
+def read_table(path: Path) -> dict[str, Floats]:
+    """Read a table of numbers with a head; a last line that was cut off is left out.
+
+    Args:
+        path: of a CSV file.
+
+    Raises:
+        LogError: it is missing, too large, empty, or holds something else than numbers.
+    """
+    if not path.is_file():
+        raise LogError(f"{path} is missing.\nGive the folder of a run.")
+    if path.stat().st_size > _MOST_BYTES:
+        raise LogError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
+    text = path.read_text(encoding="utf-8", errors="replace")
+    rows = list(csv.reader(text.splitlines()))
+    # a run that was killed may have left half a line
+    if rows and not text.endswith("\n"):
+        rows.pop()
+    if len(rows) < 2 or len(set(rows[0])) != len(rows[0]):
+        raise LogError(
+            f"{path} holds {max(len(rows) - 1, 0)} rows.\n"
+            "Allowed: a head of different names, and at least one row"
+        )
+    head, body = rows[0], rows[1:]
+    for number, row in enumerate(body, start=2):
+        if len(row) != len(head):
+            raise LogError(f"{path}, line {number} has {len(row)} cells.\nAllowed: {len(head)}")
+    columns = zip(head, zip(*body, strict=True), strict=True)
+    return {name.strip(): _numbers(path, name, cells) for name, cells in columns}
+
+
+def _numbers(path: Path, name: str, cells: Sequence[str]) -> Floats:
+    try:
+        return np.array([float(cell) if cell.strip() else np.nan for cell in cells])
+    except ValueError as cause:
+        raise LogError(f"{path}, column '{name}': {cause}.\nAllowed: numbers") from cause
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    if not path.is_file() or path.stat().st_size > _MOST_BYTES:
+        return {}
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as cause:
+        raise LogError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,165 @@
+"""Compares arms: every arm's scores with intervals, and each arm against the reference."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from seals.errors import ConfigError, SealsError, suggestion
+from seals.learn.comparison.outcome import Arm, Band, Duel, Study, Terms
+from seals.learn.comparison.runs import Run
+from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band
+from seals.learn.statistics.curve import METRICS, Curve, held, metric, on_grid
+from seals.learn.statistics.improvement import (
+    improvement,
+    improvement_bootstrap,
+    paired,
+    rank_test,
+)
+from seals.learn.statistics.interval import Interval
+
+
+def compare(arms: Mapping[str, Sequence[Run]], terms: Terms) -> Study:
+    """Compare arms on terms.
+
+    Args:
+        arms: at least two runs each, by name.
+        terms: of the comparison.
+
+    Raises:
+        ConfigError: the reference is no arm, or two runs of an arm have one seed.
+        SealsError: an arm has fewer than two runs, or a run ends before the budget.
+    """
+    _refuse_twins(arms)
+    lines = {n: [r.curve(terms.value, over=terms.over) for r in runs] for n, runs in arms.items()}
+    budget = terms.budget or min(line.x[-1] for every in lines.values() for line in every)
+    reference = terms.reference or next(iter(arms))
+    if reference not in arms:
+        raise ConfigError(
+            f"reference={reference} is no arm of this study.\n{suggestion(reference, arms)}"
+        )
+    terms = dataclasses.replace(terms, budget=float(budget), reference=reference)
+    made = [_arm(name, arms[name], every, terms) for name, every in lines.items()]
+    home = next(arm for arm in made if arm.name == reference)
+    duels = [_duel(a, home, m, terms) for a, m in itertools.product(made, METRICS) if a is not home]
+    return Study(terms=terms, arms=made, duels=duels, remarks=remarks_on(made, lines, terms))
+
+
+def remarks_on(
+    arms: Sequence[Arm], lines: Mapping[str, Sequence[Curve]], terms: Terms
+) -> list[str]:
+    """Return what weakens a comparison, in words."""
+    out = []
+    for arm in arms:
+        ends = np.array([line.x[-1] for line in lines[arm.name]])
+        short, longer = int((ends < terms.budget).sum()), int((ends > terms.budget).sum())
+        unfinished = [run.name for run in arm.runs if run.state not in ("", "done")]
+        if len(arm.runs) < 5:
+            out.append(f"{arm.name}: {len(arm.runs)} runs; with fewer than 5 no test shows much.")
+        if unfinished:
+            out.append(f"Not finished: {', '.join(unfinished)}.")
+        if short:
+            out.append(f"{arm.name}: {short} runs stopped early and keep their last value.")
+        if longer:
+            out.append(f"{arm.name}: {longer} runs went on; what came later is left out.")
+    if len(arms) > 2:
+        out.append(
+            f"{len(arms) - 1} arms are held against {terms.reference}: the level of an interval is "
+            "that of one comparison, not of all together."
+        )
+    spent = {arm.name: _updates(arm, terms) for arm in arms}
+    known = {name: count for name, count in spent.items() if count is not None}
+    if known and max(known.values()) > 1.02 * min(known.values()):
+        text = ", ".join(f"{name} {count:.0f}" for name, count in known.items())
+        out.append(f"Gradient updates differ: {text}.")
+    return out
+
+
+def _arm(name: str, runs: Sequence[Run], lines: Sequence[Curve], terms: Terms) -> Arm:
+    ready = [held(line, budget=terms.budget) for line in lines] if terms.hold else list(lines)
+    pairs = list(zip(runs, ready, strict=True))
+    scores = {key: np.array([_score(key, *pair, terms) for pair in pairs]) for key in METRICS}
+    middle = {
+        key: bootstrap([v], level=terms.level, resamples=terms.resamples, seed=terms.seed)
+        for key, v in scores.items()
+    }
+    return Arm(
+        name=name,
+        runs=runs,
+        scores=scores,
+        middle=middle,
+        band=_band(ready, terms.budget, terms),
+        clock=_clock(runs, terms),
+    )
+
+
+def _score(key: str, run: Run, line: Curve, terms: Terms) -> float:
+    """A score, or a refusal that names the run."""
+    try:
+        return metric(key, line, budget=terms.budget)
+    except SealsError as cause:
+        raise SealsError(f"{run.name}: {cause}") from cause
+
+
+def _band(lines: Sequence[Curve], end: float, terms: Terms) -> Band:
+    x, values = on_grid(list(lines), budget=end)
+    line, low, high = bootstrap_band(values, level=terms.level, seed=terms.seed)
+    return Band(x=x, line=line, low=low, high=high, runs=values)
+
+
+def _clock(runs: Sequence[Run], terms: Terms) -> Band | None:
+    """The same curves over the seconds that each run took."""
+    if terms.over == "seconds" or not all("seconds" in run.columns for run in runs):
+        return None
+    if not all(np.isfinite(run.columns["seconds"]).all() for run in runs):
+        return None
+    lines = [run.curve(terms.value, over="seconds") for run in runs]
+    return _band(lines, min(line.x[-1] for line in lines), terms)
+
+
+def _duel(arm: Arm, home: Arm, key: str, terms: Terms) -> Duel:
+    x, y = arm.scores[key], home.scores[key]
+    return Duel(
+        arm=arm.name,
+        against=home.name,
+        metric=key,
+        improvement=improvement(x, y, level=terms.level),
+        bootstrap=improvement_bootstrap(
+            x, y, level=terms.level, resamples=min(terms.resamples, 2000), seed=terms.seed
+        ),
+        p=rank_test(x, y),
+        pairs=_pairs(arm, home, key, terms),
+    )
+
+
+def _pairs(arm: Arm, home: Arm, key: str, terms: Terms) -> Interval | None:
+    """Runs of one seed against each other, where both arms have the same seeds."""
+    ours = {r.seed: s for r, s in zip(arm.runs, arm.scores[key], strict=True)}
+    theirs = {r.seed: s for r, s in zip(home.runs, home.scores[key], strict=True)}
+    if None in ours or ours.keys() != theirs.keys():
+        return None
+    x = np.array([ours[seed] for seed in ours])
+    y = np.array([theirs[seed] for seed in ours])
+    return paired(x, y, level=terms.level) if (x != y).any() else None
+
+
+def _updates(arm: Arm, terms: Terms) -> float | None:
+    """Mean number of gradient updates up to the budget."""
+    if not all("updates" in run.columns for run in arm.runs):
+        return None
+    tables = [run.columns for run in arm.runs]
+    return float(np.mean([np.interp(terms.budget, t[terms.over], t["updates"]) for t in tables]))
+
+
+def _refuse_twins(arms: Mapping[str, Sequence[Run]]) -> None:
+    for name, runs in arms.items():
+        seeds = [run.seed for run in runs if run.seed is not None]
+        twice = sorted({seed for seed in seeds if seeds.count(seed) > 1})
+        if twice:
+            raise ConfigError(
+                f"arm '{name}' has seed {twice[0]} more than once.\n"
+                "Runs of one seed are not independent: leave one out."
+            )

@@ -1,0 +1,121 @@
+"""``seals record``: episodes of a policy, kept as demonstrations with a card."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, suggestion
+from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
+from seals.learn.demonstrations.exchange import write_hdf5
+from seals.learn.demonstrations.folder import write
+from seals.learn.demonstrations.recording import record
+from seals.learn.learner import need_torch
+from seals.learn.starts import training_seed
+from seals.learn.worlds import world_config, world_hash
+
+FOLDER = "demonstrations"
+KEEP = ("successes", "all")
+_BATCH = 50
+"""Twins that step at once."""
+
+
+def execute(config: Any) -> int:
+    """Record the episodes of a composed configuration and write them.
+
+    Args:
+        config: with the keys of `seals.config.evaluate.RecordSettings`.
+
+    Raises:
+        SealsError: the policy or the world cannot be used, or too few episodes succeed.
+        MissingExtra: the packages for learning are not installed.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    need_torch()
+    _refuse(config)
+    out = Path(str(config.out)) if config.out else Path(HydraConfig.get().runtime.output_dir)
+    target = out if config.out else out / FOLDER
+    demos, tried = recorded(config)
+    made = [write(demos, target)]
+    if config.hdf5:
+        made.append(write_hdf5(demos, Path(str(config.hdf5))))
+    if config.minari:
+        from seals.learn.demonstrations.minari import write_minari
+
+        made.append(write_minari(demos, str(config.minari)))
+    good = sum(episode.success for episode in demos.episodes)
+    kept = len(demos.episodes)
+    print(f"{kept} episodes kept of {tried} tried, {good} successes, {demos.steps} steps")
+    for path in made:
+        print(path)
+    return 0
+
+
+def recorded(config: Any) -> tuple[Demonstrations, int]:
+    """Let the policy act until enough episodes are kept.
+
+    Args:
+        config: with the keys of `seals.config.evaluate.RecordSettings`.
+
+    Returns:
+        The demonstrations, and how many episodes were tried for them.
+
+    Raises:
+        ConfigError: too few episodes succeed.
+    """
+    from seals.learn.environments import batched_of
+    from seals.learn.evaluation.policies import policy_of
+    from seals.run.progress import progress
+
+    wanted, most = int(config.episodes), int(config.episodes) * int(config.most)
+    count = min(wanted, _BATCH) if "interval" in config.backend else 1
+    environment = batched_of(config, count=count, device=config.device)
+    kept: list[Episode] = []
+    tried = 0
+    try:
+        policy = policy_of(str(config.policy), environment, device=config.device)
+        with progress("recording", wanted) as tell:
+            while len(kept) < wanted and tried < most:
+                seeds = [training_seed(config.first + tried + k) for k in range(count)]
+                for episode in record(environment, policy, seeds, noise=config.noise):
+                    # what a batch did beyond the last one that is kept was not tried for
+                    if len(kept) < wanted:
+                        tried += 1
+                        kept += [episode] if episode.success or config.keep == "all" else []
+                tell(len(kept))
+    finally:
+        environment.close()
+    if len(kept) < wanted:
+        raise ConfigError(
+            f"only {len(kept)} of {tried} episodes succeeded, and {wanted} were asked for.\n"
+            "Say keep=all, ask for fewer, or take a better policy."
+        )
+    task: Any = getattr(environment, "task", None)
+    origin = Origin(
+        env=str(config.name),
+        config_hash=world_hash(config),
+        who=Who(str(config.who)),
+        by=str(config.policy),
+        observation=list(getattr(task, "observation_names", ())),
+        action=list(getattr(task, "action_names", ())),
+        rate=float(getattr(task, "rate", 0.0)),
+        config=world_config(config),
+        tried=tried,
+    )
+    return Demonstrations(origin=origin, episodes=kept), tried
+
+
+def _refuse(config: Any) -> None:
+    """Numbers and words that make no recording."""
+    if config.episodes < 1 or config.most < 1 or not 0.0 <= config.noise <= 1.0:
+        raise ConfigError(
+            f"episodes={config.episodes}, most={config.most}, noise={config.noise} make no "
+            "recording.\nAllowed: at least one episode, most from 1 on, noise from 0 to 1"
+        )
+    if config.keep not in KEEP:
+        raise ConfigError(f"keep={config.keep} is unknown.\n{suggestion(str(config.keep), KEEP)}")
+    if config.who not in [who.value for who in Who]:
+        words = suggestion(str(config.who), [who.value for who in Who])
+        raise ConfigError(f"who={config.who} is unknown.\n{words}")
+    training_seed(config.first)

@@ -1,0 +1,173 @@
+"""Demonstrations as a folder: a card, and a TensorDict in memory-mapped files.
+
+The files can be opened by ``TensorDict.load_memmap`` as they are. :func:`read` does not: that call
+would run what a stranger's folder tells it to. It takes only the files that the card promises, of
+exactly the sizes that it promises, as plain numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.errors import LogError, MissingExtra
+from seals.learn.cards import CARD, read_card
+from seals.learn.demonstrations.card import FORM, card_of, declared
+from seals.learn.demonstrations.episode import Demonstrations
+from seals.learn.demonstrations.layout import arrays_of, episodes_of, expected
+from seals.logs.atomic import atomic_folder, write_json
+
+_META = "meta.json"
+_PLAIN = "<class 'tensordict._td.TensorDict'>"
+"""The only class that a folder may name."""
+_MOST_META = 100_000
+
+
+def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool = False) -> Path:
+    """Write demonstrations as a folder that appears whole or not at all.
+
+    Args:
+        demonstrations: to be kept.
+        folder: to be made.
+        replace: whether a folder of that name is replaced.
+
+    Raises:
+        MissingExtra: tensordict is not installed.
+        SealsError: the folder exists and must stay.
+    """
+    tensordict = tensordict_of()
+    import torch
+
+    arrays = arrays_of(demonstrations)
+    tensors = {
+        tuple(name.split("/")): torch.from_numpy(np.ascontiguousarray(values))
+        for name, values in arrays.items()
+    }
+    count = [demonstrations.steps]
+    data = tensordict.TensorDict({}, batch_size=count)
+    data["next"] = tensordict.TensorDict({}, batch_size=count)
+    for path, tensor in tensors.items():
+        data[path] = tensor
+    with atomic_folder(folder, replace=replace) as beside:
+        data.memmap(str(beside))
+        write_json(beside / CARD, card_of(demonstrations))
+    return Path(folder)
+
+
+def read(folder: str | Path) -> Demonstrations:
+    """Read demonstrations from a folder; nothing in it is executed, and no pickle is opened.
+
+    Args:
+        folder: that :func:`write` made.
+
+    Raises:
+        ConfigError: the card is missing, broken, or declares too much.
+        LogError: a file is missing, strange, or not of the size that the card declares.
+
+    Example:
+        >>> read("no/such/folder")
+        Traceback (most recent call last):
+            ...
+        seals.errors.ConfigError: demonstrations=no/such/folder: there is no card.json.
+        Give a folder that holds one.
+    """
+    root = Path(folder)
+    found = declared(read_card(root, form=FORM, key="demonstrations"), where=str(root / CARD))
+    wanted = expected(found)
+    _refuse_strange(root, wanted)
+    for place in ("", "next"):
+        _check_meta(root / place, wanted, prefix=f"{place}/" if place else "")
+    arrays = {
+        name: _array(root / f"{name}.memmap", shape, kind) for name, (shape, kind) in wanted.items()
+    }
+    episodes = episodes_of(arrays, found, where=str(root))
+    return Demonstrations(origin=found.origin, episodes=episodes)
+
+
+def tensordict_of() -> Any:
+    """Return the module ``tensordict``.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    try:
+        import tensordict
+    except ImportError as cause:
+        raise MissingExtra(
+            "demonstrations are written with tensordict, which is not installed.\n"
+            "Install it: pip install 'aam-seals[learn]'"
+        ) from cause
+    return tensordict
+
+
+def _refuse_strange(root: Path, wanted: Mapping[str, Any]) -> None:
+    """Links, and files that the card does not promise."""
+    promised = {f"{name}.memmap" for name in wanted} | {CARD, _META, f"next/{_META}", "next"}
+    for path in _walk(root):
+        name = path.relative_to(root).as_posix()
+        if path.is_symlink() or name not in promised:
+            what = "is a link" if path.is_symlink() else "does not belong to demonstrations"
+            raise LogError(f"{path} {what}.\nTake the folder as it was recorded.")
+
+
+def _walk(root: Path) -> Iterator[Path]:
+    """What lies in the folder and in ``next``; deeper folders are strange anyway."""
+    for path in sorted(root.iterdir()):
+        yield path
+        if path.name == "next" and path.is_dir() and not path.is_symlink():
+            yield from sorted(path.iterdir())
+
+
+def _check_meta(folder: Path, wanted: Mapping[str, Any], *, prefix: str) -> None:
+    """The description that tensordict wrote must name plain tensors of the promised sizes."""
+    path = folder / _META
+    meta = _read_meta(path)
+    here = {n.removeprefix(prefix): w for n, w in wanted.items() if n.startswith(prefix)}
+    inner = {name: there for name, there in here.items() if "/" not in name}
+    for name, (shape, kind) in inner.items():
+        given = meta.get(name)
+        stated = (
+            (given.get("shape"), given.get("dtype")) if isinstance(given, dict) else (None, None)
+        )
+        if stated != (list(shape), f"torch.{kind}"):
+            raise LogError(
+                f"{path} says that '{name}' is {stated[1]} of the shape {stated[0]}.\n"
+                f"The card says: {kind} of the shape {list(shape)}"
+            )
+    below = {} if prefix else {"next": {"type": "TensorDict"}}
+    more = {k: v for k, v in meta.items() if k not in inner and k not in ("shape", "device")}
+    if more != below:
+        raise LogError(f"{path} names {more}.\nAllowed beside the arrays: {below}")
+
+
+def _read_meta(path: Path) -> dict[str, Any]:
+    if not path.is_file() or path.stat().st_size > _MOST_META:
+        raise LogError(f"{path} is missing or too large.\nTake the folder as it was recorded.")
+    try:
+        meta = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as cause:
+        raise LogError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
+    if not isinstance(meta, dict) or meta.pop("_type", None) != _PLAIN:
+        raise LogError(f"{path} names another class.\nAllowed: {_PLAIN}")
+    return meta
+
+
+def _array(path: Path, shape: tuple[int, ...], kind: str) -> NDArray[Any]:
+    """The numbers of one file."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    if not path.is_file() or path.stat().st_size != size:
+        given = f"{path.stat().st_size} bytes" if path.is_file() else "missing"
+        raise LogError(f"{path} is {given}.\nThe card promises {size} bytes.")
+    # raw bytes: a truth value other than 0 and 1 would be no truth value to NumPy
+    raw = np.fromfile(path, dtype=np.uint8 if kind == "bool" else kind)
+    if kind == "bool":
+        if raw.max(initial=0) > 1:
+            raise LogError(f"{path} holds bytes that are no truth values.\nAllowed: 0 and 1")
+        raw = raw.astype(bool)
+    return raw.reshape(shape)

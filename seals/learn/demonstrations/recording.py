@@ -1,0 +1,137 @@
+"""Lets a policy act and keeps what it saw and did, episode by episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.learn.demonstrations.episode import Episode
+
+if TYPE_CHECKING:
+    from seals.learn.batched import Batched
+    from seals.learn.policy import Policy
+
+
+def record(
+    environment: Batched,
+    policy: Policy,
+    seeds: Sequence[int],
+    *,
+    noise: float = 0.0,
+    tell: Callable[[int], None] | None = None,
+) -> list[Episode]:
+    """Run one episode from each seed and keep it whole.
+
+    Args:
+        environment: of any count; seeds are taken ``count`` at a time.
+        policy: decides.
+        seeds: of the starts.
+        noise: standard deviation of what is added to the actions; what is kept is the sum, cut to
+            -1 to 1, since that is what was done.
+        tell: takes the number of episodes done.
+
+    Returns:
+        Episodes in the order of the seeds.
+    """
+    kept: list[Episode] = []
+    for first in range(0, len(seeds), environment.count):
+        wanted = list(seeds[first : first + environment.count])
+        padded = wanted + [wanted[-1]] * (environment.count - len(wanted))
+        kept += _round(environment, policy, padded, noise)[: len(wanted)]
+        if tell is not None:
+            tell(len(kept))
+    return kept
+
+
+def _round(environment: Batched, policy: Policy, seeds: list[int], noise: float) -> list[Episode]:
+    """One episode of every environment; those that are done go on unheard until all are."""
+    import torch
+
+    observation = environment.reset(seeds)
+    policy.begin(seeds)
+    shake = [np.random.default_rng((seed, 2)) for seed in seeds]
+    lasts = np.full(environment.count, -1)
+    success = np.zeros(environment.count, dtype=bool)
+    rows: list[dict[str, Any]] = []
+    seen = [_parts(observation)]
+    while (lasts < 0).any():
+        action = policy.act(observation)
+        if noise > 0.0:
+            drawn = np.stack([r.normal(0.0, noise, action.shape[1]) for r in shake])
+            action = action + torch.as_tensor(drawn, dtype=action.dtype, device=action.device)
+        action = action.clamp(-1.0, 1.0)
+        turn = environment.step(action)
+        observation = turn.observation
+        flags = {n: _plain(getattr(turn, n)) for n in ("terminated", "truncated")}
+        rows.append({"action": _plain(action), "reward": _plain(turn.reward), **flags})
+        seen.append(_parts(turn.final))
+        ended = (flags["terminated"] | flags["truncated"]) & (lasts < 0)
+        lasts[ended] = len(rows)
+        success[ended] = _plain(turn.success)[ended]
+    return [
+        _episode(rows[: lasts[k]], seen[: lasts[k] + 1], k, seed=seeds[k], success=bool(success[k]))
+        for k in range(environment.count)
+    ]
+
+
+def _episode(
+    rows: Sequence[Mapping[str, Any]],
+    seen: Sequence[Mapping[str, Any]],
+    k: int,
+    *,
+    seed: int,
+    success: bool,
+) -> Episode:
+    """The rows of one environment."""
+    images = [part["pixels"][k] for part in seen if "pixels" in part]
+    return Episode(
+        observation=np.stack([part["state"][k] for part in seen]).astype(np.float32),
+        action=np.stack([row["action"][k] for row in rows]).astype(np.float32),
+        reward=np.array([row["reward"][k] for row in rows], dtype=np.float32),
+        terminated=np.array([row["terminated"][k] for row in rows], dtype=bool),
+        truncated=np.array([row["truncated"][k] for row in rows], dtype=bool),
+        success=success,
+        seed=seed,
+        pixels=np.stack(images) if images else None,
+    )
+
+
+def _parts(observation: Any) -> dict[str, Any]:
+    """Numbers and, where there are any, images; copies, since an environment may write anew."""
+    if isinstance(observation, Mapping):
+        return {name: _plain(values).copy() for name, values in observation.items()}
+    return {"state": _plain(observation).copy()}
+
+
+def _plain(values: Any) -> Any:
+    return values.detach().cpu().numpy()
+
+
+def replayed(environment: Batched, episodes: Sequence[Episode]) -> list[Episode]:
+    """Do again what demonstrations did, from their seeds, and return what is seen this time.
+
+    Args:
+        environment: of the demonstrations, with as many environments as there are episodes.
+        episodes: to be repeated; their ends are theirs, whatever is seen.
+    """
+    import torch
+
+    observation = environment.reset([episode.seed for episode in episodes])
+    longest = max(episode.steps for episode in episodes)
+    size = episodes[0].action.shape[1]
+    seen, rows = [_parts(observation)], []
+    for step in range(longest):
+        action = np.zeros((len(episodes), size), dtype=np.float32)
+        for k, episode in enumerate(episodes):
+            if step < episode.steps:
+                action[k] = episode.action[step]
+        turn = environment.step(torch.as_tensor(action, device=environment.device))
+        seen.append(_parts(turn.final))
+        flags = {n: _plain(getattr(turn, n)) for n in ("terminated", "truncated")}
+        rows.append({"action": action, "reward": _plain(turn.reward), **flags})
+    return [
+        _episode(rows[: e.steps], seen[: e.steps + 1], k, seed=e.seed, success=e.success)
+        for k, e in enumerate(episodes)
+    ]

@@ -1,0 +1,49 @@
+"""Builds environments of learning from a composed configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from seals.config.learning import build_learning
+from seals.errors import ConfigError
+from seals.learn.batched import Batched
+
+
+def batched_of(
+    config: Any,
+    *,
+    count: int,
+    device: str = "cpu",
+    seed: int = 0,
+    values: Mapping[str, Any] | None = None,
+) -> Batched:
+    """Build N environments: twins as one batch with ``backend=twin``, else N worlds.
+
+    Args:
+        config: composed, with the keys of `seals.config.learning.LearnSettings`.
+        count: N.
+        device: of all tensors; worlds step on the processor whatever it is.
+        seed: of the starts that are not asked for by seed.
+        values: ``"effect.parameter"`` to a number or N numbers, for twins.
+
+    Raises:
+        SealsError: the configuration cannot be used.
+    """
+    if count < 1:
+        raise ConfigError(f"{count} environments cannot be stepped.\nAllowed: 1 or more.")
+    settings, task = build_learning(config)
+    if hasattr(settings.backend, "interval"):
+        from seals.learn.environments.twin import TwinEnvironments
+
+        return TwinEnvironments(
+            settings, task, count=count, device=device, seed=seed, values=values
+        )
+    from seals.learn.environments.world import WorldEnvironment
+    from seals.learn.environments.worlds import WorldEnvironments
+
+    worlds = [WorldEnvironment(settings, task)]
+    for _ in range(count - 1):
+        # a scene belongs to one backend object: each world is built from the configuration anew
+        worlds.append(WorldEnvironment(*build_learning(config)))
+    return WorldEnvironments(worlds, device=device, seed=seed)

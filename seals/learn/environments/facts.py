@@ -1,0 +1,154 @@
+"""What full worlds know and twins do not: grip, touch, phases of legs, power, slip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.environment import EnvironmentSettings
+from seals.errors import ConfigError, suggestion
+from seals.world import Actor
+
+
+class Facts:
+    """Facts about one robot, by name; those of a control step are means over its steps.
+
+    Args:
+        names: of the facts that are wanted.
+        actor: the robot.
+        environment: with the water level.
+
+    Raises:
+        ConfigError: there is no such fact, or the robot or the backend has not what it needs.
+    """
+
+    def __init__(
+        self, names: Sequence[str], actor: Actor, environment: EnvironmentSettings
+    ) -> None:
+        """Find what is asked for."""
+        kinds: Mapping[str, Callable[[], Floats]] = {
+            "grip": self._grip,
+            "closed": self._closed,
+            "touch": self._touch,
+            "phase": self._phase,
+            "power": self._mean_power,
+            "slip": self._mean_slip,
+            "level": self._level,
+        }
+        for name in names:
+            if name not in kinds:
+                raise ConfigError(f"no world knows '{name}'.\n{suggestion(name, list(kinds))}")
+        self._actor, self._water = actor, environment.water_level
+        self._kinds = {name: kinds[name] for name in names}
+        robot = actor.robot
+        self._hands = list(robot.grippers.values())
+        self._tips = [t for hand in self._hands for t in hand.tips]
+        self._feet = [leg.foot for leg in robot.legs.values()]
+        self._toes = np.array([leg.toe for leg in robot.legs.values()])
+        self._needs()
+        self._power = self._slip = 0.0
+        self._steps = 0
+        self._rates: Floats | None = None
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self._rates = None
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a control step."""
+        self._power = self._slip = 0.0
+        self._steps = 0
+
+    def heed(self) -> None:
+        """Take note of one step of the world."""
+        self._steps += 1
+        if "power" in self._kinds:
+            body: Any = self._actor.body
+            rates: Floats = body.read().rates
+            # a force held over a step does its work at the mean rate
+            before = rates if self._rates is None else self._rates
+            self._power += 0.5 * float(np.abs(body.joint_forces() * (before + rates)).sum())
+            self._rates = rates
+        if "slip" in self._kinds:
+            self._slip += self._sliding()
+
+    def now(self) -> dict[str, Floats]:
+        """Return all facts that are asked for, shape (1, k) each."""
+        return {name: told().reshape(1, -1) for name, told in self._kinds.items()}
+
+    def _needs(self) -> None:
+        """Refuse facts about what is not there."""
+        robot = self._actor.robot
+        needs = {
+            "grip": ("a gripper", bool(self._hands)),
+            "closed": ("a gripper", bool(self._hands)),
+            "touch": ("a gripper with tips", bool(self._tips)),
+            "phase": ("legs", bool(self._feet)),
+            "slip": ("legs", bool(self._feet)),
+            "power": ("backend=pybullet", hasattr(self._actor.body, "joint_forces")),
+            "level": ("water: environment.water_level", self._water is not None),
+        }
+        for name in self._kinds:
+            what, there = needs.get(name, ("", True))
+            if not there:
+                raise ConfigError(
+                    f"the task asks for '{name}', which needs {what}; robot '{robot.name}' in this "
+                    "world is without.\nGive it, or choose another task."
+                )
+
+    def _grip(self) -> Floats:
+        """Grip that is wanted, 0 for open and 1 for closed."""
+        pilot = self._actor.pilot
+        aim = None if pilot is None else pilot.aim
+        wanted = {} if aim is None else aim.grip
+        return np.array([wanted.get(hand.name, 0.0) for hand in self._hands])
+
+    def _closed(self) -> Floats:
+        """Grip as the fingers have it."""
+        joints = self._actor.body.joint_positions()
+        shares = []
+        for hand in self._hands:
+            way = hand.closed - hand.open
+            gone = joints[list(hand.joints)] - hand.open
+            shares.append(float(gone @ way / (way @ way)))
+        return np.array(shares)
+
+    def _touch(self) -> Floats:
+        """Normal forces on the finger-tips [N]."""
+        found: Floats = np.asarray(self._actor.body.contact_normals()[self._tips])
+        return found
+
+    def _phase(self) -> Floats:
+        """Cosines and sines of the phases of all legs."""
+        pilot = self._actor.pilot
+        assert pilot is not None
+        memory = pilot.snapshot().controller or pilot.controller.start()
+        angle = 2.0 * np.pi * np.asarray(memory.phase)
+        return np.concatenate((np.cos(angle), np.sin(angle)))
+
+    def _mean_power(self) -> Floats:
+        """Mechanical power of all joints, sum of |force x rate| [W]."""
+        return np.array([self._power / max(self._steps, 1)])
+
+    def _mean_slip(self) -> Floats:
+        """Horizontal speed of the toes on the ground [m/s]."""
+        return np.array([self._slip / max(self._steps, 1)])
+
+    def _level(self) -> Floats:
+        """Height of the water at rest [m]."""
+        return np.array([self._water], dtype=float)
+
+    def _sliding(self) -> float:
+        """Mean horizontal speed of the toes that stand now [m/s]."""
+        stands = self._actor.body.contact_normals()[self._feet] > 0.0
+        if not stands.any():
+            return 0.0
+        kinematics, moving = self._actor.look()
+        turns = kinematics.rotations[0, self._feet]
+        arms = np.einsum("nij,nj->ni", turns, self._toes)
+        speed = moving.linear[0, self._feet] + np.cross(moving.angular[0, self._feet], arms)
+        return float(np.hypot(speed[stands, 0], speed[stands, 1]).mean())

@@ -1,0 +1,149 @@
+"""The environments of learning behind the interface of Gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from seals.learn.environments.build import batched_of
+from seals.learn.environments.episodes import FARTHEST
+
+Numbers = NDArray[np.float32]
+
+
+def composed(env: str, backend: str, overrides: Sequence[str]) -> Any:
+    """Return the configuration of an environment; an empty backend is that of the recipe.
+
+    Raises:
+        SealsError: an override is wrong.
+    """
+    from seals.config.compose import compose
+
+    engine = [f"backend={backend}"] if backend else []
+    return compose([f"env={env}", *engine, *overrides], root="learn")
+
+
+class SealsEnv(gymnasium.Env[Numbers, Numbers]):
+    """One robot and one task.
+
+    Args:
+        env: recipe of the group ``env``.
+        backend: ``pybullet``, ``free`` or ``twin``.
+        overrides: Hydra overrides, for instance ``["task.duration=4", "robot=hexacopter"]``.
+
+    Raises:
+        SealsError: an override is wrong, or the robot cannot do the task.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012  the interface has it so
+
+    def __init__(
+        self, env: str, *, backend: str = "pybullet", overrides: Sequence[str] = ()
+    ) -> None:
+        """Build the world once; every episode resets it."""
+        self._batched = batched_of(composed(env, backend, overrides), count=1)
+        self.observation_space, self.action_space = _spaces(self._batched)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Numbers, dict[str, Any]]:
+        """Begin an episode; the seed decides where it starts."""
+        super().reset(seed=seed)
+        start = int(self.np_random.integers(1_000_000_000)) if seed is None else seed
+        return self._batched.reset([start]).numpy()[0], {}
+
+    def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+        """Act for one period of control."""
+        import torch
+
+        turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
+        facts = {name: float(x[0]) for name, x in turn.facts.items()}
+        ended = bool(turn.terminated[0]), bool(turn.truncated[0])
+        return turn.final.numpy()[0], float(turn.reward[0]), *ended, facts
+
+    def expert(self) -> Numbers:
+        """Return what the task's scripted expert would do now."""
+        found: Numbers = self._batched.expert().numpy()[0]
+        return found
+
+    def close(self) -> None:
+        """Release the world."""
+        self._batched.close()
+
+
+class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
+    """N robots at one task: a batch of twins, or worlds in turn.
+
+    An episode that ends begins anew in the same step; its last observation is ``final_obs`` of the
+    infos.
+
+    Args:
+        env: recipe of the group ``env``.
+        num_envs: N.
+        backend: ``twin``, ``pybullet`` or ``free``; empty for that of the recipe, twins where they
+            can do the task.
+        overrides: Hydra overrides.
+        device: of the twins.
+    """
+
+    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012  the interface has it so
+
+    def __init__(
+        self,
+        env: str,
+        *,
+        num_envs: int = 1,
+        backend: str = "",
+        overrides: Sequence[str] = (),
+        device: str = "cpu",
+    ) -> None:
+        """Build all environments."""
+        config = composed(env, backend, overrides)
+        self.batched = batched_of(config, count=num_envs, device=device)
+        self.num_envs = num_envs
+        self.single_observation_space, self.single_action_space = _spaces(self.batched)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
+    ) -> tuple[Numbers, dict[str, Any]]:
+        """Begin an episode everywhere."""
+        if seed is None or isinstance(seed, int):
+            super().reset(seed=seed)
+            seeds = self.np_random.integers(1_000_000_000, size=self.num_envs).tolist()
+        else:
+            seeds = [int(s or 0) for s in seed]
+        return self.batched.reset(seeds).cpu().numpy(), {}
+
+    def step(
+        self, actions: Numbers
+    ) -> tuple[Numbers, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Act for one period of control everywhere."""
+        import torch
+
+        turn = self.batched.step(torch.as_tensor(np.asarray(actions, dtype=np.float32)))
+        terminated, truncated = turn.terminated.cpu().numpy(), turn.truncated.cpu().numpy()
+        infos: dict[str, Any] = {name: x.cpu().numpy() for name, x in turn.facts.items()}
+        ended = terminated | truncated
+        if ended.any():
+            infos |= {"final_obs": turn.final.cpu().numpy(), "_final_obs": ended}
+        reward = turn.reward.cpu().numpy().astype(np.float64)
+        return turn.observation.cpu().numpy(), reward, terminated, truncated, infos
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Release all worlds."""
+        self.batched.close()
+
+
+def _spaces(batched: Any) -> tuple[Any, Any]:
+    """Spaces of one observation and of one action."""
+    seen = spaces.Box(-FARTHEST, FARTHEST, (batched.observation_size,), np.float32)
+    return seen, spaces.Box(-1.0, 1.0, (batched.action_size,), np.float32)

@@ -1,0 +1,107 @@
+"""Worlds one after the other, as learners and judges see many environments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.learn.batched import Turn
+from seals.learn.environments.episodes import FARTHEST
+from seals.learn.environments.world import WorldEnvironment
+from seals.learn.task import Task
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class WorldEnvironments:
+    """N environments of one task, each in a world of its own, stepped in turn.
+
+    Args:
+        worlds: N of one kind.
+        device: of the tensors.
+        seed: of the starts that are not asked for by seed.
+    """
+
+    pixels: tuple[int, int, int] | None = None
+
+    def __init__(self, worlds: Sequence[WorldEnvironment], *, device: str, seed: int = 0) -> None:
+        """Keep the worlds."""
+        task: Task = worlds[0].task
+        self.worlds, self.task, self.device = list(worlds), task, device
+        self.count = len(worlds)
+        self.observation_size = len(task.observation_names)
+        self.action_size = len(task.action_names)
+        self._rng = np.random.default_rng(seed)
+
+    def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
+        """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
+        chosen = [self._seed() for _ in self.worlds] if seeds is None else seeds
+        pairs = zip(self.worlds, chosen, strict=True)
+        return self._tensor([world.reset(int(seed)) for world, seed in pairs])
+
+    def step(self, action: Tensor) -> Turn:
+        """Act once everywhere; see `seals.learn.batched.Batched`."""
+        import torch
+
+        rows = action.detach().cpu().numpy()
+        steps = [world.step(row) for world, row in zip(self.worlds, rows, strict=True)]
+        verdicts = [s.verdict for s in steps]
+        ended = np.array([bool(v.terminated[0] | v.truncated[0]) for v in verdicts])
+        final = self._tensor([s.observation for s in steps]).clamp(-FARTHEST, FARTHEST)
+        fresh = final.clone()
+        for k in np.flatnonzero(ended):
+            fresh[k] = self._tensor([self.worlds[k].reset(self._seed())])[0]
+
+        def flags(name: str) -> Tensor:
+            return torch.tensor([bool(getattr(v, name)[0]) for v in verdicts], device=self.device)
+
+        return Turn(
+            observation=fresh,
+            reward=self._tensor([v.reward for v in verdicts])[:, 0],
+            terminated=flags("terminated"),
+            truncated=flags("truncated"),
+            final=final,
+            success=flags("success") & torch.tensor(ended, device=self.device),
+            facts={
+                name: self._tensor([v.facts[name] for v in verdicts])[:, 0]
+                for name in verdicts[0].facts
+            },
+        )
+
+    def expert(self) -> Tensor:
+        """Return what the task's scripted expert would do now, shape (N, a)."""
+        return self._tensor([world.expert() for world in self.worlds])
+
+    def snapshot(self) -> Any:
+        """Refuse: a rigid-body scene cannot be handed out as plain data.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+
+    def restore(self, kept: Any) -> None:
+        """Refuse, see `snapshot`.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+
+    def close(self) -> None:
+        """Release all worlds."""
+        for world in self.worlds:
+            world.close()
+
+    def _seed(self) -> int:
+        from seals.learn.starts import TRAINING_END
+
+        return int(self._rng.integers(TRAINING_END))
+
+    def _tensor(self, rows: Sequence[Any]) -> Tensor:
+        import torch
+
+        return torch.as_tensor(np.stack(rows), dtype=torch.float32, device=self.device)

@@ -1,0 +1,168 @@
+"""``seals evaluate``: policies on held-out starts, in their world and in others."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.config.variants import Variant, variants_of, world_of
+from seals.errors import ConfigError
+from seals.learn.evaluation.judgement import Judgement, judgement
+from seals.learn.evaluation.page import write_judgements
+from seals.learn.evaluation.policies import policy_of
+from seals.learn.evaluation.words import rows_of, sentences
+from seals.learn.learner import need_torch
+from seals.learn.starts import held_out_seeds
+from seals.learn.worlds import world_hash
+
+ROOT = "evaluate"
+_BATCH = 100
+"""Twins that step at once, unless said otherwise."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Trial:
+    """One policy in one world.
+
+    Args:
+        policy: name or folder.
+        world: name of the variant, empty for the configuration's own.
+        config: of the world.
+        episodes: number of starts.
+        count: environments that step at once.
+        device: where networks and twins compute.
+    """
+
+    policy: str
+    world: str
+    config: Any
+    episodes: int
+    count: int
+    device: str
+
+
+def execute(config: Any) -> int:
+    """Judge the policies of a composed configuration and write tables and a page.
+
+    Args:
+        config: with the keys of `seals.config.evaluate.EvaluateSettings`.
+
+    Raises:
+        SealsError: a policy or a world cannot be used.
+        MissingExtra: the packages for learning are not installed.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.run.progress import progress
+
+    need_torch()
+    settings = HydraConfig.get()
+    out = Path(str(config.out or settings.runtime.output_dir))
+    trials = trials_of(config, base=list(settings.overrides.task))
+    found: list[Judgement] = []
+    facts = {
+        "env": str(config.name),
+        "world_hash": world_hash(config),
+        "policy": str(config.policy),
+    }
+    try:
+        with progress("judging", sum(trial.episodes for trial in trials)) as tell:
+            for trial in trials:
+                done = sum(judged.episodes for judged in found)
+                found.append(judge(trial, tell=lambda n, done=done: tell(done + n)))  # type: ignore[misc]
+    finally:
+        # one world that cannot be built must not cost what was judged before
+        made = write_judgements(found, out, facts=facts) if found else []
+    _tell(found)
+    remark = elsewhere(config)
+    if remark:
+        print(remark)
+    for path in made:
+        print(path)
+    return 0
+
+
+def trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
+    """Return what is to be tried: policy and those beside it, then the policy in other worlds.
+
+    Args:
+        config: composed.
+        base: overrides that made it.
+
+    Raises:
+        ConfigError: a number makes no sense, or a variant cannot be composed.
+    """
+    if config.episodes < 1 or config.count < 0:
+        raise ConfigError(
+            f"episodes={config.episodes}, count={config.count} make no evaluation.\n"
+            "Allowed: at least one episode; a count of 0 chooses by the backend"
+        )
+    policy = str(config.policy)
+    names = list(dict.fromkeys([policy, *map(str, config.beside)]))
+    trials = [_trial(name, "", config, Variant(), config) for name in names]
+    for name, variant in variants_of(config.grid).items():
+        world = world_of(variant, base=base, root=ROOT, where=f"grid.{name}")
+        trials.append(_trial(policy, name, world, variant, config))
+    return trials
+
+
+def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any) -> Trial:
+    batch = "interval" in config.backend
+    count = variant.count or settings.count or (_BATCH if batch else 1)
+    episodes = variant.episodes or settings.episodes
+    return Trial(
+        policy=policy,
+        world=world,
+        config=config,
+        episodes=episodes,
+        count=min(count, episodes),
+        device=settings.device,
+    )
+
+
+def judge(trial: Trial, *, tell: Callable[[int], None] | None = None) -> Judgement:
+    """Let a policy act from the held-out starts.
+
+    Args:
+        trial: policy and world.
+        tell: takes the number of episodes done.
+
+    Raises:
+        SealsError: policy or world cannot be used.
+    """
+    from seals.learn.environments import batched_of
+    from seals.learn.training.scoring import score
+
+    environment = batched_of(trial.config, count=trial.count, device=trial.device)
+    began = time.perf_counter()
+    try:
+        policy = policy_of(trial.policy, environment, device=trial.device)
+        scores = score(environment, policy, held_out_seeds(trial.episodes), tell=tell)
+    finally:
+        environment.close()
+    took = time.perf_counter() - began
+    return judgement(scores, policy=trial.policy, world=trial.world, seconds=took)
+
+
+def elsewhere(config: Any) -> str:
+    """Return words where a policy is judged in another world than that of its training."""
+    from seals.learn.cards import CARD
+    from seals.learn.policy import read_policy_card
+
+    place = Path(str(config.policy))
+    trained = read_policy_card(place).get("world_hash") if (place / CARD).is_file() else None
+    if trained in (None, world_hash(config)):
+        return ""
+    return "This is not the world of its training: what is lost here is the gap between both."
+
+
+def _tell(found: Sequence[Judgement]) -> None:
+    from seals.learn.comparison.words import text_table
+
+    print(text_table(*rows_of(found)))
+    print()
+    for line in sentences(found):
+        print(line)

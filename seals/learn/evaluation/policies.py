@@ -1,0 +1,124 @@
+"""Policies by name or folder: what training wrote, and those that every table holds beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.errors import ConfigError, suggestion
+from seals.learn.evaluation.keys import SUFFIXES, policy_of_keys
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Batched
+    from seals.learn.policy import Policy
+
+SCRIPTED, RANDOM, STILL = "scripted", "random", "still"
+NAMED = (SCRIPTED, RANDOM, STILL)
+
+
+class PolicyScripted:
+    """What the task's expert, written by hand, does; it sees more than an observation.
+
+    Args:
+        environment: in which it acts.
+    """
+
+    def __init__(self, environment: Batched) -> None:
+        self.environment = environment
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Forget nothing: the expert has no memory."""
+
+    def act(self, observation: Any) -> Tensor:
+        """Return the expert's actions."""
+        return self.environment.expert()
+
+
+class PolicyRandom:
+    """Actions drawn evenly from -1 to 1, the same for the same start however many step at once.
+
+    Args:
+        size: numbers in an action.
+        device: of the actions.
+    """
+
+    def __init__(self, size: int, device: str) -> None:
+        self.size, self.device = size, device
+        self._random: list[np.random.Generator] = []
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Give every episode random numbers of its own."""
+        self._random = [np.random.default_rng((seed, 1)) for seed in seeds]
+
+    def act(self, observation: Any) -> Tensor:
+        """Return the next draws."""
+        import torch
+
+        drawn = np.stack([random.uniform(-1.0, 1.0, self.size) for random in self._random])
+        return torch.as_tensor(drawn, dtype=torch.float32, device=self.device)
+
+
+class PolicyStill:
+    """Does nothing.
+
+    Args:
+        size: numbers in an action.
+        device: of the actions.
+    """
+
+    def __init__(self, size: int, device: str) -> None:
+        self.size, self.device, self.count = size, device, 0
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Note how many there are."""
+        self.count = len(seeds)
+
+    def act(self, observation: Any) -> Tensor:
+        """Return zeros."""
+        import torch
+
+        return torch.zeros((self.count, self.size), device=self.device)
+
+
+def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
+    """Return a policy by its name, or from its folder.
+
+    Args:
+        name: ``scripted``, ``random``, ``still``, a folder that training wrote, or a script of
+            keys (YAML or CSV).
+        environment: in which it shall act.
+        device: where its network computes.
+
+    Raises:
+        ConfigError: there is no such policy, or it belongs to another kind of environment.
+    """
+    if name == SCRIPTED:
+        return PolicyScripted(environment)
+    if name == RANDOM:
+        return PolicyRandom(environment.action_size, environment.device)
+    if name == STILL:
+        return PolicyStill(environment.action_size, environment.device)
+    if not Path(name).exists():
+        raise ConfigError(
+            f"policy={name}: there is no such folder.\n"
+            f"{suggestion(name, NAMED, label='Give a folder that training wrote, or one of')}"
+        )
+    if Path(name).suffix in SUFFIXES:
+        return policy_of_keys(Path(name), environment)
+    from seals.learn.policy import load_policy
+
+    found = load_policy(name, device=device)
+    wanted = (environment.observation_size, environment.action_size)
+    given = (found.card["network"].get("observation"), found.card["network"].get("action"))
+    if given != wanted:
+        raise ConfigError(
+            f"policy={name} sees {given[0]} numbers and says {given[1]}; here there are "
+            f"{wanted[0]} and {wanted[1]}.\n"
+            "Judge it in its own environment: the card.json says which."
+        )
+    return found

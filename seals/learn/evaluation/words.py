@@ -1,0 +1,74 @@
+"""Judgements in tables and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.learn.evaluation.judgement import Judgement
+
+Rows = list[tuple[str, ...]]
+
+
+def label(found: Judgement) -> str:
+    """Return the policy's name, short where it is a folder."""
+    path = Path(found.policy)
+    # training keeps its policy in a folder of that name: the run's own says more
+    path = path.parent if path.name == "policy" and path.parent.name else path
+    return path.as_posix() if len(path.parts) < 3 else Path(*path.parts[-2:]).as_posix()
+
+
+def rows_of(judgements: Sequence[Judgement]) -> tuple[tuple[str, ...], Rows]:
+    """Return head and rows of a table: one row a policy and world."""
+    shares = list(judgements[0].shares())
+    worlds = any(found.world for found in judgements)
+    head = (
+        "policy",
+        *(("world",) if worlds else ()),
+        "episodes",
+        *(f"{_words(name)} (95%)" for name in shares),
+        "final distance, median (90%) [m]",
+        "return, median",
+    )
+    rows = []
+    for found in judgements:
+        distance = (
+            _spread(found.quantiles("distance")) if "distance" in found.columns else "not told"
+        )
+        rows.append(
+            (
+                label(found),
+                *((found.world or "its own",) if worlds else ()),
+                str(found.episodes),
+                *(found.share(name).text() if name in found.columns else "" for name in shares),
+                distance,
+                f"{found.quantiles('return')[2]:.4g}",
+            )
+        )
+    return head, rows
+
+
+def _words(name: str) -> str:
+    return name.replace("success_", "within ").replace("cm", " cm") if "_" in name else name
+
+
+def _spread(quantiles: Sequence[float]) -> str:
+    low, _, middle, _, high = quantiles
+    return f"{middle:.3f} ({low:.3f} to {high:.3f})"
+
+
+def sentences(judgements: Sequence[Judgement]) -> list[str]:
+    """Return what the intervals allow to say of the first policy against the others."""
+    first, *others = judgements
+    own = first.share()
+    out = []
+    for other in others:
+        share = other.share()
+        who = label(other) if not other.world else f"the same in the world '{other.world}'"
+        if own.low > share.high:
+            out.append(f"{label(first)} succeeds more often than {who}: the intervals are apart.")
+        elif own.high < share.low:
+            out.append(f"{label(first)} succeeds less often than {who}: the intervals are apart.")
+        else:
+            out.append(f"{label(first)} and {who}: no difference is shown, the intervals meet.")
+    return out

@@ -1,0 +1,145 @@
+"""What a learner is: hyper-parameters that start an agent, and an agent that learns from turns.
+
+A learner plug-in is a keyword-only dataclass of hyper-parameters. The agent that it starts decides
+when it updates: the trainer asks how many updates are due and makes them one by one, so that every
+learner, on-policy or off-policy, runs in one loop and can be cut off between two updates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from seals.errors import ConfigError, MissingExtra, suggestion
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Turn
+
+Observation = Any
+"""A tensor (N, d), or a mapping with ``state`` (N, d) and ``pixels`` (N, C, H, W) uint8."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spaces:
+    """Sizes of what an agent sees and does.
+
+    Args:
+        observation_size: numbers in an observation; of ``state`` where there are pixels.
+        action_size: numbers in an action, each from -1 to 1.
+        count: environments that step at once.
+        pixels: channels, height and width of the picture, or None.
+    """
+
+    observation_size: int
+    action_size: int
+    count: int = 1
+    pixels: tuple[int, int, int] | None = None
+
+
+@runtime_checkable
+class Agent(Protocol):
+    """A learner at work: it acts, remembers what happened, and improves.
+
+    ``interactive`` is False for agents that learn from demonstrations alone, ``wants`` says whether
+    they take demonstrations: ``"no"``, ``"may"`` or ``"must"``. ``reports`` names what `update`
+    returns.
+    """
+
+    interactive: bool
+    wants: str
+    reports: tuple[str, ...]
+
+    def teach(self, columns: Mapping[str, Any]) -> None:
+        """Take demonstrations, before anything else happens.
+
+        Args:
+            columns: arrays over all steps of all episodes: ``observation``, ``action``,
+                ``reward``, ``next_observation``, ``terminated``, ``truncated``, ``episode``.
+        """
+
+    def act(self, observation: Observation, *, explore: bool) -> Tensor:
+        """Return actions (N, a) in [-1, 1]."""
+
+    def observe(self, observation: Observation, action: Tensor, turn: Turn) -> None:
+        """Take in one step of all environments."""
+
+    def due(self) -> int:
+        """Return the number of updates to make now."""
+
+    def update(self) -> Mapping[str, Tensor]:
+        """Make one update; return its figures as numbers without gradient."""
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that changes, as nested plain data and tensors."""
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put everything back that `state` returned."""
+
+    def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the deterministic policy: its description in plain data, and its tensors."""
+
+
+@runtime_checkable
+class Learner(Protocol):
+    """Hyper-parameters that start an agent."""
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> Agent:
+        """Return a fresh agent.
+
+        Args:
+            spaces: sizes of observation and action.
+            device: of the networks and the memory, ``"cpu"`` or ``"cuda"``.
+            seed: of the first weights and of all draws.
+        """
+
+
+def whole(**values: tuple[int, int]) -> None:
+    """Refuse whole numbers below their least value.
+
+    Args:
+        values: (value, least) by the name of the hyper-parameter.
+
+    Raises:
+        ConfigError: one is too small.
+
+    Example:
+        >>> whole(batch=(256, 1))
+    """
+    for name, (value, least) in values.items():
+        if value < least:
+            raise ConfigError(
+                f"learner.{name}={value} is not allowed.\nAllowed: a whole number from {least} on."
+            )
+
+
+def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    """Refuse a word that is none of a closed set.
+
+    Raises:
+        ConfigError: it is another word.
+
+    Example:
+        >>> one_of("reward_form", "plain", ("plain", "symlog"))
+    """
+    if value not in allowed:
+        raise ConfigError(f"learner.{name}={value} is not allowed.\n{suggestion(value, allowed)}")
+
+
+def need_torch() -> None:
+    """Refuse in words where the packages of learning are absent.
+
+    Raises:
+        MissingExtra: torch, torchrl or tensordict is not installed.
+    """
+    try:
+        import tensordict  # noqa: F401
+        import torch  # noqa: F401
+        import torchrl  # noqa: F401
+    except ImportError as cause:
+        raise MissingExtra(
+            f"learning needs {cause.name or cause}, which is not installed.\n"
+            "Install it: pip install 'aam-seals[learn]'"
+        ) from cause

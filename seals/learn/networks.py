@@ -1,0 +1,244 @@
+"""Networks from a description in plain data, so that a policy is read back without any code in it.
+
+A description is what JSON holds: ``kind`` (``"mlp"`` or ``"pixels"``), sizes, and how the output
+becomes an action. `actor_of` builds the deterministic policy; agents build their own networks from
+the same parts, all of them TorchRL's or PyTorch's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError, suggestion
+
+if TYPE_CHECKING:
+    from torch import Tensor, nn
+
+KINDS = ("mlp", "pixels")
+"""Kinds of networks."""
+FARTHEST = 10.0
+"""Normalised observations are cut off here, in standard deviations."""
+
+
+def description(
+    *,
+    observation: int,
+    action: int,
+    hidden: Sequence[int],
+    layer_norm: bool = False,
+    normalise: bool = True,
+    squash: str = "tanh",
+    pixels: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return the description of a policy.
+
+    Args:
+        observation: numbers in an observation, those of the picture not counted.
+        action: numbers in an action.
+        hidden: widths of the hidden layers.
+        layer_norm: whether hidden layers are normalised.
+        normalise: whether observations are brought to mean 0 and deviation 1.
+        squash: ``"tanh"`` or ``"clip"``: how the output is kept in [-1, 1].
+        pixels: what `encoder_of` takes, for a policy that sees.
+    """
+    found = {
+        "kind": "mlp" if pixels is None else "pixels",
+        "observation": observation,
+        "action": action,
+        "hidden": [int(width) for width in hidden],
+        "layer_norm": layer_norm,
+        "normalise": normalise,
+        "squash": squash,
+    }
+    return found if pixels is None else {**found, "pixels": dict(pixels)}
+
+
+def actor_of(network: Mapping[str, Any]) -> nn.Module:
+    """Return the deterministic policy that a description is of, its weights not yet filled in.
+
+    Raises:
+        ConfigError: there is no such kind, or a key is missing.
+    """
+    kind = network.get("kind")
+    if kind not in KINDS:
+        raise ConfigError(f"a policy of kind '{kind}'.\n{suggestion(str(kind), KINDS)}")
+    import torch
+
+    with torch.device("cpu"):
+        # its first import reads tensors, which it cannot where only shapes are made
+        import torchrl.modules  # noqa: F401
+    try:
+        return _mlp_actor(network) if kind == "mlp" else _pixel_actor(network)
+    except (KeyError, TypeError, ValueError) as cause:
+        raise ConfigError(
+            f"the description of a policy cannot be used: {cause!r}.\n"
+            "It belongs to the card.json that the training wrote; train anew where it is lost."
+        ) from cause
+
+
+def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = False) -> nn.Module:
+    """Return a TorchRL network of dense layers with ReLU."""
+    import torch
+    from torchrl.modules import MLP
+
+    norm = torch.nn.LayerNorm if layer_norm else None
+    kwargs: Any = [{"normalized_shape": width} for width in hidden] if layer_norm else None
+    found: nn.Module = MLP(
+        in_features=inputs,
+        out_features=outputs,
+        num_cells=list(hidden),
+        activation_class=torch.nn.ReLU,
+        norm_class=norm,
+        norm_kwargs=kwargs,
+    )
+    return found
+
+
+def normaliser_of(size: int) -> nn.Module:
+    """Return a layer that brings observations to mean 0 and deviation 1, both fixed buffers."""
+    import torch
+
+    found: nn.Module = torch.nn.BatchNorm1d(size, affine=False, eps=1e-5)
+    return found.eval()
+
+
+def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
+    """Return the layers from a picture to features.
+
+    Args:
+        pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``; the
+            policy also reads ``use_pixels`` and ``use_state``.
+    """
+    import torch
+    from torchrl.modules import ConvNet
+
+    channels, height, width = pixels["shape"]
+    strides = list(pixels["strides"])
+    convolutions = ConvNet(
+        in_features=channels,
+        num_cells=[pixels["channels"]] * len(strides),
+        kernel_sizes=3,
+        strides=strides,
+        activation_class=torch.nn.ReLU,
+    )
+    with torch.no_grad():
+        flat = convolutions(torch.zeros(1, channels, height, width)).shape[-1]
+    return torch.nn.Sequential(
+        convolutions,
+        torch.nn.Linear(flat, pixels["features"]),
+        torch.nn.LayerNorm(pixels["features"]),
+        torch.nn.Tanh(),
+    )
+
+
+def see(
+    observation: Any, *, norm: nn.Module | None, encoder: nn.Module | None, use_state: bool = True
+) -> Tensor:
+    """Return what the dense layers take: normalised numbers, and features of the picture."""
+    import torch
+
+    parts = []
+    if use_state:
+        numbers = observation["state"] if isinstance(observation, Mapping) else observation
+        scaled = numbers if norm is None else norm(numbers).clamp(-FARTHEST, FARTHEST)
+        parts.append(scaled)
+    if encoder is not None:
+        parts.append(encoder(observation["pixels"].float() / 255.0 - 0.5))
+    return torch.cat(parts, -1) if len(parts) > 1 else parts[0]
+
+
+def features_of(observation: int, pixels: Mapping[str, Any]) -> int:
+    """Return how many numbers `see` gives for a policy that may see a picture."""
+    seen = int(pixels["features"]) if pixels["use_pixels"] else 0
+    return seen + (observation if pixels["use_state"] else 0)
+
+
+def _squash(network: Mapping[str, Any]) -> nn.Module:
+    import torch
+
+    if network["squash"] == "tanh":
+        return torch.nn.Tanh()
+    return torch.nn.Hardtanh(-1.0, 1.0)
+
+
+def _mlp_actor(network: Mapping[str, Any]) -> nn.Module:
+    import torch
+
+    from seals.learn.observations import vector
+
+    class MlpActor(torch.nn.Sequential):
+        """Policy on numbers; a picture beside them is not looked at."""
+
+        def forward(self, observation: Any) -> Any:
+            return super().forward(vector(observation))
+
+    size = int(network["observation"])
+    front: list[nn.Module] = []
+    if network["normalise"]:
+        front = [normaliser_of(size), torch.nn.Hardtanh(-FARTHEST, FARTHEST)]
+    body = mlp(size, int(network["action"]), network["hidden"], layer_norm=network["layer_norm"])
+    return MlpActor(*front, body, _squash(network)).eval()
+
+
+def _pixel_actor(network: Mapping[str, Any]) -> nn.Module:
+    import torch
+
+    class PixelActor(torch.nn.Module):
+        """Policy that sees a picture, and numbers beside it."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            pixels, size = network["pixels"], int(network["observation"])
+            self.use_state = bool(pixels["use_state"])
+            self.norm = normaliser_of(size) if self.use_state and network["normalise"] else None
+            self.encoder = encoder_of(pixels) if pixels["use_pixels"] else None
+            inputs = features_of(size, pixels)
+            hidden = network["hidden"]
+            self.body = mlp(inputs, network["action"], hidden, layer_norm=network["layer_norm"])
+            self.squash = _squash(network)
+
+        def forward(self, observation: Any) -> Any:
+            features = see(
+                observation, norm=self.norm, encoder=self.encoder, use_state=self.use_state
+            )
+            return self.squash(self.body(features))
+
+    return PixelActor().eval()
+
+
+def policy_of(
+    network: Mapping[str, Any],
+    *,
+    body: nn.Module,
+    norm: nn.Module | None,
+    encoder: nn.Module | None = None,
+) -> tuple[dict[str, Any], dict[str, Tensor]]:
+    """Return the deterministic policy of networks in training: its description and its tensors.
+
+    Args:
+        network: the description.
+        body: dense layers whose first outputs are the action before squashing.
+        norm: layer that normalises observations.
+        encoder: layers of the picture.
+    """
+    actor: Any = actor_of(network)
+    seen = network["kind"] == "pixels"
+    (actor.body if seen else actor[-2]).load_state_dict(
+        _first_outputs(body.state_dict(), int(network["action"]))
+    )
+    target = actor.norm if seen else (actor[0] if network["normalise"] else None)
+    if target is not None and norm is not None:
+        target.load_state_dict(norm.state_dict())
+    if seen and actor.encoder is not None and encoder is not None:
+        actor.encoder.load_state_dict(encoder.state_dict())
+    return dict(network), {key: value.clone() for key, value in actor.state_dict().items()}
+
+
+def _first_outputs(tensors: Mapping[str, Tensor], count: int) -> dict[str, Tensor]:
+    """Keep only the first outputs of the last layer: the means, without the deviations."""
+    last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
+    found = {key: value.detach() for key, value in tensors.items()}
+    for part in ("weight", "bias"):
+        found[f"{last}.{part}"] = found[f"{last}.{part}"][:count]
+    return found

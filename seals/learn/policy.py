@@ -1,0 +1,149 @@
+"""A policy as a folder: what it is in ``card.json``, its weights in ``policy.safetensors``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from seals.arrays import Array
+from seals.errors import ConfigError, MissingExtra
+from seals.learn.cards import CARD, entry, read_card
+from seals.learn.learner import need_torch
+from seals.logs.atomic import atomic_folder, write_json
+
+FORM = "seals-policy"
+WEIGHTS = "policy.safetensors"
+_MOST_BYTES = 2**31
+"""Of the weights: more than any network here, less than would hurt."""
+
+
+class Policy(Protocol):
+    """Decides, without chance, what to do."""
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Take note that every environment starts an episode with its seed."""
+
+    def act(self, observation: Array) -> Array:
+        """Return actions in -1 to 1, shape (count, action_size).
+
+        Args:
+            observation: tensor of shape (count, observation_size), or tensors by name.
+        """
+
+
+class NetworkPolicy:
+    """A network that maps observations to actions.
+
+    Args:
+        network: module that returns the action of an observation, without chance.
+        card: what the folder says of it.
+    """
+
+    def __init__(self, network: Any, card: Mapping[str, Any]) -> None:
+        self.network = network.eval()
+        self.card = card
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Forget nothing: a network without memory has nothing to forget."""
+
+    def act(self, observation: Array) -> Array:
+        """Return the network's actions, without gradients."""
+        import torch
+
+        with torch.no_grad():
+            return self.network(observation)
+
+
+def save_policy(
+    folder: str | Path,
+    *,
+    network: Mapping[str, Any],
+    tensors: Mapping[str, Any],
+    card: Mapping[str, Any],
+    replace: bool = True,
+) -> Path:
+    """Write a policy as a folder that appears whole or not at all.
+
+    Args:
+        folder: to be made.
+        network: plain values from which ``seals.learn.networks.actor_of`` builds the module.
+        tensors: its state by name, buffers included.
+        card: who made it of what: ``env``, ``config_hash``, ``learner``, ``seed``, ``step``, ...
+        replace: whether a folder of that name is replaced.
+
+    Raises:
+        SealsError: the folder exists and must stay, or a value of the card is not plain.
+    """
+    from safetensors.torch import save_file
+
+    whole = {key: value.detach().cpu().contiguous().clone() for key, value in tensors.items()}
+    with atomic_folder(folder, replace=replace) as beside:
+        save_file(whole, str(beside / WEIGHTS))
+        write_json(beside / CARD, {"format": FORM, "version": 1, **card, "network": dict(network)})
+    return Path(folder)
+
+
+def read_policy_card(folder: str | Path) -> dict[str, Any]:
+    """Read what a policy's folder says of it.
+
+    Raises:
+        ConfigError: there is no such card.
+    """
+    card = read_card(Path(folder), form=FORM, key="policy")
+    entry(card, "network", dict, where=str(Path(folder) / CARD))
+    return card
+
+
+def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
+    """Read a policy from its folder; nothing in it is executed.
+
+    Args:
+        folder: that :func:`save_policy` wrote.
+        device: where the network computes.
+
+    Raises:
+        ConfigError: card or weights are missing, broken, or do not belong together.
+        MissingExtra: the packages for learning are not installed.
+    """
+    card = read_policy_card(folder)
+    need_torch()
+    import torch
+
+    from seals.learn.networks import actor_of
+
+    tensors = _weights(Path(folder) / WEIGHTS)
+    # without memory until the weights fill it: a card may ask for any width
+    with torch.device("meta"):
+        network = actor_of(card["network"])
+    try:
+        network.load_state_dict(tensors, strict=True, assign=True)
+    except RuntimeError as cause:
+        words = " ".join(str(cause).split())
+        raise ConfigError(
+            f"policy={folder}: weights and card do not belong together: {words[:300]}\n"
+            "Take the folder as the training wrote it."
+        ) from cause
+    return NetworkPolicy(network.to(device), card)
+
+
+def _weights(path: Path) -> dict[str, Any]:
+    try:
+        from safetensors import SafetensorError
+        from safetensors.torch import load_file
+    except ImportError as cause:
+        raise MissingExtra(
+            "a policy's weights need safetensors, which is not installed.\n"
+            "Install it: pip install 'aam-seals[learn]'"
+        ) from cause
+    if not path.is_file() or path.is_symlink():
+        raise ConfigError(f"{path} is missing.\nGive a folder that seals train wrote.")
+    if path.stat().st_size > _MOST_BYTES:
+        raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
+    try:
+        found: dict[str, Any] = load_file(str(path))
+    except (SafetensorError, OSError, ValueError) as cause:
+        raise ConfigError(
+            f"{path} cannot be read: {cause}.\nIt must be of the format safetensors."
+        ) from cause
+    return found

@@ -1,0 +1,1 @@
+"""Memory of transitions: returns over several steps, protected demonstrations, priorities."""

@@ -1,0 +1,80 @@
+"""Scales: running mean and deviation of observations, and forms of a reward."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from seals.learn.networks import normaliser_of
+
+if TYPE_CHECKING:
+    from torch import Tensor, nn
+
+FORMS = ("plain", "symlog", "clip")
+"""Forms of a reward: as it is, the logarithm of its size, or cut off at -1 and 1."""
+
+PRIOR = 0.01
+"""Observations that mean 0 and variance 1 count for before the first real one."""
+
+
+def formed(reward: Tensor, *, scale: float, form: str) -> Tensor:
+    """Return a reward as the critics learn it.
+
+    Args:
+        reward: as the task gives it.
+        scale: multiplies it first.
+        form: of `FORMS`; ``"symlog"`` is sign(r) log(1 + |r|), for rewards over many decades.
+
+    References:
+        Hafner et al. 2023, arXiv 2301.04104 (symlog).
+    """
+    scaled = reward * scale
+    if form == "symlog":
+        return scaled.sign() * scaled.abs().log1p()
+    return scaled.clamp(-1.0, 1.0) if form == "clip" else scaled
+
+
+class Running:
+    """Mean and variance of all observations so far, kept in a layer that applies them.
+
+    References:
+        Chan, Golub and LeVeque 1983, doi 10.1080/00031305.1983.10483115 (joining of variances).
+    """
+
+    def __init__(self, size: int, device: str) -> None:
+        """Begin with mean 0 and variance 1, as if of a hundredth of an observation."""
+        self.layer: nn.Module = normaliser_of(size).to(device)
+        self.count = PRIOR
+
+    def take(self, batch: Tensor) -> None:
+        """Join a batch (N, d) of observations."""
+        import torch
+
+        with torch.no_grad():
+            mean, variance = self._buffers()
+            new = float(batch.shape[0])
+            total = self.count + new
+            offset = batch.mean(0) - mean
+            spread = batch.var(0, unbiased=False)
+            variance.copy_(
+                (self.count * variance + new * spread + self.count * new / total * offset**2)
+                / total
+            )
+            mean.add_(offset * (new / total))
+            self.count = total
+
+    def _buffers(self) -> tuple[Tensor, Tensor]:
+        named = dict(self.layer.named_buffers())
+        return named["running_mean"], named["running_var"]
+
+    def state(self) -> dict[str, Any]:
+        """Return count, mean and variance."""
+        mean, variance = self._buffers()
+        return {"count": self.count, "mean": mean.clone(), "variance": variance.clone()}
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        mean, variance = self._buffers()
+        self.count = float(state["count"])
+        mean.copy_(state["mean"])
+        variance.copy_(state["variance"])

@@ -1,0 +1,122 @@
+"""The networks of a soft actor-critic: actor, critics and their slow copies, temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from seals.learn import networks
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class SoftNetworks:
+    """Actor, critics, slow critics and temperature, each with its optimiser.
+
+    Make it inside `seals.learn.seeding.first_weights`.
+
+    Args:
+        features: numbers that actor and critics take beside an action.
+        actions: numbers in an action.
+        hidden: widths of the hidden layers.
+        layer_norm: whether those of the critics are normalised.
+        critics: number of critics.
+        learning_rate: of Adam, for all of them.
+        temperature: at first.
+        encoder: layers of a picture, which learn with the critics; or None.
+        device: where all of it lies.
+    """
+
+    def __init__(
+        self,
+        *,
+        features: int,
+        actions: int,
+        hidden: Sequence[int],
+        layer_norm: bool,
+        critics: int,
+        learning_rate: float,
+        temperature: float,
+        encoder: Any,
+        device: str,
+    ) -> None:
+        """Draw the first weights; slow critics begin as copies."""
+        import torch
+
+        def values() -> Any:
+            each = [
+                networks.mlp(features + actions, 1, hidden, layer_norm=layer_norm)
+                for _ in range(critics)
+            ]
+            return torch.nn.ModuleList(each).to(device)
+
+        self.encoder = encoder
+        self.actor = networks.mlp(features, 2 * actions, hidden).to(device)
+        self.critics, self.slow = values(), values()
+        self.slow.load_state_dict(self.critics.state_dict())
+        self.slow.requires_grad_(False)
+        self.log_alpha = torch.tensor(temperature, device=device).log().requires_grad_()
+        seen = [] if encoder is None else list(encoder.parameters())
+        self._fast = list(self.critics.parameters())
+        self._slow = list(self.slow.parameters())
+        self._learned: dict[str, list[Tensor]] = {
+            "critics": [*self._fast, *seen],
+            "actor": list(self.actor.parameters()),
+            "alpha": [self.log_alpha],
+        }
+        self.optimisers = {
+            name: torch.optim.Adam(learned, lr=learning_rate, fused=True)
+            for name, learned in self._learned.items()
+        }
+
+    @property
+    def alpha(self) -> Tensor:
+        """Return the temperature, without gradient."""
+        return self.log_alpha.detach().exp()
+
+    def values(self, seen: Tensor, action: Tensor, *, slow: bool = False) -> Tensor:
+        """Return the values of an action by each critic, shape (critics, batch)."""
+        import torch
+
+        both = torch.cat([seen, action], -1)
+        critics = self.slow if slow else self.critics
+        return torch.stack([critic(both).squeeze(-1) for critic in critics])
+
+    def step(self, name: str, loss: Tensor) -> None:
+        """Take one step of ``critics``, ``actor`` or ``alpha`` down a loss, and of nothing else."""
+        optimiser = self.optimisers[name]
+        optimiser.zero_grad(set_to_none=True)
+        # the actor's loss goes through the critics, whose own slopes would be work for nothing
+        loss.backward(inputs=self._learned[name])
+        optimiser.step()
+
+    def follow(self, tau: float) -> None:
+        """Let the slow critics go a share ``tau`` of the way to the others."""
+        import torch
+
+        with torch.no_grad():
+            torch._foreach_lerp_(self._slow, self._fast, tau)
+
+    def _modules(self) -> dict[str, Any]:
+        named = {"actor": self.actor, "critics": self.critics, "slow": self.slow}
+        return named if self.encoder is None else {**named, "encoder": self.encoder}
+
+    def state(self) -> dict[str, Any]:
+        """Return all weights and the state of the optimisers."""
+        return {
+            "modules": {name: part.state_dict() for name, part in self._modules().items()},
+            "optimisers": {name: part.state_dict() for name, part in self.optimisers.items()},
+            "log_alpha": self.log_alpha.detach().clone(),
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        import torch
+
+        for name, module in self._modules().items():
+            module.load_state_dict(state["modules"][name])
+        for name, optimiser in self.optimisers.items():
+            optimiser.load_state_dict(state["optimisers"][name])
+        with torch.no_grad():
+            self.log_alpha.copy_(state["log_alpha"])

@@ -1,0 +1,54 @@
+"""Seeds of starts: three ranges that never meet, so that nothing is judged where it was trained.
+
+Training uses seeds below `TRAINING_END`. Evaluations during training, on which a run may stop
+early, use the seeds of :func:`validation_seeds`; the figures that are published use those of
+:func:`held_out_seeds`.
+"""
+
+from __future__ import annotations
+
+from seals.errors import SealsError
+
+TRAINING_END = 1_000_000_000
+_HELD_OUT = 2_000_000_000
+_MOST = 100_000_000
+
+
+def validation_seeds(count: int) -> list[int]:
+    """Return the seeds of the evaluations during training.
+
+    Example:
+        >>> validation_seeds(2)
+        [1000000000, 1000000001]
+    """
+    return _range(TRAINING_END, count)
+
+
+def held_out_seeds(count: int) -> list[int]:
+    """Return the seeds of the starts that no training and no choice has seen.
+
+    Example:
+        >>> held_out_seeds(2)
+        [2000000000, 2000000001]
+    """
+    return _range(_HELD_OUT, count)
+
+
+def training_seed(seed: int) -> int:
+    """Return a seed that training may use.
+
+    Raises:
+        SealsError: it belongs to the starts that judge.
+    """
+    if not 0 <= seed < TRAINING_END:
+        raise SealsError(
+            f"seed={seed} belongs to the starts that judge a policy.\n"
+            f"Allowed for training: 0 to {TRAINING_END - 1}"
+        )
+    return seed
+
+
+def _range(first: int, count: int) -> list[int]:
+    if not 1 <= count <= _MOST:
+        raise SealsError(f"{count} starts were asked for.\nAllowed: 1 to {_MOST}")
+    return list(range(first, first + count))

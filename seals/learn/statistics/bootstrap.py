@@ -1,0 +1,156 @@
+"""The interquartile mean, and percentile intervals from a stratified bootstrap."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seals.arrays import Floats
+from seals.errors import SealsError
+from seals.learn.statistics.interval import LEVEL, Interval
+
+RESAMPLES = 10_000
+"""Resamples of one interval: its limits then move by about a hundredth of its width."""
+_CHUNK = 4_000_000
+"""Numbers that are drawn at once."""
+
+Statistic = Callable[[Floats], Floats]
+"""Takes shape (..., runs), returns shape (...)."""
+
+
+def iqm(scores: ArrayLike) -> Floats:
+    """Return the interquartile mean over the last axis.
+
+    The lowest and the highest quarter of the runs, rounded down to whole runs, are left out: less
+    at the mercy of one lucky seed than the mean, and less wasteful than the median. Three runs or
+    fewer leave nothing out.
+
+    Args:
+        scores: shape (..., runs).
+
+    References:
+        Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice,
+        arXiv:2108.13264.
+
+    Example:
+        >>> float(iqm([0.0, 0.2, 0.4, 9.0]))
+        0.30000000000000004
+    """
+    ordered = np.sort(np.asarray(scores, dtype=float), axis=-1)
+    runs = ordered.shape[-1]
+    cut = runs // 4
+    middle: Floats = np.asarray(ordered[..., cut : runs - cut].mean(axis=-1), dtype=float)
+    return middle
+
+
+def bootstrap(
+    strata: Sequence[ArrayLike],
+    *,
+    statistic: Statistic = iqm,
+    level: float = LEVEL,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Interval:
+    """Return a statistic of all runs with its percentile interval.
+
+    Each stratum, for instance a task, is resampled by itself and keeps its number of runs; the
+    statistic sees all strata in one row.
+
+    Args:
+        strata: one array of scores a stratum, each of shape (runs,).
+        statistic: takes shape (..., runs), returns shape (...).
+        level: of the interval.
+        resamples: number of resamples.
+        seed: of the draws.
+
+    Raises:
+        SealsError: a stratum has fewer than two runs, or a score is not finite.
+
+    Limitations:
+        With few runs the interval is too narrow. That of the mean of n normal scores covers
+        P(abs(t) < z sqrt(1 - 1/n)), t of n - 1 degrees of freedom: 0.84 for 5 runs, 0.90 for 10,
+        0.93 for 20, where 0.95 is asked for.
+
+    Example:
+        >>> bootstrap([[0.1, 0.2, 0.3, 0.4]]).value
+        0.25
+    """
+    groups = [np.asarray(stratum, dtype=float) for stratum in strata]
+    _refuse_few(groups)
+    value = float(statistic(np.concatenate(groups)))
+    drawn = drawn_statistics(groups, statistic=statistic, resamples=resamples, seed=seed)
+    low, high = np.quantile(drawn, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+    return Interval(value, float(low), float(high))
+
+
+def bootstrap_band(
+    curves: ArrayLike,
+    *,
+    statistic: Statistic = iqm,
+    level: float = LEVEL,
+    resamples: int = 2_000,
+    seed: int = 0,
+) -> tuple[Floats, Floats, Floats]:
+    """Return a statistic of curves with its percentile interval at every point.
+
+    Whole curves are resampled, since the points of one run hang together.
+
+    Args:
+        curves: shape (runs, points).
+        statistic: takes shape (..., runs), returns shape (...).
+        level: of the interval at each point, not of all points together.
+        resamples: number of resamples.
+        seed: of the draws.
+
+    Returns:
+        Line, lower and upper limit, each of shape (points,).
+
+    Raises:
+        SealsError: there are fewer than two runs, or a value is not finite.
+    """
+    values = np.asarray(curves, dtype=float)
+    _refuse_few(list(values.T) or [values])
+    random = np.random.default_rng(seed)
+    picks = random.integers(0, len(values), size=(resamples, len(values)))
+    ends = [0.5 - 0.5 * level, 0.5 + 0.5 * level]
+    line = np.asarray(statistic(values.T), dtype=float)
+    # point by point: all resampled curves at once would not fit into memory
+    limits = np.array([np.quantile(statistic(column[picks]), ends) for column in values.T])
+    return line, limits[:, 0], limits[:, 1]
+
+
+def drawn_statistics(
+    groups: Sequence[Floats], *, statistic: Statistic, resamples: int, seed: int
+) -> Floats:
+    """Return the statistic of every resample, shape (resamples,).
+
+    Args:
+        groups: scores of each stratum, each of shape (runs,).
+        statistic: takes shape (..., runs), returns shape (...).
+        resamples: number of resamples.
+        seed: of the draws.
+    """
+    random = np.random.default_rng(seed)
+    runs = sum(len(group) for group in groups)
+    rows = max(1, _CHUNK // runs)
+    parts = []
+    for first in range(0, resamples, rows):
+        count = min(rows, resamples - first)
+        picks = [g[random.integers(0, len(g), size=(count, len(g)))] for g in groups]
+        parts.append(np.asarray(statistic(np.concatenate(picks, axis=-1)), dtype=float))
+    return np.concatenate(parts)
+
+
+def _refuse_few(groups: Sequence[Floats]) -> None:
+    for group in groups:
+        if group.ndim != 1 or len(group) < 2:
+            raise SealsError(
+                f"a bootstrap of scores of shape {group.shape} says nothing.\n"
+                "Give at least two runs: train with more seeds."
+            )
+        if not np.isfinite(group).all():
+            raise SealsError(
+                f"a score is not finite: {group.tolist()}.\nLook into the run that made it."
+            )

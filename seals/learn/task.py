@@ -1,0 +1,186 @@
+"""What a task of learning is: where episodes begin, what is seen, done and rewarded.
+
+Tasks are batch-first laws on any array library, as effects are: one robot in PyBullet is a batch of
+one, thousands of twins on a GPU a batch of thousands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.control import Aim
+from seals.robot.model import RobotModel
+
+
+class Instant(NamedTuple):
+    """N robots at one control step; world axes unless said otherwise.
+
+    Args:
+        time: since the start of the episode [s], shape (N, 1).
+        position: of the body origin [m], shape (N, 3).
+        rotation: R_WB, shape (N, 3, 3).
+        velocity: of the body origin [m/s], shape (N, 3).
+        spin: angular velocity, body axes [rad/s], shape (N, 3).
+        tool: place of the hand, or of the body origin without one [m], shape (N, 3).
+        target: place of the target [m], shape (N, 3).
+        target_velocity: [m/s], shape (N, 3).
+        submersion: submerged share of the robot's volume [1], shape (N, 1).
+        action: of the last step, shape (N, a); zeros at the start.
+        start: distance of the tool from the target at the start of the episode [m], shape (N, 1).
+        facts: what only some worlds know, by name, shape (N, k).
+    """
+
+    time: Array
+    position: Array
+    rotation: Array
+    velocity: Array
+    spin: Array
+    tool: Array
+    target: Array
+    target_velocity: Array
+    submersion: Array
+    action: Array
+    start: Array
+    facts: Mapping[str, Array]
+
+
+class Draw(NamedTuple):
+    """Starts of K episodes, NumPy.
+
+    Args:
+        position: of the body origin [m], shape (K, 3).
+        yaw: heading [rad], shape (K, 1).
+        velocity: world axes [m/s], shape (K, 3).
+        goal: numbers from which the task knows the target over time, shape (K, g).
+    """
+
+    position: Floats
+    yaw: Floats
+    velocity: Floats
+    goal: Floats
+
+
+@runtime_checkable
+class Task(Protocol):
+    """A task: a keyword-only dataclass, bound to a robot before use.
+
+    Attributes:
+        rate: control steps a second [Hz].
+        duration: longest episode [s].
+        success_distance: within which the target counts as reached [m].
+        hold: for how long [s].
+    """
+
+    rate: float
+    duration: float
+    success_distance: float
+    hold: float
+
+    def bind(self, robot: RobotModel) -> None:
+        """Get to know the robot.
+
+        Raises:
+            SealsError: it cannot do this task.
+        """
+        ...
+
+    @property
+    def posture(self) -> Floats:
+        """Values of all joints that the robot keeps [rad or m], shape (J,)."""
+        ...
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """What the numbers of an action mean."""
+        ...
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What the numbers of an observation mean."""
+        ...
+
+    def draw(self, rng: np.random.Generator, count: int) -> Draw:
+        """Return the starts of some episodes."""
+        ...
+
+    def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
+        """Return place [m] and velocity [m/s] of the target, world axes, shape (N, 3) each.
+
+        Args:
+            goal: of the draw, shape (N, g).
+            time: since the start [s], shape (N, 1).
+        """
+        ...
+
+    def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
+        """Return wanted velocity, world axes [m/s] (N, 3), and heading [rad] (N, 1)."""
+        ...
+
+    def observation(self, now: Instant) -> Array:
+        """Return observations, shape (N, d)."""
+        ...
+
+    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
+        """Return rewards (N,) of a step and the new memory; memory is zeros (N, 2) at the start."""
+        ...
+
+    def distance(self, now: Instant) -> Array:
+        """Return what must become small for success [m], shape (N,)."""
+        ...
+
+    def ended(self, now: Instant, memory: Array) -> Array:
+        """Return whether the task itself ends the episode, bool (N,)."""
+        ...
+
+    def expert(self, now: Instant) -> Array:
+        """Return what a scripted expert would do, shape (N, a)."""
+        ...
+
+
+@runtime_checkable
+class WorldTask(Protocol):
+    """What a task has besides that needs a full world: contacts, moving joints, objects."""
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        """Names of the facts it asks for, see `seals.learn.environments.facts`."""
+        ...
+
+    def aim(self, action: Array, now: Instant) -> Aim:
+        """Return all that is wanted of one robot, in place of `Task.command`.
+
+        Args:
+            action: shape (1, a).
+            now: of one robot.
+        """
+        ...
+
+    def places(self, goal: Floats) -> Mapping[str, Floats]:
+        """Return where objects begin: x and y [m] and heading [rad] by name, shape (3,) each.
+
+        Args:
+            goal: of one draw, shape (1, g).
+        """
+        ...
+
+
+def tool_of(robot: RobotModel) -> tuple[int, ...]:
+    """Return the links whose mean origin is the robot's hand.
+
+    The tips of the first gripper, else the tool of the first arm, else the base.
+    """
+    for gripper in robot.grippers.values():
+        return tuple(gripper.tips)
+    for arm in robot.arms.values():
+        return (arm.tool,)
+    return (0,)
+
+
+def extras(task: Any) -> dict[str, float]:
+    """Return the distances [m] for which success is told, by the name of the fact."""
+    found = {f"success_{100 * d:g}cm": d for d in (0.01, 0.02, 0.05)}
+    return found | {"success": task.success_distance}

@@ -1,0 +1,224 @@
+"""``seals train``: from a composed configuration to a folder with curves and a policy."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.config.train import OWN
+from seals.errors import ConfigError
+from seals.learn.cards import config_hash
+from seals.learn.learner import need_torch
+from seals.learn.training.beginning import agent_of, environments
+from seals.learn.training.course import Course
+from seals.learn.training.loop import POLICY, Outcome, Training
+from seals.learn.worlds import world_hash
+from seals.logs.atomic import write_json
+
+FREE = ("course", "resume", "threads", "name")
+"""Keys that do not make another training."""
+
+
+def execute(config: Any) -> int:
+    """Train what a composed configuration describes; fill Hydra's run folder.
+
+    Args:
+        config: with the keys of `seals.config.train.TrainSettings`.
+
+    Raises:
+        SealsError: something cannot be used, or the training failed; what there is stays.
+        KeyboardInterrupt: it was interrupted; a checkpoint was written.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    need_torch()
+    hydra = HydraConfig.get()
+    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    resume, config.resume = config.resume is not None, None
+    outcome = train_into(folder, config, overrides=overrides, resume=resume)
+    _tell(folder, outcome)
+    return 0
+
+
+def train_into(
+    folder: Path, config: Any, *, overrides: list[str] | None = None, resume: bool = False
+) -> Outcome:
+    """Train and write a folder: curves, policy, ``run.json``.
+
+    Args:
+        folder: where to.
+        config: composed from the root ``train``.
+        overrides: what the user wrote, for the policy's card.
+        resume: whether to take up the checkpoint in the folder.
+
+    Raises:
+        SealsError: something cannot be used.
+    """
+    import torch
+
+    from seals.run.progress import progress
+
+    torch.set_num_threads(max(1, int(config.threads)))
+    course = _course(config)
+    facts = _facts(config, overrides or [])
+    with environments(config) as (environment, judge):
+        agent, remarks = agent_of(config, environment)
+        total = course.steps if agent.interactive else max(1, agent.due())
+        told = {"success": "-"}
+        with progress("training", total, lambda: f"success {told['success']}") as tell:
+            training = Training(
+                environment,
+                agent,
+                course=course,
+                folder=folder,
+                judge=judge,
+                card=_card(facts, environment),
+                seed=int(config.seed),
+                tell=tell,
+                heard=lambda success: told.update(success=f"{success:.0%}"),
+            )
+            if resume:
+                remarks += _take_up(training, folder, config)
+            return _run(training, folder, facts, remarks)
+
+
+def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: list[str]) -> Outcome:
+    """Run a training and note in ``run.json`` how it goes."""
+
+    def note(state: str, **more: Any) -> None:
+        place = {
+            "step": training.step,
+            "updates": training.updates,
+            "seconds": round(training.seconds, 3),
+            "success": training.success,
+        }
+        write_json(folder / "run.json", {"state": state, **facts, **place, **more})
+
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)
+    note("running", remarks=remarks)
+    try:
+        with _stopping(training):
+            outcome = training.run()
+    except KeyboardInterrupt:
+        note("interrupted", remarks=remarks)
+        raise
+    except Exception as cause:  # whatever it was, the folder says that it was not finished
+        note("failed", remarks=remarks, message=f"{type(cause).__name__}: {cause}")
+        raise
+    note("done", remarks=remarks, early=outcome.early)
+    return outcome
+
+
+@contextlib.contextmanager
+def _stopping(training: Training) -> Iterator[None]:
+    """Let Ctrl-C, or a cluster that wants its machine back, stop between two updates.
+
+    The second signal stops at once; the checkpoint is then an older one.
+    """
+
+    def stop(number: int, frame: object) -> None:
+        if training.stop:
+            raise KeyboardInterrupt
+        training.stop = True
+
+    main = threading.current_thread() is threading.main_thread()
+    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, signal.SIGTERM) if main}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _course(config: Any) -> Course:
+    from omegaconf import OmegaConf
+
+    from seals.config.fields import check_tree
+
+    values: Any = OmegaConf.to_container(config.course, resolve=True)
+    values.pop("_target_", None)
+    course = Course(**values)
+    check_tree(course, where="course")
+    return course
+
+
+def _take_up(training: Training, folder: Path, config: Any) -> list[str]:
+    from seals.learn.training.checkpoint import read_checkpoint
+
+    state = read_checkpoint(folder, device=str(config.device))
+    if state.get("config") != _hash(config):
+        raise ConfigError(
+            f"resume={folder}: the training was begun with other settings, or another version of "
+            "robot and environment.\nBegin it anew, in a folder of its own."
+        )
+    return training.take_up(state)
+
+
+def _hash(config: Any) -> str:
+    from omegaconf import OmegaConf
+
+    plain: Any = OmegaConf.to_container(config, resolve=True, enum_to_str=True)
+    return config_hash({key: value for key, value in plain.items() if key not in FREE})
+
+
+def _name(config: Any, overrides: Sequence[str]) -> str:
+    """Return the name by which the learner was chosen."""
+    chosen = [word.partition("=")[2] for word in overrides if word.startswith("learner=")]
+    target = str(config.learner.get("_target_", "")) if config.get("learner") else ""
+    return chosen[-1] if chosen else target.rpartition(".")[2].lower()
+
+
+def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
+    """Return what the folder says of itself beside the course of the training."""
+    from seals.run.provenance import revision, versions
+
+    return {
+        "learner": _name(config, overrides),
+        "seed": int(config.seed),
+        "env": str(config.name),
+        "config_hash": _hash(config),
+        "world_hash": world_hash(config),
+        "count": int(config.count),
+        "device": str(config.device),
+        "versions": versions(),
+        "git": revision(Path(__file__).resolve().parent),
+        "overrides": list(overrides),
+        "started": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+    }
+
+
+def _card(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
+    keys = ("learner", "seed", "env", "config_hash", "world_hash")
+    own = [word for word in facts["overrides"] if _root(word) not in (*OWN, *FREE, "seed")]
+    task = getattr(environment, "task", None)
+    names = (
+        {}
+        if task is None
+        else {
+            "observation": list(task.observation_names),
+            "action": list(task.action_names),
+        }
+    )
+    return {**{key: facts[key] for key in keys}, "overrides": own, **names}
+
+
+def _root(word: str) -> str:
+    """Return the first part of the key that an override is of."""
+    return word.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
+
+
+def _tell(folder: Path, outcome: Outcome) -> None:
+    ended = "good enough early" if outcome.early else "done"
+    success = "" if outcome.success is None else f", success {outcome.success:.0%}"
+    print(
+        f"{ended}: {outcome.step} control steps, {outcome.updates} updates, "
+        f"{outcome.seconds:.0f} s{success}"
+    )
+    print(folder / POLICY)

@@ -1,0 +1,112 @@
+"""What a training begins with: environments, an agent, and the demonstrations it is shown."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+from seals.config.build import build
+from seals.errors import ConfigError
+from seals.learn.learner import Agent, Spaces, one_of
+from seals.learn.starts import training_seed
+from seals.learn.worlds import world_hash
+
+
+@contextlib.contextmanager
+def environments(config: Any) -> Iterator[tuple[Any, Any]]:
+    """Build the environment of the training and that of the evaluations."""
+    from seals.learn.environments import batched_of
+
+    device, count, episodes = _device(config), int(config.count), int(config.course.episodes)
+    if count < 1 or config.judges < 0:
+        raise ConfigError(
+            f"count={count}, judges={config.judges} make no training.\n"
+            "Allowed: count from 1 on, judges from 0 on."
+        )
+    judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
+    seed = training_seed(int(config.seed))
+    environment = batched_of(config, count=count, device=device, seed=seed)
+    try:
+        judge = batched_of(config, count=min(judges, episodes), device=device, seed=seed)
+        try:
+            yield environment, judge
+        finally:
+            judge.close()
+    finally:
+        environment.close()
+
+
+def _device(config: Any) -> str:
+    import torch
+
+    one_of("device", str(config.device), ("cpu", "cuda"))
+    if config.device == "cuda" and not torch.cuda.is_available():
+        raise ConfigError(
+            "device=cuda: torch finds no CUDA device on this machine.\nWrite device=cpu"
+        )
+    return str(config.device)
+
+
+def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
+    """Start the learner and show it the demonstrations that it wants; return remarks, too."""
+    if config.get("learner") is None:
+        raise ConfigError("learner is not given.\nChoose one: learner=sac; see seals list learner")
+    learner = build(config.learner, where="learner")
+    spaces = Spaces(
+        observation_size=environment.observation_size,
+        action_size=environment.action_size,
+        count=environment.count,
+        pixels=environment.pixels,
+    )
+    agent: Agent = learner.start(spaces, device=str(config.device), seed=int(config.seed))
+    if agent.wants == "must" and config.demonstrations is None:
+        raise ConfigError(
+            "this learner wants demonstrations, and none are given.\n"
+            "Record some: seals record; then demonstrations=FOLDER.  Without: "
+            "learner.demonstrations=none, where the learner can"
+        )
+    if agent.wants == "no" and config.demonstrations is not None:
+        raise ConfigError(
+            f"demonstrations={config.demonstrations}: this learner would not look at them.\n"
+            "Choose learner=sacfd, rlpd or bc, or learner.demonstrations=buffer with sac"
+        )
+    if config.demonstrations is None:
+        return agent, []
+    columns, remarks = _shown(config, environment)
+    agent.teach(columns)
+    return agent, remarks
+
+
+def _shown(config: Any, environment: Any) -> tuple[dict[str, Any], list[str]]:
+    """Read the demonstrations and see that they are of this environment."""
+    from seals.learn.demonstrations.folder import read
+
+    found = read(str(config.demonstrations))
+    if config.shown:
+        found = found.first(int(config.shown))
+    if config.shuffled:
+        found = found.shuffled(seed=int(config.seed))
+    columns: dict[str, Any] = dict(found.transitions())
+    sizes = columns["observation"].shape[1], columns["action"].shape[1]
+    wanted = environment.observation_size, environment.action_size
+    if sizes != wanted:
+        raise ConfigError(
+            f"demonstrations={config.demonstrations}: observations of {sizes[0]} numbers and "
+            f"actions of {sizes[1]}.\nThis environment has {wanted[0]} and {wanted[1]}: "
+            "record them in it."
+        )
+    if environment.pixels is not None:
+        if "pixels" not in columns:
+            raise ConfigError(
+                f"demonstrations={config.demonstrations}: they hold no pictures.\n"
+                "Record them in this environment."
+            )
+        for name, pixels in (("observation", "pixels"), ("next_observation", "next_pixels")):
+            columns[name] = {"state": columns[name], "pixels": columns.pop(pixels)}
+    remarks = []
+    if found.origin.config_hash != world_hash(config):
+        remarks.append(
+            "the demonstrations were recorded in another world than that of the training"
+        )
+    return {k: value for k, value in columns.items() if not k.endswith("pixels")}, remarks

@@ -1,0 +1,49 @@
+"""How long a training goes on, and what it writes on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.errors import ConfigError
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Course:
+    """The course of a training.
+
+    Args:
+        steps: control steps in all; one step of N environments is N of them.
+        look_every: control steps between two evaluations.
+        episodes: of an evaluation.
+        log_every: control steps between two rows of ``training.csv``.
+        stop_at: share of successes at which the training ends early; 0 for never [1].
+        in_a_row: evaluations in a row that must reach it.
+        checkpoint: wall time between two checkpoints; 0 for none [s].
+        tensorboard: whether figures are also written for TensorBoard.
+    """
+
+    steps: int = 50_000
+    look_every: int = 5_000
+    episodes: int = 20
+    log_every: int = 1_000
+    stop_at: float = param(0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False)
+    in_a_row: int = 2
+    checkpoint: float = param(
+        60.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen", fit=False
+    )
+    tensorboard: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that make no sense.
+
+        Raises:
+            ConfigError: one is too small.
+        """
+        least = {"steps": 0, "look_every": 1, "episodes": 1, "log_every": 1, "in_a_row": 1}
+        for name, low in least.items():
+            if getattr(self, name) < low:
+                raise ConfigError(
+                    f"course.{name}={getattr(self, name)} is not allowed.\n"
+                    f"Allowed: a whole number from {low} on."
+                )

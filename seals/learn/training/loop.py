@@ -1,0 +1,305 @@
+"""The loop of a training: act, remember, improve, look, and keep what would be lost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from seals.learn.networks import actor_of
+from seals.learn.policy import NetworkPolicy, save_policy
+from seals.learn.starts import validation_seeds
+from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
+from seals.learn.training.course import Course
+from seals.learn.training.rows import Rows
+from seals.learn.training.scoring import Scores, score
+from seals.learn.training.tally import Tally
+
+if TYPE_CHECKING:
+    from seals.learn.batched import Batched
+    from seals.learn.learner import Agent
+
+POLICY = "policy"
+"""Folder of the policy in that of the training."""
+TRAINED = ("step", "seconds", "updates", "episodes", "success", "return", "length")
+
+
+class Outcome(NamedTuple):
+    """How a training ended.
+
+    Args:
+        step: control steps made.
+        updates: updates made.
+        seconds: wall time, of all lives of the training together.
+        success: share of successes in the last evaluation, or None without one.
+        early: whether it ended because it was good enough.
+    """
+
+    step: int
+    updates: int
+    seconds: float
+    success: float | None
+    early: bool
+
+
+class Training:
+    """A training that can be cut off at any time and taken up again.
+
+    Args:
+        environment: that the agent acts in.
+        agent: that learns; taught before, where it wants demonstrations.
+        course: how long, and what is written.
+        folder: where to.
+        judge: environment of the evaluations, or None for no evaluation.
+        card: what the policy's card says beside its network.
+        seed: of the first episodes.
+        tell: takes the number of control steps made, or of updates where there are no steps.
+        heard: takes the share of successes of each evaluation.
+    """
+
+    def __init__(
+        self,
+        environment: Batched,
+        agent: Agent,
+        *,
+        course: Course,
+        folder: Path,
+        judge: Batched | None = None,
+        card: Mapping[str, Any] | None = None,
+        seed: int = 0,
+        tell: Callable[[int], None] = lambda _: None,
+        heard: Callable[[float], None] = lambda _: None,
+    ) -> None:
+        """Make the tally; nothing is written yet."""
+        self.environment, self.agent, self.course = environment, agent, course
+        self.folder, self.judge, self.card, self.seed = folder, judge, dict(card or {}), seed
+        self._tell, self._heard = tell, heard
+        self.step = self.updates = 0
+        self.success: float | None = None
+        self._good = 0
+        self._seconds, self._since = 0.0, time.perf_counter()
+        self._kept = time.perf_counter()
+        self._next = {"log": course.log_every, "look": course.look_every}
+        self._looked = [-1, -1]
+        self._upto: int | None = None
+        self._begun = self.stop = False
+        self._tally = Tally(environment.count, environment.device)
+        self._observation: Any = None
+        self._rows: dict[str, Rows] = {}
+        self._board: Any = None
+
+    def run(self) -> Outcome:
+        """Train to the end of the course, or until it is good enough."""
+        if not self._begun:
+            self._begin()
+        # a training taken up may stand between two updates
+        self._improve()
+        self._after()
+        while self.agent.interactive and self.step < self.course.steps and not self._enough():
+            action = self.agent.act(self._observation, explore=True)
+            turn = self.environment.step(action)
+            self.agent.observe(self._observation, action, turn)
+            self._observation = turn.observation
+            self._tally.step(turn)
+            self.step += self.environment.count
+            self._improve()
+            self._after()
+        return self._end()
+
+    def _begin(self) -> None:
+        self._begun = True
+        if self.agent.interactive:
+            self._observation = self.environment.reset(self._seeds())
+        self._look()
+
+    def _seeds(self) -> list[int]:
+        """Return a seed for each environment, all below those that judge."""
+        first = (self.seed * 1_000_003 + self.step) % 900_000_000
+        return [first + number for number in range(self.environment.count)]
+
+    def _improve(self) -> None:
+        """Make all updates that are due."""
+        for _ in range(self.agent.due()):
+            self._tally.update(self.agent.update())
+            self.updates += 1
+            if not self.agent.interactive:
+                self._tell(self.updates)
+                if self.updates % self.course.log_every == 0:
+                    self._log()
+            self._keep()
+
+    def _after(self) -> None:
+        """Tell rows, look and keep, where it is time to."""
+        if self.agent.interactive:
+            self._tell(self.step)
+        if self.step >= self._next["log"]:
+            self._next["log"] = self._later("log", self.course.log_every)
+            self._log()
+        if self.step >= self._next["look"]:
+            self._next["look"] = self._later("look", self.course.look_every)
+            self._look()
+        self._keep()
+
+    def _later(self, name: str, every: int) -> int:
+        """Return the next multiple of ``every``; many environments may pass several in one step."""
+        return self._next[name] + every * (1 + (self.step - self._next[name]) // every)
+
+    def _enough(self) -> bool:
+        return self.course.stop_at > 0.0 and self._good >= self.course.in_a_row
+
+    def _end(self) -> Outcome:
+        early = self._enough() and self.step < self.course.steps
+        if not self.agent.interactive:
+            # without steps of its own, it stands where the others stand at the end
+            self.step = self.course.steps
+        if self._looked != [self.step, self.updates]:
+            self._look()
+        if self.judge is None:
+            self._save()
+        remove_checkpoint(self.folder)
+        if self._board is not None:
+            self._board.close()
+        return Outcome(self.step, self.updates, self.seconds, self.success, early)
+
+    @property
+    def seconds(self) -> float:
+        """Return the wall time of all lives of this training [s]."""
+        return self._seconds + time.perf_counter() - self._since
+
+    # rows
+
+    def _place(self) -> dict[str, Any]:
+        return {"step": self.step, "seconds": round(self.seconds, 3), "updates": self.updates}
+
+    def _log(self) -> None:
+        figures = {**self._place(), **self._tally.row()}
+        self._table("training", (*TRAINED, *self.agent.reports)).tell(figures)
+        self._chart("training", figures)
+
+    def _look(self) -> None:
+        """Evaluate the policy as it stands on starts of its own, and save it."""
+        self._looked = [self.step, self.updates]
+        self._save()
+        if self.judge is None:
+            return
+        found = self._scores(self.judge)
+        figures: dict[str, Any] = {
+            **self._place(),
+            "episodes": len(found.seed),
+            "success": float(found.success.mean()),
+            "return": float(found.returns.mean()),
+            "length": float(found.length.mean()),
+            **{f"final_{name}": float(values.mean()) for name, values in found.facts.items()},
+        }
+        finals = tuple(f"final_{name}" for name in sorted(found.facts))
+        self._table("evaluation", (*TRAINED, *finals)).tell(figures)
+        self._chart("evaluation", figures)
+        self.success = figures["success"]
+        self._heard(figures["success"])
+        self._good = self._good + 1 if self.success >= self.course.stop_at else 0
+
+    def _scores(self, judge: Batched) -> Scores:
+        network, tensors = self.agent.policy()
+        actor = actor_of(network).to(self.environment.device)
+        actor.load_state_dict(tensors)
+        seeds = validation_seeds(self.course.episodes)
+        return score(judge, NetworkPolicy(actor, self.card), seeds)
+
+    def _save(self) -> None:
+        network, tensors = self.agent.policy()
+        card = {**self.card, "step": self.step, "updates": self.updates}
+        save_policy(self.folder / POLICY, network=network, tensors=tensors, card=card)
+
+    def _table(self, name: str, columns: tuple[str, ...]) -> Rows:
+        if name not in self._rows:
+            self._rows[name] = Rows(self.folder / f"{name}.csv", columns, upto=self._upto)
+        return self._rows[name]
+
+    def _chart(self, table: str, figures: Mapping[str, Any]) -> None:
+        if not self.course.tensorboard:
+            return
+        if self._board is None:
+            from seals.learn.training.board import board_of
+
+            self._board = board_of(self.folder)
+        for name, value in figures.items():
+            if name != "step":
+                self._board.add_scalar(f"{table}/{name}", value, self.step)
+
+    # keeping
+
+    def _keep(self) -> None:
+        """Write a checkpoint when it is time, or when someone wants to stop.
+
+        Raises:
+            KeyboardInterrupt: ``stop`` was set; here, between two updates, nothing is half done.
+        """
+        every = self.course.checkpoint
+        if every > 0.0 and (self.stop or time.perf_counter() - self._kept >= every):
+            self.write()
+        if self.stop:
+            raise KeyboardInterrupt
+
+    def write(self) -> None:
+        """Write a checkpoint now."""
+        write_checkpoint(self.folder, self.state())
+        self._kept = time.perf_counter()
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that changes."""
+        import torch
+
+        try:
+            scene = self.environment.snapshot() if self.agent.interactive else None
+        except NotImplementedError:
+            scene = None
+        return {
+            "config": self.card.get("config_hash"),
+            "agent": self.agent.state(),
+            "environment": scene,
+            "observation": self._observation,
+            "tally": self._tally.state(),
+            "place": {
+                "step": self.step,
+                "updates": self.updates,
+                "seconds": self.seconds,
+                "success": self.success,
+                "good": self._good,
+                "looked": list(self._looked),
+                "next": dict(self._next),
+            },
+            "random": torch.get_rng_state(),
+        }
+
+    def take_up(self, state: Mapping[str, Any]) -> list[str]:
+        """Put everything back, and return what could not be.
+
+        Args:
+            state: that `state` returned, in a training made of the same settings.
+        """
+        import torch
+
+        remarks = []
+        self.agent.load(state["agent"])
+        self._tally.load(state["tally"])
+        place = state["place"]
+        self.step, self.updates = place["step"], place["updates"]
+        self.success, self._good, self._looked = (
+            place["success"],
+            place["good"],
+            list(place["looked"]),
+        )
+        self._seconds, self._since = place["seconds"], time.perf_counter()
+        self._next, self._upto, self._begun = dict(place["next"]), self.step, True
+        torch.set_rng_state(state["random"].cpu())
+        if state["environment"] is not None:
+            self.environment.restore(state["environment"])
+            self._observation = state["observation"]
+        elif self.agent.interactive:
+            self._observation = self.environment.reset(
+                [self.seed + self.step] * self.environment.count
+            )
+            self._tally.fresh_episodes()
+            remarks.append("this engine keeps no state: the episodes under way begin anew")
+        return remarks

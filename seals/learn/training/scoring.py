@@ -1,0 +1,109 @@
+"""How well a policy does from given starts, every episode by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from seals.learn.batched import Batched, Turn
+    from seals.learn.policy import Policy
+
+
+class Scores(NamedTuple):
+    """One row an episode, in the order of the seeds.
+
+    Args:
+        seed: of the start, shape (episodes,).
+        success: whether it succeeded, bool.
+        returns: sum of the rewards.
+        length: control steps.
+        facts: facts of the last step, by name.
+    """
+
+    seed: NDArray[np.int64]
+    success: NDArray[np.bool_]
+    returns: NDArray[np.float64]
+    length: NDArray[np.int64]
+    facts: dict[str, NDArray[np.float64]]
+
+
+def score(
+    environment: Batched,
+    policy: Policy,
+    seeds: Sequence[int],
+    *,
+    tell: Callable[[int], None] | None = None,
+) -> Scores:
+    """Run one episode from each seed and return how each went.
+
+    The environments step together; one that is done goes on unheard until all are.
+
+    Args:
+        environment: of any count; seeds are taken ``count`` at a time.
+        policy: decides without chance.
+        seeds: of the starts.
+        tell: takes the number of episodes done.
+    """
+    rounds: list[Scores] = []
+    for first in range(0, len(seeds), environment.count):
+        wanted = list(seeds[first : first + environment.count])
+        # the last round may be short: its spare environments repeat a start and are not counted
+        padded = wanted + [wanted[-1]] * (environment.count - len(wanted))
+        rounds.append(_round(environment, policy, padded, len(wanted)))
+        if tell is not None:
+            tell(min(first + environment.count, len(seeds)))
+    return Scores(
+        seed=np.array(seeds, dtype=np.int64),
+        success=np.concatenate([each.success for each in rounds]),
+        returns=np.concatenate([each.returns for each in rounds]),
+        length=np.concatenate([each.length for each in rounds]),
+        facts={
+            name: np.concatenate([each.facts[name] for each in rounds]) for name in rounds[0].facts
+        },
+    )
+
+
+def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int) -> Scores:
+    import torch
+
+    observation = environment.reset(seeds)
+    policy.begin(seeds)
+    running = torch.ones(environment.count, dtype=torch.bool, device=environment.device)
+    success = torch.zeros_like(running)
+    returns = torch.zeros(environment.count, dtype=torch.float64, device=environment.device)
+    length = torch.zeros(environment.count, dtype=torch.int64, device=environment.device)
+    facts: dict[str, Any] = {}
+    while bool(running.any()):
+        turn = environment.step(policy.act(observation))
+        observation = turn.observation
+        returns += torch.where(running, turn.reward.double(), 0.0)
+        length += running
+        ended = running & (turn.terminated | turn.truncated)
+        success |= ended & turn.success
+        facts = _latest(facts, turn, running)
+        running = running & ~ended
+
+    def column(values: Any) -> Any:
+        return values[:counted].cpu().numpy()
+
+    return Scores(
+        seed=np.array(seeds[:counted], dtype=np.int64),
+        success=column(success),
+        returns=column(returns),
+        length=column(length),
+        facts={name: column(values).astype(np.float64) for name, values in facts.items()},
+    )
+
+
+def _latest(facts: dict[str, Any], turn: Turn, running: Any) -> dict[str, Any]:
+    """Return facts brought up to date where an episode still runs."""
+    import torch
+
+    return {
+        name: torch.where(running, value.float(), facts[name]) if name in facts else value.float()
+        for name, value in turn.facts.items()
+    }

@@ -1,0 +1,92 @@
+"""Figures gathered between two rows: losses of updates, and episodes that ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import Turn
+
+
+class Tally:
+    """Sums on the device of the environments, read only when a row is told.
+
+    Args:
+        count: environments.
+        device: theirs.
+    """
+
+    def __init__(self, count: int, device: str) -> None:
+        """Begin every episode with nothing."""
+        import torch
+
+        self._returns = torch.zeros(count, dtype=torch.float64, device=device)
+        self._length = torch.zeros(count, dtype=torch.float64, device=device)
+        self._ended = torch.zeros(4, dtype=torch.float64, device=device)
+        self._sums: dict[str, Tensor] = {}
+        self._updates = 0
+
+    def step(self, turn: Turn) -> None:
+        """Take one step of all environments."""
+        import torch
+
+        self._returns += turn.reward.double()
+        self._length += 1.0
+        ended = turn.terminated | turn.truncated
+        weight = ended.double()
+        self._ended += torch.stack(
+            [
+                weight.sum(),
+                (weight * turn.success.double()).sum(),
+                (weight * self._returns).sum(),
+                (weight * self._length).sum(),
+            ]
+        )
+        self._returns.masked_fill_(ended, 0.0)
+        self._length.masked_fill_(ended, 0.0)
+
+    def update(self, figures: Mapping[str, Tensor]) -> None:
+        """Take the figures of one update."""
+        for name, value in figures.items():
+            self._sums[name] = self._sums[name] + value if name in self._sums else value
+        self._updates += 1
+
+    def row(self) -> dict[str, float | int]:
+        """Return the means since the last row, and begin anew; what is unknown is left out."""
+        episodes, success, returns, length = self._ended.tolist()
+        found: dict[str, float | int] = {"episodes": int(episodes)}
+        if episodes:
+            found |= {
+                "success": success / episodes,
+                "return": returns / episodes,
+                "length": length / episodes,
+            }
+        found |= {name: float(value) / self._updates for name, value in self._sums.items()}
+        self._ended.zero_()
+        self._sums, self._updates = {}, 0
+        return found
+
+    def fresh_episodes(self) -> None:
+        """Forget the episodes under way: they will not be gone on with."""
+        self._returns.zero_()
+        self._length.zero_()
+
+    def state(self) -> dict[str, Any]:
+        """Return all sums."""
+        return {
+            "returns": self._returns,
+            "length": self._length,
+            "ended": self._ended,
+            "sums": dict(self._sums),
+            "updates": self._updates,
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Put them back."""
+        self._returns.copy_(state["returns"])
+        self._length.copy_(state["length"])
+        self._ended.copy_(state["ended"])
+        self._sums, self._updates = dict(state["sums"]), int(state["updates"])

@@ -1,0 +1,32 @@
+"""Which world a policy or a demonstration is of: the part of a configuration that makes it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from seals.learn.cards import config_hash
+
+FREE = ("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles")
+"""Keys of a run that leave its world as it is."""
+
+
+def world_config(config: Any) -> dict[str, Any]:
+    """Return what makes the world and the task of a composed configuration, as plain values.
+
+    Args:
+        config: composed from any root of learning; keys of the verb itself are left out.
+    """
+    from omegaconf import OmegaConf
+
+    from seals.config.learning import LearnSettings
+
+    shared = {field.name for field in dataclasses.fields(LearnSettings)} - set(FREE)
+    kept: Any = OmegaConf.masked_copy(config, [key for key in config if key in shared])
+    plain: Any = OmegaConf.to_container(kept, resolve=True, enum_to_str=True)
+    return {str(key): value for key, value in plain.items()}
+
+
+def world_hash(config: Any) -> str:
+    """Return the short name of a world: equal for training, evaluation and recording in it."""
+    return config_hash(world_config(config))

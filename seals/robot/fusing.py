@@ -1,0 +1,113 @@
+"""A robot whose joints are held: fewer links, the same body."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.dynamics.tree import Tree, forward
+from seals.errors import ConfigError
+from seals.hulls import Hull
+from seals.hulls.fused import HullFused, Part
+from seals.robot.model import RobotModel
+
+
+def fused(robot: RobotModel, joints: Sequence[float], keep: Collection[str] = ()) -> RobotModel:
+    """Return the robot with its joints held, links fused into those that are kept.
+
+    Mass, inertia and displaced water are those of the whole robot in that posture; contact
+    geometry, arms and grippers are left out.
+
+    Args:
+        robot: with a free base.
+        joints: held joint values [rad or m], J of them.
+        keep: links that stay links, for effects that act on them; the base always stays. All
+            others become part of the nearest link above them that is kept.
+
+    Raises:
+        ConfigError: the number of joint values is wrong, or a kept link does not exist.
+    """
+    unknown = sorted(set(keep) - set(robot.links))
+    if unknown or len(joints) != robot.tree.joints:
+        raise ConfigError(
+            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
+            f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
+        )
+    held = np.asarray(joints, dtype=float)[None]
+    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], held))
+    kept = [k for k, name in enumerate(robot.links) if k == 0 or name in keep]
+    owner = _owners(robot.tree, kept)
+    members = [[k for k in range(len(robot.links)) if owner[k] == top] for top in kept]
+    groups = [
+        _Group(robot, top, own, origins, turns) for top, own in zip(kept, members, strict=True)
+    ]
+    parents = [-1] + [kept.index(owner[robot.tree.parent[k]]) for k in kept[1:]]
+    above = [kept[p] for p in parents]
+    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in zip(kept, above, strict=True)]
+    tree = Tree(
+        parent=tuple(parents),
+        joint=(-1,) * len(kept),
+        prismatic=(),
+        axis=np.zeros((0, 3)),
+        origin=np.array([np.zeros(3), *places[1:]]),
+        rotation=np.array([turns[a].T @ turns[k] for k, a in zip(kept, above, strict=True)]),
+        fixed_base=robot.tree.fixed_base,
+    )
+    return RobotModel(
+        name=robot.name,
+        urdf=robot.urdf,
+        links=tuple(robot.links[k] for k in kept),
+        joints=(),
+        tree=tree,
+        mass=np.array([g.mass for g in groups]),
+        centre=np.array([g.centre for g in groups]),
+        inertia=np.array([g.inertia for g in groups]),
+        lower=np.zeros(0),
+        upper=np.zeros(0),
+        hulls=tuple(g.hull for g in groups),
+        has_collision=(False,) * len(kept),
+        held=True,
+    )
+
+
+def _owners(tree: Tree, kept: list[int]) -> list[int]:
+    """The kept link that each link becomes part of."""
+    owner = list(range(tree.links))
+    for k in range(tree.links):
+        if k not in kept:
+            owner[k] = owner[tree.parent[k]]
+    return owner
+
+
+class _Group:
+    """Mass, centre, inertia and hull of links that have become one, in the axes of the first."""
+
+    def __init__(
+        self, robot: RobotModel, top: int, members: list[int], origins: Floats, turns: Floats
+    ) -> None:
+        turn = turns[top].T
+        self._places = {k: (turn @ (origins[k] - origins[top]), turn @ turns[k]) for k in members}
+        self.mass = float(robot.mass[members].sum())
+        self.centre = self._centre(robot)
+        self.inertia = self._inertia(robot)
+        self.hull = self._hull(robot)
+
+    def _centre(self, robot: RobotModel) -> Floats:
+        moments = [robot.mass[k] * (p + r @ robot.centre[k]) for k, (p, r) in self._places.items()]
+        total: Floats = np.sum(moments, axis=0)
+        return total / self.mass if self.mass > 0.0 else np.zeros(3)
+
+    def _inertia(self, robot: RobotModel) -> Floats:
+        total = np.zeros((3, 3))
+        for k, (p, r) in self._places.items():
+            arm = p + r @ robot.centre[k] - self.centre
+            steiner = robot.mass[k] * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+            total += r @ robot.inertia[k] @ r.T + steiner
+        return total
+
+    def _hull(self, robot: RobotModel) -> Hull | None:
+        hulls = [(robot.hulls[k], place) for k, place in self._places.items()]
+        parts = [Part(hull, *place) for hull, place in hulls if hull is not None]
+        return HullFused(parts) if parts else None

@@ -1,0 +1,38 @@
+"""A robot and its effects with the joints held, for twins that move as one body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.effect import JointDriven, JointLoads
+from seals.robot.fusing import fused
+from seals.robot.model import RobotModel
+
+EVERYWHERE = ("*", "root")
+
+
+def hold(
+    robot: RobotModel, effects: EffectSet, joints: Sequence[float]
+) -> tuple[RobotModel, EffectSet]:
+    """Return robot and effects with the joints held at given values.
+
+    Links that no effect names become part of others; effects of joints are left out, for nothing
+    moves there.
+
+    Args:
+        robot: with a free base.
+        effects: bound to its links.
+        joints: held joint values [rad or m], J of them.
+
+    Raises:
+        ConfigError: the number of joint values is wrong.
+    """
+    still = {
+        b.name: b.effect
+        for b in effects.bound
+        if not (has_hook(b.effect, JointLoads) or has_hook(b.effect, JointDriven))
+    }
+    named = {link for effect in still.values() for link in effect.links if link not in EVERYWHERE}
+    whole = fused(robot, joints, named)
+    return whole, bind_effects(still, whole.links)

@@ -1,0 +1,389 @@
+"""Demonstrations: what goes in comes out, and nothing else comes in."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import pickle
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.errors import LogError, MissingExtra, SealsError
+from seals.learn.cards import config_hash
+from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
+from seals.learn.demonstrations.exchange import read_hdf5, write_hdf5
+from seals.learn.demonstrations.folder import read, write
+from seals.learn.demonstrations.minari import write_minari
+
+tensordict = pytest.importorskip("tensordict", reason="the extra learn is not installed")
+h5py = pytest.importorskip("h5py", reason="the extra learn is not installed")
+
+
+def episode(steps: int, *, seed: int, terminated: bool = True, pixels: bool = False) -> Episode:
+    """An episode whose every number is different."""
+    random = np.random.default_rng(seed)
+    last = np.arange(steps) == steps - 1
+    images = random.integers(0, 255, (steps + 1, 3, 4, 5), dtype=np.uint8) if pixels else None
+    return Episode(
+        observation=random.normal(size=(steps + 1, 4)).astype(np.float32),
+        action=random.uniform(-1, 1, (steps, 2)).astype(np.float32),
+        reward=random.normal(size=steps).astype(np.float32),
+        terminated=last & terminated,
+        truncated=last & (not terminated),
+        success=terminated,
+        seed=seed,
+        pixels=images,
+    )
+
+
+def some(*, pixels: bool = False) -> Demonstrations:
+    """Three episodes of three lengths."""
+    origin = Origin(
+        env="Toy-v0",
+        config_hash=config_hash({"a": 1}),
+        who=Who.scripted,
+        by="expert",
+        observation=["x", "y", "vx", "vy"],
+        action=["ax", "ay"],
+        rate=25.0,
+        config={"a": 1},
+    )
+    kept = [episode(5, seed=1, pixels=pixels), episode(1, seed=2, pixels=pixels)]
+    return Demonstrations(
+        origin=origin, episodes=[*kept, episode(7, seed=3, terminated=False, pixels=pixels)]
+    )
+
+
+def assert_same(one: Demonstrations, two: Demonstrations) -> None:
+    """Every number and every word is equal."""
+    assert one.origin.env == two.origin.env
+    assert one.origin.who is two.origin.who
+    assert list(one.origin.observation) == list(two.origin.observation)
+    assert one.origin.config == two.origin.config
+    for a, b in zip(one.episodes, two.episodes, strict=True):
+        assert (a.seed, a.success, a.steps) == (b.seed, b.success, b.steps)
+        for name in ("observation", "action", "reward", "terminated", "truncated"):
+            assert getattr(a, name).dtype == getattr(b, name).dtype
+            assert np.array_equal(getattr(a, name), getattr(b, name)), name
+        assert (a.pixels is None) == (b.pixels is None)
+        if a.pixels is not None and b.pixels is not None:
+            assert np.array_equal(a.pixels, b.pixels)
+
+
+@pytest.mark.parametrize("pixels", [False, True])
+def test_both_formats_give_back_what_they_took(tmp_path: Path, pixels: bool) -> None:
+    """Folder and HDF5 file hold every number, flag, seed and word."""
+    demos = some(pixels=pixels)
+    assert_same(demos, read(write(demos, tmp_path / "inside")))
+    assert_same(demos, read_hdf5(write_hdf5(demos, tmp_path / "outside.hdf5")))
+    card = json.loads((tmp_path / "inside" / "card.json").read_text())
+    assert card["human"] is False
+    assert card["success"] == [True, True, False]
+    assert card["returns"][1] == pytest.approx(float(demos.episodes[1].reward[0]))
+
+
+def test_the_folder_is_a_tensordict(tmp_path: Path) -> None:
+    """The library's own reader finds the layout of transitions, ends where they are."""
+    demos = some()
+    data = tensordict.TensorDict.load_memmap(str(write(demos, tmp_path / "demos")))
+    assert tuple(data.batch_size) == (13,)
+    assert data["next", "done"][:, 0].nonzero()[:, 0].tolist() == [4, 5, 12]
+    assert data["next", "terminated"][:, 0].nonzero()[:, 0].tolist() == [4, 5]
+    assert data["next", "truncated"][:, 0].nonzero()[:, 0].tolist() == [12]
+    second = demos.episodes[1]
+    assert np.array_equal(data["observation"][5].numpy(), second.observation[0])
+    assert np.array_equal(data["next", "observation"][5].numpy(), second.observation[1])
+
+
+def test_an_hdf5_file_has_the_known_names(tmp_path: Path) -> None:
+    """A reader of the common layout finds samples, actions and observations."""
+    with h5py.File(write_hdf5(some(), tmp_path / "demos.hdf5")) as file:
+        assert file["data"].attrs["total"] == 13
+        demo = file["data/demo_2"]
+        assert demo.attrs["num_samples"] == 7
+        assert demo["actions"].shape == (7, 2)
+        assert demo["obs/state"].shape == demo["next_obs/state"].shape == (7, 4)
+        assert demo["dones"][:].tolist() == [0] * 6 + [1]
+
+
+def test_transitions_never_cross_episodes() -> None:
+    """The step that ends an episode is followed by its own last observation."""
+    demos = some(pixels=True)
+    rows = demos.transitions()
+    assert rows["episode"].tolist() == [0] * 5 + [1] + [2] * 7
+    assert np.array_equal(rows["next_observation"][4], demos.episodes[0].observation[-1])
+    assert np.array_equal(rows["observation"][5], demos.episodes[1].observation[0])
+    assert rows["next_pixels"].shape == (13, 3, 4, 5)
+
+
+def test_shuffled_actions_keep_everything_else() -> None:
+    """The negative control deals the same actions to other steps; the rest stays."""
+    demos = some()
+    dealt = demos.shuffled(seed=4)
+    before, after = demos.transitions(), dealt.transitions()
+    assert not np.array_equal(before["action"], after["action"])
+    assert np.array_equal(np.sort(before["action"], axis=0), np.sort(after["action"], axis=0))
+    # whole actions are dealt, not their columns
+    rows = {tuple(row) for row in before["action"].tolist()}
+    assert {tuple(row) for row in after["action"].tolist()} == rows
+    for name in ("observation", "reward", "terminated", "next_observation"):
+        assert np.array_equal(before[name], after[name])
+    assert [e.steps for e in demos.first(2).episodes] == [5, 1]
+    with pytest.raises(SealsError, match="4 of 3 demonstrations"):
+        demos.first(4)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"action": np.zeros((4, 2), np.float32)}, "'observation' has the shape"),
+        ({"reward": np.zeros((5, 1), np.float32)}, "'reward' has the shape"),
+        ({"reward": np.full(5, np.nan, np.float32)}, "not finite"),
+        ({"terminated": np.zeros(5, bool)}, r"ends at steps \[\]"),
+        ({"truncated": np.ones(5, bool)}, r"ends at steps \[0, 1, 2, 3\] of 5"),
+        ({"pixels": np.zeros((5, 3, 4, 5), np.uint8)}, "'pixels' has the shape"),
+    ],
+)
+def test_an_episode_that_contradicts_itself_is_refused(change: dict[str, Any], words: str) -> None:
+    """Shapes, finite values and the one end are checked where an episode is made."""
+    good = {**vars(episode(5, seed=1)), **change}
+    with pytest.raises(LogError, match=words):
+        Episode(**good)
+
+
+def edit_card(**change: Any) -> Callable[[Path], None]:
+    """Return a fault: entries of the card replaced."""
+
+    def fault(folder: Path) -> None:
+        card = json.loads((folder / "card.json").read_text())
+        (folder / "card.json").write_text(json.dumps({**card, **change}))
+
+    return fault
+
+
+def edit_meta(change: Callable[[dict[str, Any]], None], place: str = "") -> Callable[[Path], None]:
+    """Return a fault: tensordict's own description changed."""
+
+    def fault(folder: Path) -> None:
+        path = folder / place / "meta.json"
+        meta = json.loads(path.read_text())
+        change(meta)
+        path.write_text(json.dumps(meta))
+
+    return fault
+
+
+def link_out(folder: Path) -> None:
+    """The actions lie somewhere else."""
+    outside = folder.parent / "elsewhere"
+    shutil.move(folder / "action.memmap", outside)
+    (folder / "action.memmap").symlink_to(outside)
+
+
+def flip(folder: Path) -> None:
+    """One observation after a step is another than before the next."""
+    path = folder / "next" / "observation.memmap"
+    raw = bytearray(path.read_bytes())
+    raw[0:4] = np.float32(7.0).tobytes()
+    path.write_bytes(raw)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda f: (f / "card.json").unlink(), "there is no card.json"),
+        (lambda f: (f / "card.json").write_text("{"), "cannot be read"),
+        (lambda f: (f / "card.json").write_text("[" * 200_000), "cannot be read"),
+        (lambda f: (f / "card.json").write_text(" " * 2_000_000), "2000000 bytes"),
+        (edit_card(format="seals-policy"), "Allowed here: 'seals-demonstrations'"),
+        (edit_card(version=2), "version 2"),
+        (edit_card(who="robot"), "who is 'robot'"),
+        (edit_card(steps=[5, 1]), "2 episodes, 3 outcomes"),
+        (edit_card(steps=[5, 1, 10**9]), "at most 20000000"),
+        (edit_card(sizes=[10**9, 2]), "Allowed: 4294967296"),
+        (edit_card(steps=[5, 1, -7]), "at least one step each"),
+        (edit_card(steps=[5, True, 7]), "values of type int"),
+        (edit_card(seeds=[1, 2, 10**30]), "beyond 64 bits"),
+        (edit_card(success=[1, 1, 1]), "values of type bool"),
+        (edit_card(rate="fast"), "type float"),
+        (edit_card(steps=[5, 2, 6]), "Steps were lost"),
+        (edit_card(observation=["x"]), "1 names stand for 4 columns"),
+        (lambda f: (f / "other.pickle").write_bytes(pickle.dumps(1)), "does not belong"),
+        (lambda f: (f / "next" / "deeper").mkdir(), "does not belong"),
+        (link_out, "is a link"),
+        (lambda f: (f / "action.memmap").write_bytes(b"1234"), "promises 104 bytes"),
+        (lambda f: (f / "next" / "reward.memmap").unlink(), "is missing"),
+        (lambda f: (f / "next" / "done.memmap").write_bytes(b"\2" * 13), "no truth values"),
+        (edit_meta(lambda m: m.update(_type="<class 'os.system'>")), "another class"),
+        (edit_meta(lambda m: m.update(non_tensor={"_type": "x"})), "'non_tensor': {'_type': 'x'}"),
+        (edit_meta(lambda m: m["action"].update(dtype="torch.float64")), "torch.float64"),
+        (edit_meta(lambda m: m["reward"].update(shape=[1]), "next"), r"shape \[1\]"),
+        (edit_meta(lambda m: m.update(next={"type": "Other"})), "Allowed beside the arrays"),
+        (flip, "Steps were lost"),
+    ],
+)
+def test_strange_folders_are_refused(
+    tmp_path: Path, fault: Callable[[Path], object], words: str
+) -> None:
+    """Each way a folder can be broken or hostile is refused in words, before anything is run."""
+    folder = write(some(), tmp_path / "demos")
+    fault(folder)
+    with pytest.raises(SealsError, match=words) as refusal:
+        read(folder)
+    assert "\n" in str(refusal.value)
+
+
+def test_a_pickle_in_a_folder_is_never_opened(tmp_path: Path) -> None:
+    """What would run when it is unpickled does not run."""
+    mark = tmp_path / "ran"
+
+    class Trap:
+        def __reduce__(self) -> tuple[Any, tuple[str]]:
+            return (exec, (f"open({str(mark)!r}, 'w').close()",))
+
+    folder = write(some(), tmp_path / "demos")
+    (folder / "action.memmap").write_bytes(pickle.dumps(Trap()).ljust(104, b"\0"))
+    # the bytes are taken for numbers, and these are not what was recorded
+    with contextlib.suppress(SealsError):
+        read(folder)
+    assert not mark.exists()
+    (folder / "next" / "other.pickle").write_bytes(pickle.dumps(Trap()))
+    with pytest.raises(LogError, match="does not belong"):
+        read(folder)
+    assert not mark.exists()
+
+
+def replaced(name: str, make: Callable[[Any, str], object]) -> Callable[[Any], None]:
+    """Return a fault: an entry of the HDF5 file replaced."""
+
+    def fault(file: Any) -> None:
+        del file[name]
+        make(file, name)
+
+    return fault
+
+
+def edit_hdf5_card(**change: Any) -> Callable[[Any], None]:
+    """Return a fault: entries of the card replaced."""
+
+    def fault(file: Any) -> None:
+        card = json.loads(file["data"].attrs["card"])
+        file["data"].attrs["card"] = json.dumps({**card, **change})
+
+    return fault
+
+
+def virtual(file: Any, name: str) -> None:
+    """An array made of another file."""
+    layout = h5py.VirtualLayout(shape=(5, 2), dtype="float32")
+    layout[:] = h5py.VirtualSource("other.hdf5", "x", shape=(5, 2))
+    file.create_virtual_dataset(name, layout)
+
+
+def foreign(file: Any, name: str) -> None:
+    """An array packed by a filter that is no part of HDF5 (32000: lzf)."""
+    file.create_dataset(name, data=np.zeros((5, 2), np.float32), compression="lzf")
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda f: f["data"].attrs.__delitem__("card"), "has no card"),
+        (lambda f: f["data"].attrs.__setitem__("card", "{"), "cannot be read"),
+        (edit_hdf5_card(steps=[10**12, 1, 7]), "at most 20000000"),
+        (edit_hdf5_card(sizes=[5, 2]), r"The card says: float32 of the shape \(5, 5\)"),
+        (
+            replaced("data/demo_0/actions", lambda f, n: f.__setitem__(n, h5py.SoftLink("/x"))),
+            "missing or a link",
+        ),
+        (
+            replaced(
+                "data/demo_0/actions", lambda f, n: f.__setitem__(n, h5py.ExternalLink("y", "/x"))
+            ),
+            "missing or a link",
+        ),
+        (
+            replaced("data/demo_1", lambda f, n: f.__setitem__(n, h5py.ExternalLink("y", "/x"))),
+            "missing or a link",
+        ),
+        (
+            replaced(
+                "data/demo_0/rewards",
+                lambda f, n: f.create_dataset(n, shape=(5,), dtype=h5py.string_dtype()),
+            ),
+            "is object",
+        ),
+        (
+            replaced(
+                "data/demo_0/actions",
+                lambda f, n: f.create_dataset(
+                    n, shape=(5, 2), dtype="float32", external=[("/etc/hostname", 0, 40)]
+                ),
+            ),
+            "another file",
+        ),
+        (replaced("data/demo_0/actions", virtual), "another file"),
+        (replaced("data/demo_0/actions", foreign), "filter 32000"),
+        (
+            replaced(
+                "data/demo_0/actions",
+                lambda f, n: f.create_dataset(
+                    n, shape=(10**9, 10**3), dtype="float32", chunks=(1024, 10), compression="gzip"
+                ),
+            ),
+            r"shape \(1000000000, 1000\)",
+        ),
+    ],
+)
+def test_strange_hdf5_files_are_refused(
+    tmp_path: Path, fault: Callable[[Any], object], words: str
+) -> None:
+    """Links, other files, objects, foreign filters and wrong sizes are refused in words."""
+    path = write_hdf5(some(), tmp_path / "demos.hdf5")
+    with h5py.File(path, "r+") as file:
+        fault(file)
+    with pytest.raises(SealsError, match=words):
+        read_hdf5(path)
+
+
+def test_a_cut_hdf5_file_is_refused(tmp_path: Path) -> None:
+    """Half a file, no file and a text file are refused in words."""
+    path = write_hdf5(some(), tmp_path / "demos.hdf5")
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(LogError, match="a whole HDF5 file"):
+        read_hdf5(path)
+    path.write_text("hello")
+    with pytest.raises(LogError, match="a whole HDF5 file"):
+        read_hdf5(path)
+    with pytest.raises(SealsError, match="no such file"):
+        read_hdf5(tmp_path / "absent.hdf5")
+
+
+def test_minari_takes_the_episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A data set of Minari's gives back every observation, action, reward and end."""
+    minari = pytest.importorskip("minari", reason="Minari is not installed: an option")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    demos = some()
+    assert write_minari(demos, "seals/toy/scripted-v0").is_dir()
+    data = minari.load_dataset("seals/toy/scripted-v0")
+    assert (data.total_episodes, data.total_steps) == (3, 13)
+    for kept, again in zip(demos.episodes, data.iterate_episodes(), strict=True):
+        np.testing.assert_array_equal(kept.observation, again.observations)
+        np.testing.assert_array_equal(kept.action, again.actions)
+        np.testing.assert_allclose(kept.reward, again.rewards, rtol=1e-6)
+        assert kept.terminated.tolist() == again.terminations.tolist()
+    with pytest.raises(SealsError, match="no id"):
+        write_minari(demos, "two words")
+
+
+def test_a_missing_minari_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the package the words say what to install, and the way round."""
+    monkeypatch.setitem(sys.modules, "minari", None)
+    with pytest.raises(MissingExtra, match=r"(?s)pip install minari.*hdf5=FILE"):
+        write_minari(some(), "seals/toy-v0")

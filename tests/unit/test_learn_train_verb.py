@@ -1,0 +1,137 @@
+"""``seals train``: settings, refusals, a small training and one that is taken up again."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from seals.cli.main import main
+from seals.config.build import build
+from seals.config.compose import compose
+from seals.errors import ConfigError, SealsError
+from seals.learn.training.checkpoint import FILE
+from seals.registry import names
+
+TINY = [
+    "task.duration=0.2",
+    "count=2",
+    "learner.hidden=[8]",
+    "learner.batch=4",
+    "learner.random_steps=4",
+    "course.steps=12",
+    "course.look_every=6",
+    "course.log_every=4",
+    "course.episodes=2",
+]
+
+
+def test_every_learner_composes_and_builds() -> None:
+    """Each installed learner, and the paper's hyper-parameters, are options of the group."""
+    for name in (*names("learner"), "sacfd_paper"):
+        build(compose([f"learner={name}"], root="train").learner, where="learner")
+    paper = compose(["learner=sacfd_paper"], root="train").learner
+    assert (paper.batch, paper.steps, paper.learning_rate) == (2048, 10, 0.006)
+    assert (paper.pretrain, paper.capacity, paper.random_steps) == (5000, 100_000, 10_000)
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("learner=sacdf", "Did you mean 'sacfd'"),
+        ("learner.gamma=1.5", "from 0 to 1"),
+        ("learner.gama=0.9", "Did you mean 'gamma'"),
+        ("course.step=3", "Did you mean 'steps'"),
+    ],
+)
+def test_wrong_words_are_refused(override: str, words: str) -> None:
+    """Unknown names and values out of bounds are refused with what is allowed."""
+    with pytest.raises(SealsError, match=words):
+        build(compose([override], root="train").learner, where="learner")
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("learner.batch=0", "learner.batch=0"),
+        ("learner.reward_form=symlg", "Did you mean 'symlog'"),
+        ("learner.demonstrations=yes", "none"),
+        ("learner.hidden=many", "learner.hidden"),
+    ],
+)
+def test_values_that_types_let_through_are_refused(override: str, words: str) -> None:
+    """Sizes and words of a closed set are checked when the learner is built."""
+    with pytest.raises(ConfigError, match=words):
+        build(compose([override], root="train").learner, where="learner")
+
+
+@pytest.mark.parametrize(
+    ("words", "refusal"),
+    [
+        (["learner=sacfd"], "wants demonstrations"),
+        (["learner=ppo", "demonstrations=x"], "would not look at them"),
+        (["learner=visual_sac"], "needs pictures"),
+        (["course.steps=-1"], "course.steps=-1"),
+        (["count=0"], "count=0"),
+        (["device=gpu"], "cpu, cuda"),
+        (["resume=nowhere"], "no training in this folder"),
+    ],
+)
+def test_trainings_that_cannot_be_are_refused(
+    words: list[str],
+    refusal: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """What does not fit together is said in two lines, and no folder is left."""
+    pytest.importorskip("torchrl")
+    monkeypatch.chdir(tmp_path)
+    assert main(["train", *words]) == 2
+    said = capsys.readouterr().err
+    assert refusal in said
+    assert len(said.strip().splitlines()) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_training_from_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Curves, policy and run.json are written; one that was cut off goes on, another is refused."""
+    pytest.importorskip("torchrl")
+    from seals.learn.training.loop import Training
+
+    monkeypatch.chdir(tmp_path)
+    kill = 8
+    step = Training._after
+
+    def cut(self: Training) -> None:
+        if self.step >= kill:
+            os.kill(os.getpid(), signal.SIGTERM)
+        step(self)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Training, "_after", cut)
+        assert main(["train", *TINY, "hydra.run.dir=run"]) == 130
+    run = tmp_path / "run"
+    assert json.loads((run / "run.json").read_text())["state"] == "interrupted"
+    assert (run / FILE).is_file()
+    assert main(["train", "resume=run", "learner.gamma=0.9"]) == 2
+    assert "would make another training" in capsys.readouterr().err
+    assert main(["train", "resume=run"]) == 0
+    facts = json.loads((run / "run.json").read_text())
+    assert (facts["state"], facts["step"], facts["learner"], facts["seed"]) == (
+        "done",
+        12,
+        "sac",
+        0,
+    )
+    card = json.loads((run / "policy" / "card.json").read_text())
+    assert (card["learner"], card["step"], card["overrides"]) == ("sac", 12, ["task.duration=0.2"])
+    with (run / "evaluation.csv").open(newline="") as file:
+        assert [row["step"] for row in csv.DictReader(file)] == ["0", "6", "12"]
+    assert not (run / FILE).exists()

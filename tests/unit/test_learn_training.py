@@ -1,0 +1,320 @@
+"""The loop of a training: rows, checkpoints, a kill and what follows, an early end."""
+
+from __future__ import annotations
+
+import csv
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.errors import ConfigError
+from seals.learn.learner import Spaces
+from seals.learn.networks import description
+from seals.learn.policy import load_policy
+from seals.learn.starts import validation_seeds
+from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
+from seals.learn.training.course import Course
+from seals.learn.training.loop import Training
+from seals.learn.training.rows import Rows
+from seals.learn.training.scoring import score
+from seals.plugins.learners.bc import BC
+from seals.plugins.learners.ppo import PPO
+from seals.plugins.learners.sac import SAC
+from seals.plugins.learners.sacfd import SACfD
+from seals.testing.reaching import PointReach, demonstrations
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("torchrl")
+torch.set_num_threads(1)
+
+SMALL: dict[str, Any] = {"hidden": [16, 16], "batch": 32, "capacity": 300, "random_steps": 40}
+LEARNERS = {
+    "sac": SAC(**SMALL),
+    "sacfd": SACfD(**SMALL, pretrain=10),
+    "ppo": PPO(hidden=[16], horizon=8),
+}
+
+
+def training_of(
+    learner: Any, folder: Path, *, course: Course | None = None, count: int = 4, seed: int = 1
+) -> Training:
+    """Return a training among points that are to reach others."""
+    spaces = Spaces(observation_size=6, action_size=3, count=count)
+    agent = learner.start(spaces, device="cpu", seed=seed)
+    if agent.wants == "must":
+        agent.teach(demonstrations(4))
+    return Training(
+        PointReach(count),
+        agent,
+        course=course
+        or Course(steps=400, look_every=200, log_every=50, episodes=4, checkpoint=0.0),
+        folder=folder,
+        judge=PointReach(4),
+        card={"learner": "toy", "config_hash": "0"},
+        seed=seed,
+    )
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    """Read a CSV file."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def losses(training: Training, count: int) -> list[float]:
+    """Go on with a training until some updates are made; return every figure they told."""
+    told: list[float] = []
+    update = training.agent.update
+
+    def heard() -> Any:
+        figures = update()
+        told.extend(float(value) for value in figures.values())
+        return figures
+
+    training.agent.update = heard  # type: ignore[method-assign]
+    enough = training.updates + count
+    training.course.steps = training.step
+    while training.updates < enough:
+        training.course.steps += training.environment.count
+        training.run()
+    return told
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_a_training_goes_on_bit_by_bit(tmp_path: Path, name: str) -> None:
+    """At least 20 updates after a checkpoint tell the figures of a training never cut off."""
+    first = training_of(LEARNERS[name], tmp_path / "first")
+    first.run()
+    first.write()
+    kept = read_checkpoint(tmp_path / "first", device="cpu")
+    second = training_of(LEARNERS[name], tmp_path / "second")
+    assert second.take_up(kept) == []
+    assert (second.step, second.updates) == (first.step, first.updates)
+    one, two = losses(first, 20), losses(second, 20)
+    assert len(one) >= 20
+    assert one == two
+    other = losses(training_of(LEARNERS[name], tmp_path / "third", seed=2), 20)
+    assert one[: len(other)] != other[: len(one)]
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+import torch
+torch.set_num_threads(1)
+from seals.learn.learner import Spaces
+from seals.learn.training.checkpoint import read_checkpoint
+from seals.learn.training.course import Course
+from seals.learn.training.loop import Training
+from seals.plugins.learners.sac import SAC
+from seals.testing.reaching import PointReach
+
+folder, resume = Path(sys.argv[1]), sys.argv[2] == "resume"
+learner = SAC(hidden=[16, 16], batch=32, capacity=3000, random_steps=40)
+agent = learner.start(Spaces(observation_size=6, action_size=3, count=4), device="cpu", seed=1)
+course = Course(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
+training = Training(PointReach(4), agent, course=course, folder=folder, judge=PointReach(4), seed=1)
+if resume:
+    training.take_up(read_checkpoint(folder, device="cpu"))
+training.run()
+"""
+
+
+def test_a_killed_training_ends_like_one_that_was_left_alone(tmp_path: Path) -> None:
+    """After SIGKILL at any time both curves are those of a training in one go, but for the time."""
+    script = tmp_path / "train.py"
+    script.write_text(textwrap.dedent(SCRIPT), encoding="utf-8")
+
+    def start(folder: str, how: str) -> subprocess.Popen[bytes]:
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        words = [sys.executable, str(script), str(tmp_path / folder), how]
+        return subprocess.Popen(words, env=environment)
+
+    (tmp_path / "whole").mkdir()
+    (tmp_path / "cut").mkdir()
+    assert start("whole", "new").wait() == 0
+    process = start("cut", "new")
+    deadline = time.monotonic() + 120.0
+    rows, kept = tmp_path / "cut" / "training.csv", tmp_path / "cut" / FILE
+
+    def ready() -> bool:
+        return kept.is_file() and rows.is_file() and len(table(rows)) >= 12
+
+    while time.monotonic() < deadline and not ready():
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert kept.is_file()
+    assert start("cut", "resume").wait() == 0
+    for name in ("training.csv", "evaluation.csv"):
+        one, two = (table(tmp_path / folder / name) for folder in ("whole", "cut"))
+        for row in (*one, *two):
+            del row["seconds"]
+        assert one == two
+        assert len(one) > 3
+    assert not kept.exists()
+
+
+def test_rows_of_an_earlier_life_are_told_once(tmp_path: Path) -> None:
+    """After a resume at step 20 the rows behind it go, a half-written one too."""
+    path = tmp_path / "a.csv"
+    rows = Rows(path, ["step", "loss"])
+    for step in (10, 20, 30):
+        rows.tell({"step": step, "loss": 1.0 / step, "unheard": 3})
+    with path.open("a", encoding="utf-8") as file:
+        file.write("40")
+    Rows(path, ["step", "loss"], upto=20).tell({"step": 21})
+    assert path.read_text() == "step,loss\n10,0.1\n20,0.05\n21,\n"
+
+
+def test_curves_begin_before_learning_and_end_at_the_budget(tmp_path: Path) -> None:
+    """The first evaluation is at step 0 with no update, the last one at the last step."""
+    outcome = training_of(SAC(**SMALL), tmp_path).run()
+    rows = table(tmp_path / "evaluation.csv")
+    assert [int(row["step"]) for row in rows] == [0, 200, 400]
+    assert (rows[0]["updates"], rows[-1]["updates"]) == ("0", str(outcome.updates))
+    # half an update a step, after 40 random ones
+    assert outcome.updates == 180
+    assert {"step", "seconds", "updates", "episodes", "success", "return"} <= set(rows[0])
+    assert table(tmp_path / "training.csv")[0]["step"] == "52"
+
+
+def test_cloning_looks_before_and_after(tmp_path: Path) -> None:
+    """Without steps of its own a learner makes all its updates and stands at the budget."""
+    outcome = training_of(BC(hidden=[16], batch=32, updates=120, look=20), tmp_path).run()
+    assert (outcome.step, outcome.updates) == (400, 120)
+    assert [row["step"] for row in table(tmp_path / "evaluation.csv")] == ["0", "400"]
+    assert [row["updates"] for row in table(tmp_path / "training.csv")] == ["50", "100"]
+
+
+def test_a_training_ends_when_it_is_good_enough(tmp_path: Path) -> None:
+    """A policy that reaches every target ends its training after two evaluations in a row."""
+
+    class Expert:
+        """Does what the script does."""
+
+        interactive, wants, reports = True, "no", ()
+
+        def __init__(self, environment: PointReach) -> None:
+            self.environment = environment
+
+        def act(self, observation: Any, *, explore: bool) -> Any:
+            return self.environment.expert()
+
+        def observe(self, *_: Any) -> None:
+            """Learn nothing."""
+
+        def due(self) -> int:
+            return 0
+
+        def policy(self) -> Any:
+            # one layer that takes the way to the target, in steps of 0.1 m
+            way = torch.cat([-torch.eye(3), torch.eye(3)], 1) / 0.1
+            network = description(
+                observation=6, action=3, hidden=[], normalise=False, squash="clip"
+            )
+            return network, {"0.0.weight": way, "0.0.bias": torch.zeros(3)}
+
+    environment = PointReach(4)
+    expert: Any = Expert(environment)
+    course = Course(steps=4000, look_every=40, episodes=4, stop_at=1.0, in_a_row=2, checkpoint=0.0)
+    training = Training(
+        environment, expert, course=course, folder=tmp_path / "early", judge=PointReach(4)
+    )
+    outcome = training.run()
+    assert outcome.early
+    # the evaluation before the first step counts
+    assert (outcome.step, outcome.success) == (40, 1.0)
+
+
+def test_scores_do_not_depend_on_how_many_step_at_once(tmp_path: Path) -> None:
+    """Seven episodes one by one, three at a time or all together are the same episodes."""
+    training = training_of(SAC(**SMALL), tmp_path)
+    training.run()
+    policy = load_policy(tmp_path / "policy")
+    found = [score(PointReach(count), policy, validation_seeds(7)) for count in (1, 3, 7)]
+    for other in found[1:]:
+        np.testing.assert_array_equal(found[0].success, other.success)
+        np.testing.assert_array_equal(found[0].length, other.length)
+        np.testing.assert_allclose(found[0].returns, other.returns, rtol=1e-4)
+        np.testing.assert_allclose(
+            found[0].facts["distance"], other.facts["distance"], rtol=1e-3, atol=1e-5
+        )
+    assert found[0].seed.tolist() == validation_seeds(7)
+
+
+def test_a_policy_is_read_by_a_fresh_process(tmp_path: Path) -> None:
+    """Reading a policy is the first thing a process does with the packages of learning."""
+    training_of(SAC(**SMALL), tmp_path).run()
+    folder = str(tmp_path / "policy")
+    code = f"from seals.learn.policy import load_policy; print(load_policy({folder!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "NetworkPolicy" in done.stdout
+
+
+def test_the_expert_scores_full_marks() -> None:
+    """Sums and lengths of the script are those of its straight way."""
+
+    class Script:
+        """Does what the environment's script does."""
+
+        def begin(self, seeds: Sequence[int]) -> None:
+            """Forget nothing."""
+
+        def act(self, observation: Any) -> Any:
+            return environment.expert()
+
+    environment = PointReach(5)
+    state = environment.reset(validation_seeds(5)).double()
+    found = score(environment, Script(), validation_seeds(5))
+    assert found.success.all()
+    # a step is 0.1 along each axis: the longest axis decides, less where 0.1 m is near enough
+    longest = (state[:, :3] - state[:, 3:]).abs().max(1).values.numpy()
+    assert (found.length >= np.floor(longest / 0.1) - 1).all()
+    assert (found.length <= np.ceil(longest / 0.1)).all()
+
+
+def test_a_checkpoint_is_read_without_running_anything(tmp_path: Path) -> None:
+    """A pickle that would run code, a torn file and an absent one are refused in words."""
+    with pytest.raises(ConfigError, match="there is no checkpoint"):
+        read_checkpoint(tmp_path, device="cpu")
+    write_checkpoint(tmp_path, {"a": torch.ones(3), "b": {"c": None, "d": [1, 2.5, "x"]}})
+    state = read_checkpoint(tmp_path, device="cpu")
+    assert state["b"] == {"c": None, "d": [1, 2.5, "x"]}
+    whole = (tmp_path / FILE).read_bytes()
+    (tmp_path / FILE).write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(ConfigError, match="cannot be taken up"):
+        read_checkpoint(tmp_path, device="cpu")
+
+    class Trap:
+        """Would make a file when unpickled."""
+
+        def __reduce__(self) -> Any:
+            return os.mkdir, (str(tmp_path / "sprung"),)
+
+    torch.save({"form": 1, "trap": Trap()}, tmp_path / FILE)
+    with pytest.raises(ConfigError, match="cannot be taken up"):
+        read_checkpoint(tmp_path, device="cpu")
+    (tmp_path / FILE).write_bytes(pickle.dumps(Trap()))
+    with pytest.raises(ConfigError, match="cannot be taken up"):
+        read_checkpoint(tmp_path, device="cpu")
+    assert not (tmp_path / "sprung").exists()
+
+
+@pytest.mark.parametrize(("name", "value"), [("steps", -1), ("episodes", 0), ("look_every", 0)])
+def test_a_course_that_makes_no_sense_is_refused(name: str, value: int) -> None:
+    """Numbers below their least value are refused by their key."""
+    with pytest.raises(ConfigError, match=f"course.{name}={value}"):
+        Course(**{name: value})
