@@ -33,6 +33,8 @@ FIND_PYTHON = for candidate in python3.11 python3.10 python3; do \
 	then echo $$candidate; exit 0; fi; done; \
 	echo 'No Python 3.10 or 3.11 with venv found. Install one:  sudo apt-get install -y python3.11 python3.11-venv' >&2; exit 2
 PIP = bin/python -m pip install --quiet --disable-pip-version-check
+# the tests need torch, and of torch only the processor's build
+TORCH_INDEX = https://download.pytorch.org/whl/cpu
 CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % sys.version_info[:2])').txt
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
@@ -85,7 +87,10 @@ lint: .venv-test/installed
 
 .venv-test/tools: pyproject.toml setup.py constraints/py310.txt constraints/py311.txt
 	@python=$$($(FIND_PYTHON)); venv=.venv-test; \
-	$$python -m venv $$venv; $$venv/$(PIP) -c $(CONSTRAINTS) '.[dev]'; touch $@
+	$$python -m venv $$venv; \
+	$$venv/$(PIP) -c $(CONSTRAINTS) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
+		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
+	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

@@ -43,7 +43,6 @@ FILMS = {
             "initial.rpy=[0.1,0.3,0.2]",
             "initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6]",
             "time.duration=4.4",
-            "checkpoint=0",
         ),
         render=(
             "ripples=2.5",

@@ -40,8 +40,8 @@ class SensorContact(Carried):
         No spatial resolution, no hysteresis, no drift; shear is not read.
 
     References:
-        Dahiya et al. 2010, IEEE Trans. Robotics 26(1), Tactile Sensing: thresholds of fingertip
-        sensors are some 0.01 to 0.1 N.
+        Jamali et al. 2015, A new design of a fingertip for the iCub hand, IROS: forces from 0.05 N
+        on are felt. Noise and scale are chosen.
 
     Example:
         >>> SensorContact(threshold=0.1).channels()
@@ -50,7 +50,7 @@ class SensorContact(Carried):
 
     rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
     threshold: float = param(
-        0.05, "N", bounds=(1e-9, 1e4), tolerance=0.01, source="Dahiya et al. 2010", fit=False
+        0.05, "N", bounds=(1e-9, 1e4), tolerance=0.01, source="Jamali et al. 2015", fit=False
     )
     noise: float = param(0.02, "N", bounds=(0.0, 1e3), tolerance=0.01, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.05, source="chosen")

@@ -61,7 +61,7 @@ class SensorDvl(Instrument):
 
     References:
         Water Linked DVL-A50 documentation: 0.05 to 50 m, 1 MHz, 4 to 26 Hz, long-term accuracy
-        0.1 cm/s; beams at 22.5 deg. Cerulean DVL-75 documentation: tilts up to 20 to 30 deg.
+        0.1 cm/s, speeds up to 2 m/s. Beam angle of 22.5 deg and largest tilt are chosen.
         Brokloff 1994, IEEE OCEANS (beams to velocity).
 
     Example:
@@ -73,7 +73,7 @@ class SensorDvl(Instrument):
         10.0, "Hz", bounds=(0.01, 1e3), tolerance=0.0, source="DVL-A50: 4 to 26 Hz", fit=False
     )
     beam_angle: float = param(
-        0.3927, "rad", bounds=(0.05, 1.4), tolerance=0.0, source="DVL-A50: 22.5 deg", fit=False
+        0.3927, "rad", bounds=(0.05, 1.4), tolerance=0.0, source="chosen: 22.5 deg", fit=False
     )
     azimuth: float = param(
         0.7854, "rad", bounds=(-6.3, 6.3), tolerance=0.0, source="chosen: crosswise", fit=False
@@ -94,7 +94,7 @@ class SensorDvl(Instrument):
         50.0, "m", bounds=(1e-3, 1e4), tolerance=0.0, source="DVL-A50", fit=False
     )
     largest_tilt: float = param(
-        0.5236, "rad", bounds=(0.0, 1.5), tolerance=0.0, source="DVL-75: 30 deg", fit=False
+        0.5236, "rad", bounds=(0.0, 1.5), tolerance=0.0, source="chosen: 30 deg", fit=False
     )
     fastest: float = param(
         2.0, "m/s", bounds=(1e-3, 1e3), tolerance=0.0, source="DVL-A50: 2 m/s", fit=False

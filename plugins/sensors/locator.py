@@ -40,7 +40,7 @@ class SensorLocator(Carried):
         The truth with noise in place of images; no outliers, no orientation.
 
     References:
-        Olson 2011, AprilTag, ICRA: errors of 1 to 2 % of the distance.
+        None for the numbers: a share of the distance, as that of a fiducial marker, is chosen.
 
     Example:
         >>> SensorLocator(target="cube").channels()
@@ -49,7 +49,7 @@ class SensorLocator(Carried):
 
     target: str = ""
     rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
-    noise: float = param(0.01, "1", bounds=(0.0, 1.0), tolerance=0.005, source="Olson 2011")
+    noise: float = param(0.01, "1", bounds=(0.0, 1.0), tolerance=0.005, source="chosen: 1 %")
     floor: float = param(0.001, "m", bounds=(0.0, 1.0), tolerance=0.001, source="chosen")
     farthest: float = param(
         20.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False

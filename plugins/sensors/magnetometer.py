@@ -42,8 +42,8 @@ class SensorMagnetometer(Instrument):
         No soft iron, no field of the motors' currents.
 
     References:
-        IGRF-13 (Alken et al. 2021, Earth, Planets and Space 73, 49): in middle Europe some 49 uT,
-        dipping by 66 deg. ST LIS3MDL data sheet: noise 0.3 to 0.4 uT, 6842 counts a gauss.
+        IGRF-13 (Alken et al. 2021, Earth, Planets and Space 73, 49): between Frankfurt and Prague
+        49 uT in 2020, dipping by 66 deg. ST LIS3MDL data sheet: 6842 counts a gauss.
 
     Example:
         >>> SensorMagnetometer().channels()
@@ -54,7 +54,7 @@ class SensorMagnetometer(Instrument):
     east: float = param(1.2e-6, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     north: float = param(2.0e-5, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     up: float = param(-4.5e-5, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
-    noise: float = param(3.5e-7, "T", bounds=(0.0, 1e-3), tolerance=1e-7, source="LIS3MDL")
+    noise: float = param(3.5e-7, "T", bounds=(0.0, 1e-3), tolerance=1e-7, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
     hard_iron: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     resolution: float = param(

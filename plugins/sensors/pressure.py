@@ -48,9 +48,8 @@ class SensorPressure(Instrument):
         that of the body origin, so mount it there or correct it.
 
     References:
-        TE Connectivity, MS5837-30BA data sheet: 30 bar, resolution 0.2 mbar; accuracy 50 mbar
-        before its offset is taken. Newman 1977, Marine Hydrodynamics, section 6.1 (pressure in
-        waves).
+        TE Connectivity, MS5837-30BA data sheet: 0 to 30 bar, resolution 0.2 mbar. Newman 1977,
+        Marine Hydrodynamics, section 6.1 (pressure in waves).
 
     Example:
         >>> SensorPressure(noise=0.0).channels()

@@ -55,8 +55,9 @@ class SensorRangeFinder(Instrument):
         hulls, those without a hull, and the robot itself, not at all.
 
     References:
-        Blue Robotics Ping manual: 0.3 to 100 m, 25 deg. Benewake TFmini Plus data sheet: 0.1 to
-        12 m, 5 cm up to 6 m and 1 % beyond, 3.6 deg, steps of 5 mm.
+        Blue Robotics Ping user manual: up to 100 m, 25 deg. Benewake TFmini Plus data sheet: 0.1 to
+        12 m, 5 cm up to 6 m and 1 % beyond, 3.6 deg, steps of 5 mm. Its 5 cm are the bound of all
+        errors; the noise of single readings is chosen.
 
     Example:
         >>> SensorRangeFinder(rpy=[0.0, 1.5708, 0.0]).channels()

@@ -30,6 +30,20 @@ def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
     return out
 
 
+def twist_map(origin: Floats, turn: Floats) -> Floats:
+    """Return the map from the twist of a body to that of a frame fixed to it, frame axes.
+
+    Args:
+        origin: of the frame in the body [m], shape (3,).
+        turn: rotation of the frame in the body, shape (3, 3).
+    """
+    x, y, z = (float(c) for c in origin)
+    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    out = np.zeros((6, 6))
+    out[:3, :3], out[:3, 3:], out[3:, 3:] = turn.T, -turn.T @ arm, turn.T
+    return out
+
+
 def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]:
     """Linear and angular momentum, matrix times [velocity, spin].
 

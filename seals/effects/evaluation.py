@@ -316,12 +316,16 @@ def _still(medium: Medium) -> Medium:
 def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
     """Rows of some links in link-by-link order.
 
-    None stands for all; contiguous links make a slice, others an index array.
+    None stands for all; contiguous links make a slice, and so do evenly spaced ones of one robot,
+    such as one link of every leg; others make an index array.
     """
     if len(links) == count:
         return None
     if links == tuple(range(links[0], links[0] + len(links))):
         return slice(links[0] * batch, (links[-1] + 1) * batch)
+    apart = links[1] - links[0]
+    if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
+        return slice(links[0], links[-1] + 1, apart)
     return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
 
 

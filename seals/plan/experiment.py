@@ -12,6 +12,7 @@ import yaml
 
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import plain, write_text
+from seals.logs.intake import read_plain_yaml
 from seals.plan.control import ROTORS, THRUSTERS, Gains
 from seals.plan.motions import Path as Reference
 from seals.plan.plan import Plan
@@ -113,7 +114,7 @@ def read_experiment(path: str | Path) -> Experiment:
         ConfigError: the file is not one, or lacks something.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        content = read_plain_yaml(Path(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         first = str(error).partition("\n")[0]
         raise ConfigError(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.report.figures import Chart, Mark, Series, even, thinned
+from seals.report.figures import Chart, Mark, Series, edges, even, thinned
 from seals.report.style import MUTED
 
 
@@ -55,16 +55,16 @@ def _line(line: Series, *, single: bool) -> list[dict[str, Any]]:
 
 def _outline(line: Series) -> tuple[Floats, Floats]:
     """The band's outline; every stretch between two gaps is a polygon of its own."""
-    band = np.zeros_like(line.y) if line.band is None else line.band
-    solid = np.isfinite(line.y) & np.isfinite(band)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], solid, [False]]).astype(int)))
+    low, high = edges(line)
+    solid = np.isfinite(low) & np.isfinite(high)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], solid, [False]]).astype(int)))
     x: list[Floats] = []
     y: list[Floats] = []
     gap = np.array([np.nan])
-    for first, last in edges.reshape(-1, 2):
+    for first, last in ends.reshape(-1, 2):
         part = slice(first, last)
         x += [line.x[part], line.x[part][::-1], gap]
-        y += [line.y[part] + band[part], (line.y[part] - band[part])[::-1], gap]
+        y += [high[part], low[part][::-1], gap]
     if not x:
         return np.zeros(0), np.zeros(0)
     return np.concatenate(x)[:-1], np.concatenate(y)[:-1]

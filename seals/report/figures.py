@@ -28,7 +28,8 @@ class Series:
         colour: hexadecimal, chosen by the name when left out.
         dashed: whether the line is dashed, as a reference or a model beside a measurement.
         points: whether points are drawn instead of a line.
-        band: half width of a shaded band around the line, shape (points,).
+        band: half width of a shaded band around the line, shape (points,); or its reach below and
+            above the line, shape (2, points).
     """
 
     name: str
@@ -129,6 +130,20 @@ def lines(
     return Chart(title=title, y_label=y_label, series=made, marks=marks, note=note)
 
 
+def edges(line: Series) -> tuple[Floats, Floats]:
+    """Return the lower and the upper edge of a line's band, each of shape (points,).
+
+    Example:
+        >>> x = np.arange(2.0)
+        >>> low, high = edges(Series(name="a", x=x, y=x, band=np.array([[0.5, 0.5], [1.0, 2.0]])))
+        >>> low.tolist(), high.tolist()
+        ([-0.5, 0.5], [1.0, 3.0])
+    """
+    band = np.zeros_like(line.y) if line.band is None else line.band
+    below, above = np.broadcast_to(band, (2, line.y.size))
+    return line.y - below, line.y + above
+
+
 def thinned(line: Series, most: int = MOST_POINTS) -> Series:
     """Return a series of at most about ``most`` points that keeps every peak.
 
@@ -146,7 +161,10 @@ def thinned(line: Series, most: int = MOST_POINTS) -> Series:
         return line
     kept = extremes(line.y, max(most // 2 - 1, 1))
     return dataclasses.replace(
-        line, x=line.x[kept], y=line.y[kept], band=None if line.band is None else line.band[kept]
+        line,
+        x=line.x[kept],
+        y=line.y[kept],
+        band=None if line.band is None else line.band[..., kept],
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.errors import MissingExtra
 from seals.logs.atomic import atomic_path
-from seals.report.figures import Chart, Series, even, thinned
+from seals.report.figures import Chart, Series, edges, even, thinned
 from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
@@ -95,7 +95,7 @@ def _line(axes: Any, line: Series) -> None:
     else:
         axes.plot(line.x, line.y, style, lw=1.4, color=line.colour, label=line.name)
     if line.band is not None:
-        low, high = line.y - line.band, line.y + line.band
+        low, high = edges(line)
         axes.fill_between(line.x, low, high, color=line.colour, alpha=0.2, lw=0)
 
 

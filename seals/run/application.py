@@ -18,6 +18,7 @@ from seals.run.report import write_plots, write_report
 from seals.run.same import differences, version_changes
 from seals.run.simulation import Ending, Keeper, Record, simulate
 from seals.run.surface import Surfaces
+from seals.run.thinned import Thinned
 from seals.run.views import views_of
 
 
@@ -83,6 +84,8 @@ def run_into(
     watching: list[Keeper] = [checkpoints, *keepers]
     if settings.surface > 0.0:
         watching.append(Surfaces(folder, settings.surface, settings.fluid))
+    if settings.particles > 0.0:
+        watching.append(Thinned(folder, settings.particles, settings.fluid))
 
     def begin() -> None:
         facts.update(_facts(settings, overrides or [], original, cut))

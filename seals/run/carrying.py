@@ -29,13 +29,30 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
             "initial.drives=carrying is for robots with rotors that start in the air.\n"
             "Allowed here: initial.drives=rest"
         )
+    speeds = carrying_speeds(plant, start.joints)
     mass = MassGauge(plant.robot).at(np.asarray(start.joints, dtype=float))
     weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
-    speeds = Allocation(layout).commands(weight, mass.centre)
-    lift = float(Allocation(layout).wrench(speeds, mass.centre)[0])
+    lift = float(Allocation(layout).wrench(speeds[0], mass.centre)[0])
     if lift < 0.99 * weight[0]:
         raise ConfigError(
             f"initial.drives=carrying: the rotors lift {lift:.3g} N of {weight[0]:.3g} N.\n"
             "Allowed here: initial.drives=rest"
         )
-    return speeds[None]
+    return speeds
+
+
+def carrying_speeds(plant: Plant, joints: Floats) -> Floats:
+    """Return the speeds at which all rotors together lift the weight, shape (1, n).
+
+    Drives that are no rotors stand still.
+
+    Args:
+        plant: the robot.
+        joints: joint values [rad or m], shape (J,).
+    """
+    if set(plant.layout.kind) != {ROTOR}:
+        return np.zeros((1, plant.layout.drives))
+    mass = MassGauge(plant.robot).at(np.asarray(joints, dtype=float))
+    weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
+    speeds: Floats = Allocation(plant.layout).commands(weight, mass.centre)[None]
+    return speeds

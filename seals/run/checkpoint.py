@@ -1,8 +1,8 @@
 """Keeps the state of a run on disk, so that one that was killed can be taken up where it was.
 
 A checkpoint holds everything that changes: the world's snapshot, the rigid-body scene in the
-engine's own format, the ledgers, and the rows recorded so far. It is a pickle, which can do
-anything when it is read: take up only runs of one's own.
+engine's own format, the ledgers, and the rows recorded so far. It is a pickle that is read as data:
+see `seals.run.unpickling`.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Any
 from seals.backend import Storing
 from seals.config.run import RunSettings
 from seals.errors import ConfigError
+from seals.run.unpickling import DataUnpickler
 from seals.world import World
 
 FOLDER = "checkpoint"
@@ -195,7 +196,7 @@ class _Pickler(pickle.Pickler):
         return NotImplemented
 
 
-class _Unpickler(pickle.Unpickler):
+class _Unpickler(DataUnpickler):
     """Reads live parts by their names."""
 
     def __init__(self, file: Any, live: Mapping[str, Any]) -> None:

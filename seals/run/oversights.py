@@ -40,7 +40,7 @@ def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
     resting = resting_effects(settings)
     if resting:
         found.append(
-            f"{', '.join(resting)} of {settings.robot.name} rest: the {settings.fluid.name} make "
-            "these forces themselves."
+            f"{', '.join(resting)} of {settings.robot.name} rest: the water of the "
+            f"{settings.fluid.name} makes these forces itself."
         )
     return found

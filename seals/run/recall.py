@@ -9,6 +9,7 @@ from typing import Any
 from seals.config.derive import schema_of
 from seals.config.refusal import refusals
 from seals.errors import ConfigError, RobotError
+from seals.logs.intake import read_plain_yaml
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
 
@@ -59,7 +60,7 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
             "Give the folder of a run; it holds .hydra/config.yaml and run.json."
         )
     try:
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        raw = read_plain_yaml(path)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
         text = " ".join(str(cause).split())
         raise ConfigError(f"{path} cannot be read: {text}.\nRestore it, or start anew.") from cause

@@ -21,6 +21,7 @@ _FILES = (
     ("ledger.parquet", "force and torque of every effect on every link at every step"),
     ("fluid.parquet", "particles, compression, books of momentum and gauges, with a fluid"),
     ("surface/", "meshes of the water's surface, with surface=SECONDS"),
+    ("particles/", "some of the water's particles, with particles=SECONDS"),
     ("checkpoint/", "the last state of a run that was cut off, for resume=FOLDER"),
     ("vehicle.urdf", "the robot as it ran"),
     ("run.json", "versions, seed, revision, time"),

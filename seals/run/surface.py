@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, MissingExtra
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
+from seals.run.thinned import file_of, passed
 from seals.world import World
 
 FOLDER = "surface"
@@ -126,14 +126,9 @@ class Surfaces:
     def tick(self, world: World, books: Any) -> None:
         """Write the surface when it is time; one file for each multiple of ``every``."""
         now, fluid = world.time, world.fluid
-        before = now - world.step_size
-        if fluid is None or _count(now, self.every) == _count(before, self.every):
+        if fluid is None or not passed(now, world.step_size, self.every):
             return
         places = fluid.particles()[0]
         spacing = fluid.figures().get(SPACING)
         if len(places) and spacing is not None:
-            write_ply(self.folder / f"t_{now:08.4f}.ply", surface_of(places, spacing))
-
-
-def _count(time: float, every: float) -> int:
-    return math.floor((time + 1e-9) / every)
+            write_ply(file_of(self.folder, now, ".ply"), surface_of(places, spacing))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
@@ -33,7 +34,7 @@ class Kept(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Instrument(Carried):
+class Instrument(Carried, ABC):
     """Base of mounted sensors: look, add errors, solve.
 
     A subclass declares ``rate``, ``channels`` and ``look``; `noise_laws` gives the errors of what
@@ -55,6 +56,7 @@ class Instrument(Carried):
         self._mount = Mount("sensor", self.position, self.rpy)
         self._noise = dict(self.noise_laws())
 
+    @abstractmethod
     def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
         """Return what there is to see, without errors, and the memory of its own.
 
@@ -64,7 +66,6 @@ class Instrument(Carried):
             felt: the instant at the mounting point, in the sensor's axes.
             own: from the last reading, None at the start.
         """
-        raise NotImplementedError
 
     def noise_laws(self) -> Mapping[str, Noise]:
         """Return the errors of the quantities that `look` sees."""

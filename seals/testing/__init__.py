@@ -9,6 +9,7 @@ from seals.testing.contract import ContractError
 from seals.testing.control import ControlReport, check_controller, check_guide
 from seals.testing.effect import EffectReport, check_effect
 from seals.testing.fluid import FluidReport, check_fluid
+from seals.testing.learner import LearnerReport, check_learner
 from seals.testing.reader import ReaderReport, check_reader
 from seals.testing.robot import RobotReport, check_robot
 from seals.testing.sensor import SensorReport, check_sensor
@@ -20,6 +21,7 @@ __all__ = [
     "ControlReport",
     "EffectReport",
     "FluidReport",
+    "LearnerReport",
     "ReaderReport",
     "RobotReport",
     "SensorReport",
@@ -29,6 +31,7 @@ __all__ = [
     "check_effect",
     "check_fluid",
     "check_guide",
+    "check_learner",
     "check_reader",
     "check_robot",
     "check_sensor",

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import SealsError
+from seals.run.thinned import thinned
 from seals.sight.scene import Poses
 
 RATE = 30.0
 """Frames sent in one second of simulated time [Hz]."""
-MOST_PARTICLES = 20_000
-"""Particles sent of one frame; of more, every second, third ... goes."""
 EVERY = 6
 """Frames from one picture of the particles to the next."""
 
@@ -124,8 +123,7 @@ class Broadcast:
     def _particles(self, fluid: Any) -> NDArray[np.float32] | None:
         if fluid is None:
             return None
-        places = np.asarray(fluid.particles()[0], dtype=np.float32)
-        return places[:: 1 + len(places) // MOST_PARTICLES]
+        return thinned(fluid.particles()[0])
 
 
 def simulate_into(folder: str, mouth: Connection) -> None:

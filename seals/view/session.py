@@ -18,6 +18,7 @@ from seals.run.folder import write_config
 from seals.run.recall import recalled
 from seals.sight.scene import Poses
 from seals.view.forces import Forces
+from seals.view.instants import Drops
 from seals.view.live import Frame, Live
 from seals.view.replay import Replay, open_replay
 from seals.view.shots import Shots
@@ -65,6 +66,7 @@ class Session:
     water: Water
     forces: Forces
     shots: Shots
+    drops: Drops
 
     def __init__(self, config: Any, sliders: Sequence[Slider], folder: Path) -> None:
         """Prepare; `start` or `open` puts a run on show."""
@@ -82,6 +84,7 @@ class Session:
         self.stage, folder = replay.stage, replay.folder
         self.water = Water(self.stage.settings, folder)
         self.forces, self.shots = Forces(self.stage, folder), Shots(folder)
+        self.drops = Drops(folder)
         self.shown += 1
 
     def start(self) -> None:
@@ -103,6 +106,7 @@ class Session:
         self.stage, self.replay, self._frames, self._wet = stage, None, [], []
         self.water = Water(stage.settings)
         self.forces, self.shots = Forces(stage, None), Shots(None)
+        self.drops = Drops(None)
         self.live = Live(folder)
         self.shown += 1
         self.note = f"run {len(self.made)} is going on"
@@ -188,8 +192,9 @@ class Session:
 
     def particles(self, time: float) -> Floats | None:
         """Return the places of particles last seen before a time [m]; None without any."""
-        if not self._wet:
-            return None
+        kept = self.drops.last(time)
+        if kept is not None or not self._wet:
+            return kept
         k = int(np.searchsorted([t for t, _ in self._wet], time + 1e-9, side="right")) - 1
         return np.asarray(self._wet[max(k, 0)][1], dtype=float)
 

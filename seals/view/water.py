@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.run.surface import FOLDER
+from seals.view.instants import Instants
 
 FINE = 2.5
 """How much finer a patch is in the middle: its cells grow as the hyperbolic cosine up to this."""
@@ -46,9 +47,8 @@ class Water:
         """Find the meshes and try the waves."""
         self.level = settings.environment.water_level
         self._waves = settings.wave
-        files = sorted((folder / FOLDER).glob("t_*.ply")) if folder is not None else []
-        self.meshes = [(_instant(file), file) for file in files]
-        self._times = np.array([time for time, _ in self.meshes])
+        self._instants = Instants(None if folder is None else folder / FOLDER, ".ply")
+        self.meshes = self._instants.files
 
     @property
     def moves(self) -> bool:
@@ -80,10 +80,8 @@ class Water:
 
     def mesh(self, time: float) -> Patch | None:
         """Return the mesh that was written last before a time, None where the folder has none."""
-        if not self.meshes:
-            return None
-        k = int(np.searchsorted(self._times, time + 1e-6, side="right")) - 1
-        return _read(str(self.meshes[max(k, 0)][1]))
+        file = self._instants.last(time)
+        return None if file is None else _read(str(file))
 
     def patch(self, time: float, middle: Floats, half: float, cells: int) -> Patch | None:
         """Return a square of the surface as triangles, None without water.
@@ -117,17 +115,6 @@ def grid_faces(cells: int) -> NDArray[np.int64]:
     lower = np.stack([first, right, across], axis=1)
     upper = np.stack([first, across, above], axis=1)
     return np.stack([lower, upper], axis=1).reshape(-1, 3)
-
-
-def _instant(file: Path) -> float:
-    """Time of a mesh from its name, ``t_000.0500.ply``."""
-    try:
-        return float(file.stem.removeprefix("t_"))
-    except ValueError as cause:
-        raise ConfigError(
-            f"{file} has no time in its name.\nMeshes of a run are called t_000.0500.ply; move "
-            "others away."
-        ) from cause
 
 
 @lru_cache(maxsize=32)

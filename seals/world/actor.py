@@ -147,7 +147,7 @@ class Actor:
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger and hand the sum to the backend."""
-        kinematics, moving = self._now or self._look()
+        kinematics, moving = self._now or self.look()
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
         joints = self._no_joints
         if self.robot.tree.joints:
@@ -232,7 +232,7 @@ class Actor:
         position = train.position(time, self.joint_command, joints.position, step)
         return Inputs(step, torque, self.drive, self.voltage, position)
 
-    def _look(self) -> tuple[Kinematics, Moving]:
+    def look(self) -> tuple[Kinematics, Moving]:
         """Poses and velocities at the current time; kept until the next step."""
         poses = self.body.poses()
         kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
@@ -243,7 +243,7 @@ class Actor:
         """Take the readings that are due at the new time, and let the pilot hear what arrives."""
         if not self.sensors:
             return
-        self.senses.take(Instant(time, step, *self._look(), self._before), rng)
+        self.senses.take(Instant(time, step, *self.look(), self._before), rng)
         if self.pilot is not None:
             for taken, readings in self.senses.heard().items():
                 self.pilot.hear(taken, readings)

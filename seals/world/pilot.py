@@ -11,8 +11,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Aim, Controller, Guide, Order, Plant, Situation
 from seals.control.estimate import Estimate, Estimator
-from seals.control.gauge import MassGauge, WaterGauge
-from seals.control.thrust import ThrustGauge
+from seals.control.gauge import MassGauge, MassNow, WaterGauge
+from seals.control.protocols import Buoyancy
+from seals.control.thrust import Reach, ThrustGauge
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.errors import PhysicsError
 from seals.medium.sample import Sample
@@ -68,6 +69,7 @@ class Pilot:
 
     Attributes:
         stage: name of the guide's present stage.
+        bodies: origins of the other bodies of the scene, by name [m].
     """
 
     def __init__(
@@ -84,6 +86,10 @@ class Pilot:
         self._guide_every = max(self._every, round(1.0 / (guide.rate * step)))
         self._step = step
         self._kept = NEW
+        # a gait asks for none of these, and weighing costs more than walking
+        self._weighs = getattr(controller, "weighs", True)
+        self._weighed: tuple[MassNow, float, Buoyancy, Reach] | None = None
+        self.bodies: Mapping[str, Floats] = {}
 
     @property
     def sense(self) -> str:
@@ -107,7 +113,7 @@ class Pilot:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._kept = NEW
+        self._kept, self._weighed = NEW, None
 
     @property
     def due(self) -> bool:
@@ -141,9 +147,7 @@ class Pilot:
             self._kept = Kept(*kept[:5], {**kept.readings, **fresh}, estimate)
 
     def _situation(self, seen: Seen, kept: Kept) -> Situation:
-        mass = self._mass.now(seen.kinematics)
-        submersion, buoyancy = self._water.now(seen.kinematics, seen.sample)
-        reach = self._thrust.now(seen.motion, seen.sample)
+        mass, submersion, buoyancy, reach = self._weigh(seen)
         level = self.plant.environment.water_level
         truth = Estimate(
             seen.time,
@@ -175,7 +179,18 @@ class Pilot:
             low=reach.low,
             readings=kept.readings,
             contacts=seen.contacts,
+            bodies=self.bodies,
         )
+
+    def _weigh(self, seen: Seen) -> tuple[MassNow, float, Buoyancy, Reach]:
+        """Mass properties, submersion, buoyancy and reach of the drives, now or at the start."""
+        if self._weighs or self._weighed is None:
+            self._weighed = (
+                self._mass.now(seen.kinematics),
+                *self._water.now(seen.kinematics, seen.sample),
+                self._thrust.now(seen.motion, seen.sample),
+            )
+        return self._weighed
 
     def _refuse_wild(self, order: Order) -> None:
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints

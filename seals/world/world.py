@@ -89,6 +89,8 @@ class World:
         for name, actor in self.actors.items():
             others = {n: a for n, a in self.actors.items() if n != name}
             actor.senses.meet(Others(others), [a.shapes for a in others.values()])
+            if actor.pilot is not None:
+                actor.pilot.bodies = Others(others)
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
         """Place all robots, set time to zero and reseed the random state.

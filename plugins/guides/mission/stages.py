@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,7 +30,7 @@ def _metres(default: float, low: float = -1e4) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stage:
+class Stage(ABC):
     """What all stages have.
 
     Args:
@@ -44,9 +45,9 @@ class Stage:
     patience: float = _seconds(6.0)
     holding: bool = False
 
+    @abstractmethod
     def act(self, scene: Scene) -> Move:
         """Return what is wanted now."""
-        raise NotImplementedError
 
     def still(self, scene: Scene, *, fine: bool, grip: float | None = None) -> Move:
         """Stay where the stage began."""

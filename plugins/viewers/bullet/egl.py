@@ -7,13 +7,12 @@ import sys
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import MissingExtra
 from seals.plugins.viewers.bullet.client import engine
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
-from seals.sight.camera import Cameras, Lens
+from seals.plugins.viewers.bullet.renderer import RendererBullet
 from seals.sight.light import Light
-from seals.sight.picture import Picture
-from seals.sight.scene import Poses, Scene
+from seals.sight.scene import Scene
 
 SAMPLING = Sampling("ER_BULLET_HARDWARE_OPENGL", (0.0, 0.0))
 ENTRY = "_eglRendererPlugin"
@@ -30,7 +29,7 @@ _TRIAL = (
 
 
 @dataclass(kw_only=True)
-class RendererEgl:
+class RendererEgl(RendererBullet):
     """OpenGL through EGL: fast on a graphics card, slow on a software driver.
 
     Equation:
@@ -53,38 +52,15 @@ class RendererEgl:
         >>> RendererEgl().close()
     """
 
-    def __post_init__(self) -> None:
-        """Keep the engine closed until `open`."""
-        self._drawing: Drawing | None = None
-
-    def open(self, scene: Scene, light: Light) -> None:
-        """Load a scene.
+    def begin(self, scene: Scene, light: Light) -> Drawing:
+        """Try the driver out, then load the scene.
 
         Raises:
             MissingExtra: the plug-in or a driver is missing, or the trial failed.
         """
-        self.close()
         plugin = plugin_file()
         try_out(plugin)
-        self._drawing = Drawing(scene, light, SAMPLING, "egl", (plugin, ENTRY))
-
-    def render(
-        self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool = False
-    ) -> Picture:
-        """Return the pictures of all cameras.
-
-        Raises:
-            PhysicsError: no scene is open.
-        """
-        if self._drawing is None:
-            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
-        return self._drawing.render(poses, cameras, lens, normals=normals)
-
-    def close(self) -> None:
-        """Release the engine; a second call does nothing."""
-        if self._drawing is not None:
-            self._drawing.close()
-        self._drawing = None
+        return Drawing(scene, light, SAMPLING, "egl", (plugin, ENTRY))
 
 
 def plugin_file() -> str:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.errors import PhysicsError
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
-from seals.sight.camera import Cameras, Lens
+from seals.plugins.viewers.bullet.renderer import RendererBullet
 from seals.sight.light import Light
-from seals.sight.picture import Picture
-from seals.sight.scene import Poses, Scene
+from seals.sight.scene import Scene
 
 SAMPLING = Sampling("ER_TINY_RENDERER", (-0.5, 0.5))
 """It samples at the corner of a pixel, lower left, where the middle is meant."""
 
 
 @dataclass(kw_only=True)
-class RendererTiny:
+class RendererTiny(RendererBullet):
     """TinyRenderer of PyBullet: triangles on one processor core.
 
     Equation:
@@ -41,29 +39,6 @@ class RendererTiny:
         >>> RendererTiny().close()
     """
 
-    def __post_init__(self) -> None:
-        """Keep the engine closed until `open`."""
-        self._drawing: Drawing | None = None
-
-    def open(self, scene: Scene, light: Light) -> None:
-        """Load a scene."""
-        self.close()
-        self._drawing = Drawing(scene, light, SAMPLING, "tiny")
-
-    def render(
-        self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool = False
-    ) -> Picture:
-        """Return the pictures of all cameras.
-
-        Raises:
-            PhysicsError: no scene is open.
-        """
-        if self._drawing is None:
-            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
-        return self._drawing.render(poses, cameras, lens, normals=normals)
-
-    def close(self) -> None:
-        """Release the engine; a second call does nothing."""
-        if self._drawing is not None:
-            self._drawing.close()
-        self._drawing = None
+    def begin(self, scene: Scene, light: Light) -> Drawing:
+        """Load the scene."""
+        return Drawing(scene, light, SAMPLING, "tiny")

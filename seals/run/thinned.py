@@ -1,0 +1,83 @@
+"""Some of the particles of a run's water, every so often, to be looked at afterwards."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from seals.errors import ConfigError
+from seals.fluid import Fluid
+from seals.logs.atomic import atomic_path
+from seals.world import World
+
+FOLDER = "particles"
+"""Folder of a run that holds them, one file an instant, named by its time."""
+MOST = 20_000
+"""Particles kept of one instant; of more, every second, third ... is."""
+
+
+def thinned(places: ArrayLike) -> NDArray[np.float32]:
+    """Return at most `MOST` of the places, evenly out of all, in single precision.
+
+    Args:
+        places: of particles [m], shape (n, 3).
+
+    Example:
+        >>> len(thinned(np.zeros((30_000, 3))))
+        15000
+    """
+    found = np.asarray(places, dtype=np.float32)
+    return found[:: max(1, math.ceil(len(found) / MOST))]
+
+
+def passed(now: float, step: float, every: float) -> bool:
+    """Whether a step has reached or crossed a multiple of an interval.
+
+    Args:
+        now: time at the end of the step [s].
+        step: its length [s].
+        every: the interval [s].
+
+    Example:
+        >>> [passed(t, 0.04, 0.1) for t in (0.04, 0.08, 0.12)]
+        [False, False, True]
+    """
+    return math.floor((now + 1e-9) / every) != math.floor((now - step + 1e-9) / every)
+
+
+def file_of(folder: Path, time: float, suffix: str) -> Path:
+    """Return the file of an instant in a folder, such as ``t_000.0500.npy``."""
+    return folder / f"t_{time:08.4f}{suffix}"
+
+
+class Thinned:
+    """Writes a thinned set of the particles into a run's folder.
+
+    Args:
+        folder: of the run.
+        every: simulated time between two sets [s].
+        fluid: of the run, or None.
+
+    Raises:
+        ConfigError: there is no fluid.
+    """
+
+    def __init__(self, folder: Path, every: float, fluid: Fluid | None) -> None:
+        """Refuse before anything runs."""
+        if fluid is None:
+            raise ConfigError(
+                f"particles={every:g}: the run has no water of particles.\n"
+                "Choose it, or leave particles out: water=particles"
+            )
+        self.folder, self.every = folder / FOLDER, every
+
+    def tick(self, world: World, books: Any) -> None:
+        """Write a set when it is time; one file for each multiple of ``every``."""
+        if world.fluid is None or not passed(world.time, world.step_size, self.every):
+            return
+        with atomic_path(file_of(self.folder, world.time, ".npy")) as beside:
+            np.save(beside, thinned(world.fluid.particles()[0]), allow_pickle=False)

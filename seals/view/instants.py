@@ -1,0 +1,80 @@
+"""Files of a run's folder that are named by their time."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError
+from seals.run.thinned import FOLDER
+
+
+class Instants:
+    """Files called ``t_000.0500`` and a suffix, by their time.
+
+    Args:
+        folder: that holds them, None for none.
+        suffix: of the files.
+    """
+
+    def __init__(self, folder: Path | None, suffix: str) -> None:
+        """Find the files; nothing is read yet."""
+        files = sorted(folder.glob(f"t_*{suffix}")) if folder is not None else []
+        self.files = [(_instant(file), file) for file in files]
+        self._times = np.array([time for time, _ in self.files])
+
+    def last(self, time: float) -> Path | None:
+        """Return the file that was written last before a time [s]; before the first, the first."""
+        if not self.files:
+            return None
+        k = int(np.searchsorted(self._times, time + 1e-6, side="right")) - 1
+        return self.files[max(k, 0)][1]
+
+
+class Drops:
+    """The particles that a run has kept of its water.
+
+    Args:
+        folder: of the run, None for none.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        """Find the files."""
+        self._instants = Instants(None if folder is None else folder / FOLDER, ".npy")
+
+    def last(self, time: float) -> Floats | None:
+        """Return the places last kept before a time [s], shape (n, 3) [m]; None without any.
+
+        Raises:
+            ConfigError: the file is damaged.
+        """
+        file = self._instants.last(time)
+        return None if file is None else _places(str(file))
+
+
+def _instant(file: Path) -> float:
+    """Time in a name, ``t_000.0500.ply``."""
+    try:
+        return float(file.stem.removeprefix("t_"))
+    except ValueError as cause:
+        raise ConfigError(
+            f"{file} has no time in its name.\nFiles there are called t_000.0500{file.suffix}; "
+            "move others away."
+        ) from cause
+
+
+@lru_cache(maxsize=32)
+def _places(path: str) -> Floats:
+    try:
+        found = np.asarray(np.load(path, allow_pickle=False), dtype=float)
+    except (OSError, ValueError, EOFError) as cause:
+        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause
+    if found.ndim != 2 or found.shape[1] != 3 or not np.all(np.isfinite(found)):
+        raise ConfigError(
+            f"{path} holds no places, but numbers of shape {found.shape}.\n"
+            "Allowed: finite numbers of shape (n, 3); remove it, or run anew."
+        )
+    return found
