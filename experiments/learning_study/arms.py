@@ -83,7 +83,7 @@ def trainings(
         ConfigError: an arm does not exist, or there are too few steps for its pretraining.
 
     Example:
-        >>> one = trainings(Path("out"), Path("shown"), arms=["sac"], steps=100, seeds=1)
+        >>> one = trainings(Path("out"), Path("shown"), arms=["sac"], steps=2000, seeds=1)
         >>> one[0].folder.as_posix(), "learner.ratio=0.5" in one[0].words
         ('out/sac/0', True)
     """
