@@ -18,16 +18,16 @@ _CSV = "t,depth,specific_force_z\n" + "".join(f"{k / 100},{k % 7},9.81\n" for k 
 _WIT = "StartTime: 1\nTime(s)\tax(g)\tay(g)\taz(g)\twx(deg/s)\twy(deg/s)\twz(deg/s)\n" + "".join(
     f" 10:00:00.{k:03}\t0.1\t0.2\t1\t3\t4\t5\n" for k in range(30)
 )
-_URDF = (
+URDF = (
     '<?xml version="1.0"?><robot name="r"><link name="base">'
     '<inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass value="1"/>'
     '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
     '<collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>'
 )
 _ROBOT = (
-    "name: r\nurdf: r.urdf\nsummary: a box\n"
-    "hulls:\n  base: {primitives: [{type: box, size: [1, 1, 1]}]}\n"
-    "effects:\n  buoyancy: {effect: buoyancy}\n"
+    "urdf: r.urdf\nsummary: a box\n"
+    "hulls:\n  base: {shapes: [{type: box, size: [1, 1, 1]}]}\n"
+    "effects:\n  buoyancy: {effect: buoyancy}\n  friction: {effect: linear_drag}\n"
 )
 _KEYS = "t,control,value\n0.5,w,1.0\n1.0,w,0.0\n2.5,q,0.5\n"
 _KEYS_YAML = "- {t: 0.5, hold: w, seconds: 2}\n- {t: 3, hold: q, seconds: 1}\n"
@@ -54,12 +54,18 @@ class Target:
     def place(self, folder: Path, content: bytes) -> Path:
         """Write the file where it belongs and return what the loader is given."""
         for name, raw in self.beside.items():
-            (folder / name).write_bytes(raw)
-        (folder / self.name).write_bytes(content)
+            self._write(folder / name, raw)
+        self._write(folder / self.name, content)
         return folder if self.folder else folder / self.name
 
+    @staticmethod
+    def _write(path: Path, content: bytes) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
 
-def _checked(reader: Any) -> Callable[[Path], None]:
+
+def checked(reader: Any) -> Callable[[Path], None]:
+    """Return what reads a log and checks it."""
     from seals.logs import check_log
 
     def load(path: Path) -> None:
@@ -72,7 +78,7 @@ def _checked(reader: Any) -> Callable[[Path], None]:
 def _native(table: str) -> Target:
     from seals.plugins.readers.native import ReaderNative
 
-    load = _checked(ReaderNative())
+    load = checked(ReaderNative())
     if table == "meta.yaml":
         beside = {"log.csv": _CSV.encode()}
         return Target(whole=_META.encode(), name=table, load=load, beside=beside, folder=True)
@@ -95,13 +101,13 @@ def _parquet() -> bytes:
 def _csv() -> Target:
     from seals.plugins.readers.csv import ReaderCsv
 
-    return Target(whole=_CSV.encode(), name="a.csv", load=_checked(ReaderCsv()))
+    return Target(whole=_CSV.encode(), name="a.csv", load=checked(ReaderCsv()))
 
 
 def _witmotion() -> Target:
     from seals.plugins.readers.witmotion import ReaderWitmotion
 
-    return Target(whole=_WIT.encode(), name="a.txt", load=_checked(ReaderWitmotion()))
+    return Target(whole=_WIT.encode(), name="a.txt", load=checked(ReaderWitmotion()))
 
 
 def _ulog() -> Target:
@@ -117,7 +123,7 @@ def _ulog() -> Target:
     whole += message("F", b"e:uint8_t[3] a;") + message("A", b"\0\x01\0vehicle_attitude")
     for k in range(30):
         whole += message("D", struct.pack("<HQ4f3s", 1, 4000 * k, 1.0, 0.0, 0.0, 0.1 * k, b"abc"))
-    return Target(whole=whole, name="a.ulg", load=_checked(ReaderUlog()))
+    return Target(whole=whole, name="a.ulg", load=checked(ReaderUlog()))
 
 
 def _imu() -> bytes:
@@ -155,7 +161,7 @@ def _mcap(compression: str) -> Target:
         out.add_message(tank, k * 10**7, json.dumps({"a": [k, {"b": k}]}).encode(), k * 10**7)
     out.finish()
     reader = ReaderMcap(clock="record", columns={"/tank/a[1].b": "depth"})
-    return Target(whole=stream.getvalue(), name="a.mcap", load=_checked(reader))
+    return Target(whole=stream.getvalue(), name="a.mcap", load=checked(reader))
 
 
 def _rosbag2() -> Target:
@@ -172,22 +178,35 @@ def _rosbag2() -> Target:
     base.commit()
     base.close()
     reader = ReaderRosbag2(clock="record")
-    return Target(whole=path.read_bytes(), name="a.db3", load=_checked(reader))
+    return Target(whole=path.read_bytes(), name="a.db3", load=checked(reader))
 
 
 def _urdf() -> Target:
     from seals.robot.urdf import read_urdf
 
-    return Target(whole=_URDF.encode(), name="r.urdf", load=read_urdf)
+    return Target(whole=URDF.encode(), name="r.urdf", load=read_urdf)
 
 
 def _robot() -> Target:
     from seals.config.robot import read_robot
 
-    beside = {"r.urdf": _URDF.encode()}
+    beside = {"r.urdf": URDF.encode()}
     return Target(
         whole=_ROBOT.encode(), name="robot.yaml", load=read_robot, beside=beside, folder=True
     )
+
+
+def _built() -> Target:
+    """A robot folder as ``seals run robot=FOLDER`` takes it, up to the world."""
+    from seals.config.compose import compose
+    from seals.config.run import build_run
+    from seals.run.assembly import build_world
+
+    def load(folder: Path) -> None:
+        build_world(build_run(compose([f"robot='{folder}'", "backend=free"]))).close()
+
+    beside = {"r.urdf": URDF.encode()}
+    return Target(whole=_ROBOT.encode(), name="robot.yaml", load=load, beside=beside, folder=True)
 
 
 def _mesh(ending: str) -> Target:
@@ -228,11 +247,15 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "rosbag2": _rosbag2,
     "urdf": _urdf,
     "robot": _robot,
+    "robot_built": _built,
     "stl": lambda: _mesh("stl"),
     "obj": lambda: _mesh("obj"),
     "dae": lambda: _mesh("dae"),
+    "ply": lambda: _mesh("ply"),
+    "off": lambda: _mesh("off"),
+    "glb": lambda: _mesh("glb"),
     "keys_csv": lambda: _keys("a.csv", _KEYS),
     "keys_yaml": lambda: _keys("a.yaml", _KEYS_YAML),
     "npy": _array,
 }
-"""Every reader and loader by name; each entry makes its target in the process that fuzzes it."""
+"""Readers of logs, robots and scripts by name; each entry makes its target where it is fuzzed."""

@@ -101,6 +101,7 @@ def _with_map(config: Any) -> Any:
     from omegaconf import OmegaConf, open_dict
 
     from seals.config.refusal import refusals
+    from seals.config.targets import refuse_references
 
     if not config.map:
         return config.reader
@@ -108,9 +109,7 @@ def _with_map(config: Any) -> Any:
     fields.pop("reader", None)
     if "_target_" in fields:
         raise ConfigError(f"map={config.map} states _target_.\nA map holds fields of the reader.")
-    if "${" in repr(fields):
-        # the file may be a stranger's: it is data, and looks nothing up on this machine
-        raise ConfigError(f"map={config.map} holds a reference, ${{...}}.\nWrite the value itself.")
+    refuse_references(fields, where=f"map={config.map}")
     with refusals([f"map={config.map}"]), open_dict(config):
         for key, value in fields.items():
             OmegaConf.update(config.reader, str(key), value, merge=True)

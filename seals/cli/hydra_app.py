@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 
 Task = Callable[[Any], "int | None"]
@@ -103,7 +104,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
     # Hydra's parser takes no flag between two overrides
     arguments = sorted(arguments, key=lambda word: word not in ("--multirun", "-m"))
-    _refuse_flags(arguments)
+    arguments = _refuse_flags(arguments)
     _refuse_other_verb(root, arguments)
     install()
     outcome = _Outcome(task)
@@ -291,11 +292,16 @@ _FLAGS = (
     "--help",
     "--hydra-help",
     "--version",
+    TRUST,
 )
 
 
-def _refuse_flags(arguments: list[str]) -> None:
-    """Let Hydra's parser judge the flags, and say its verdict in two lines."""
+def _refuse_flags(arguments: list[str]) -> list[str]:
+    """Let Hydra's parser judge the flags, and say its verdict in two lines.
+
+    Returns:
+        The arguments that are Hydra's.
+    """
     from hydra._internal.utils import get_args_parser
 
     for word in arguments:
@@ -311,13 +317,14 @@ def _refuse_flags(arguments: list[str]) -> None:
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            get_args_parser().parse_args(arguments)
+            get_args_parser().parse_args([word for word in arguments if word != TRUST])
     except SystemExit as stop:
         verdict = said.getvalue().strip().rpartition("error: ")[2].partition("\n")[0]
         raise ConfigError(
             f"{' '.join(arguments)}: {verdict}.\n"
             "Allowed: KEY=VALUE, --multirun, --cfg job|hydra|all, --package KEY, --config-dir DIR"
         ) from stop
+    return untrusted(arguments)
 
 
 def _refuse_other_verb(root: str, arguments: list[str]) -> None:

@@ -38,7 +38,9 @@ VERBS = {
         usage="[KEY=VALUE ...] [--multirun] [--cfg job]\n"
         "  seals run experiment=drop_test\n"
         "  seals run robot=path/to/folder water=fossen time.duration=3\n"
-        "  seals run experiment=drop_test +effect@effects.second=quadratic_drag",
+        "  seals run experiment=drop_test +effect@effects.second=quadratic_drag\n"
+        "  seals run --config-dir FOLDER experiment=theirs     recipes of somebody else\n\n"
+        "  --trust   beside --config-dir: let its YAML name classes and settings of Hydra, too",
     ),
     "compare": Verb(
         target="seals.cli.hydra_app:compare",

@@ -9,6 +9,7 @@ from typing import Any
 
 from seals.config.fields import check_fields
 from seals.config.refusal import refusals
+from seals.config.targets import refuse_targets
 from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError, SealsError, suggestion
 
@@ -58,11 +59,8 @@ def _refuse_untyped(node: Any, where: str) -> None:
             f"Choose a plug-in by its group, for instance: +effect@{where}=quadratic_drag"
         )
     refuse_unknown(node, where=where)
-    expected = next(field for field in dataclasses.fields(schema) if field.name == "_target_")
-    if node["_target_"] != expected.default:
-        raise ConfigError(
-            f"{where}._target_={node['_target_']} is not allowed.\nAllowed: {expected.default}"
-        )
+    with refusals(()):
+        refuse_targets(node, where=where)
 
 
 def _tuples(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from seals.config.targets import refuse_references
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
 from seals.logs.intake import read_plain_yaml
@@ -218,6 +219,7 @@ def load_overlay(path: Path) -> dict[str, Any]:
             cause
         )
     raw = _mapping(raw, str(path))
+    refuse_references(raw, where=str(path))
     for key in raw:
         if key not in KEYS:
             raise ConfigError(

@@ -6,11 +6,13 @@ A robot is a folder holding ``robot.yaml`` and the URDF it names; no Python is n
 from __future__ import annotations
 
 import enum
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from seals.config.fields import optional, vector
+from seals.config.targets import refuse_references
 from seals.errors import RobotError, suggestion
 from seals.logs.intake import read_plain_yaml
 
@@ -28,6 +30,7 @@ _KEYS = (
     "controller",
     "guide",
 )
+_NAME = re.compile(r"\w[\w-]*")
 _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 
@@ -186,6 +189,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
     """
     path = folder / "robot.yaml"
     raw = _mapping(_load(path), str(path))
+    refuse_references(raw, where=str(path))
     for key in raw:
         if key not in _KEYS:
             raise RobotError(
@@ -197,6 +201,10 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         raise RobotError(
             f"{path}: urdf '{urdf}' is not a file in {folder}.\n"
             f"{suggestion(urdf, beside, label='URDF files there')}"
+        )
+    if not (folder / urdf).resolve().is_relative_to(folder.resolve()):
+        raise RobotError(
+            f"{path}: urdf '{urdf}' lies outside {folder}.\nKeep the URDF in the robot's folder."
         )
     settings = RobotSettings(
         name=name or folder.resolve().name,
@@ -236,6 +244,10 @@ def _load(path: Path) -> Any:
 def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
     found = {}
     for name, entry in _mapping(raw, where).items():
+        if not _NAME.fullmatch(str(name)):
+            raise RobotError(
+                f"{where}: '{name}' is no name.\nAllowed: letters, digits, '_' and '-'"
+            )
         values = dict(_mapping(entry, f"{where}.{name}"))
         plugin = values.pop(word, None)
         if not isinstance(plugin, str):

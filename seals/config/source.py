@@ -237,7 +237,6 @@ def model_option(name: str) -> Container:
     path = find_overlay(name)
     if path is None:
         raise ConfigError(f"model '{name}' vanished.\nModels lie in the folder models/")
-    # values in the file are data: a dollar sign is not a reference
     node: Container = OmegaConf.create(load_overlay(path))
     return node
 

@@ -39,6 +39,17 @@ def plugin_at(kind: str, path: str, *, where: str) -> registry.Plugin:
     return found
 
 
+def is_plugin(path: str) -> bool:
+    """Return whether a dotted path is the class of an installed plug-in of any kind.
+
+    Example:
+        >>> is_plugin("os.system")
+        False
+    """
+    kinds = (kind for kind in registry.GROUPS if kind not in registry.FOLDER_KINDS)
+    return any(_find(kind, path) is not None for kind in kinds)
+
+
 def _find(kind: str, path: str) -> registry.Plugin | None:
     """Compare the declared paths first; only then import, for classes that a package re-exports."""
     installed = list(registry.plugins(kind).values())

@@ -1,0 +1,161 @@
+"""What a folder of configuration may say unless its user trusts it: values, and plug-ins by name.
+
+Hydra reads more than values from the YAML in ``--config-dir``: a section ``hydra`` names classes
+that it makes, programs' surroundings and further folders. A folder holding any of that is refused
+before Hydra sees it, unless the word ``--trust`` stands beside it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.config.targets import SPECIAL, TARGET
+from seals.errors import ConfigError, SealsError
+from seals.logs.intake import read_plain_yaml
+
+TRUST = "--trust"
+_HYDRA = re.compile(r"\bhydra\b")
+_PACKAGE = re.compile(r"^\s*#\s*@package\s+(\S+)", re.MULTILINE)
+_MOST_FILES = 10_000
+_SEARCH = "hydra.searchpath"
+
+
+def untrusted(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments without ``--trust``; where it is absent, refuse what would need it.
+
+    Args:
+        arguments: overrides and flags of one command.
+
+    Raises:
+        ConfigError: a folder of configuration holds more than values and names of plug-ins.
+    """
+    rest = [word for word in arguments if word != TRUST]
+    folders = [*_folders(rest)]
+    if len(rest) != len(arguments):
+        if not folders:
+            raise ConfigError(
+                f"{TRUST}: there is nothing to trust.\nIt goes with --config-dir FOLDER."
+            )
+        return rest
+    for folder in folders:
+        refuse_commands(folder)
+    return rest
+
+
+def refuse_commands(folder: Path) -> None:
+    """Refuse a folder of configuration that says more than values and names of plug-ins.
+
+    Args:
+        folder: of YAML files, as ``--config-dir`` takes it.
+
+    Raises:
+        ConfigError: a file in it turns to Hydra, names a class that is no installed plug-in, leads
+            out of the folder, or cannot be read.
+    """
+    for place in _files(folder):
+        text = _text(place)
+        _refuse_place(place, folder)
+        for package in _PACKAGE.findall(text):
+            if _HYDRA.search(package):
+                raise _distrust(place, f"is packed into '{package:.80}'")
+        content = _content(place)
+        if isinstance(content, Mapping):
+            _refuse_head(place, content)
+        _refuse_classes(place, content)
+
+
+def _folders(words: Sequence[str]) -> Iterator[Path]:
+    """Folders that Hydra would read beside the installed ones."""
+    from hydra._internal.utils import get_args_parser
+
+    given = get_args_parser().parse_args(list(words))
+    for value in (given.config_dir, given.config_path):
+        if value is not None and "://" not in value:
+            yield Path(value)
+        elif value is not None and not value.startswith("pkg://"):
+            yield Path(value.partition("://")[2])
+    for word in words:
+        if word.lstrip("+~").startswith(_SEARCH):
+            raise ConfigError(f"{word:.80} names folders unseen.\nWrite --config-dir FOLDER.")
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    count = 0
+    for place, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            path = Path(place) / name
+            if path.is_symlink() and not path.resolve().is_relative_to(folder.resolve()):
+                raise _distrust(path, "is a link that leads out of the folder")
+            if name in files and path.suffix in (".yaml", ".yml"):
+                count += 1
+                yield path
+            if count > _MOST_FILES:
+                raise _distrust(folder, f"holds more than {_MOST_FILES} files")
+
+
+def _refuse_place(place: Path, folder: Path) -> None:
+    """A folder's name is the package of its files."""
+    if any(_HYDRA.search(part) for part in place.relative_to(folder).parent.parts):
+        raise _distrust(place, "lies in a folder of Hydra's own settings")
+
+
+def _refuse_head(place: Path, content: Mapping[Any, Any]) -> None:
+    for key in content:
+        if _HYDRA.search(str(key)):
+            raise _distrust(place, f"has the section '{key!s:.80}', which can start programs")
+    defaults = content.get("defaults") or []
+    for entry in defaults if isinstance(defaults, list) else [defaults]:
+        words = [*map(str, entry), *map(str, entry.values())] if isinstance(entry, Mapping) else []
+        for word in words or [str(entry)]:
+            if _HYDRA.search(word):
+                raise _distrust(place, f"chooses '{word:.80}' among Hydra's own settings")
+            if ".." in word:
+                raise _distrust(place, f"leads out of the folder by '{word:.80}'")
+        if any("${" in word for word in words[: len(words) // 2]):
+            raise _distrust(place, f"hides what it chooses behind '{entry!s:.80}'")
+
+
+def _refuse_classes(place: Path, content: Any) -> None:
+    """Special keys of Hydra at any depth, but for the class of an installed plug-in."""
+    from seals.run.origin import is_plugin
+
+    waiting = [content]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, Mapping):
+            for key in map(str, value):
+                if key in SPECIAL and not (key == TARGET and is_plugin(str(value[key]))):
+                    raise _distrust(place, f"says {key}: {value[key]!s:.80}, no installed plug-in")
+            waiting += value.values()
+        elif isinstance(value, list | tuple):
+            waiting += value
+
+
+def _text(place: Path) -> str:
+    from seals.logs.intake import read_bytes
+
+    try:
+        return read_bytes(place, most=1 << 20).decode("utf-8") if place.stat().st_size else ""
+    except (OSError, UnicodeDecodeError, SealsError) as cause:
+        raise _distrust(place, f"cannot be read ({' '.join(str(cause).split())})") from cause
+
+
+def _content(place: Path) -> Any:
+    import yaml
+
+    try:
+        return read_plain_yaml(place)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, SealsError) as cause:
+        raise _distrust(
+            place, f"is no plain YAML ({' '.join(str(cause).split())[:200]})"
+        ) from cause
+
+
+def _distrust(place: Path, words: str) -> ConfigError:
+    return ConfigError(
+        f"{place} {words}.\nRead the folder; when you trust it, say so: --config-dir FOLDER {TRUST}"
+    )
