@@ -1,4 +1,4 @@
-"""Photoreal films: the manipulator dives into waves of particles; it goes to a target."""
+"""Photoreal films: the manipulator dives into waves of particles; it follows a crab on the floor."""
 
 from __future__ import annotations
 
@@ -68,14 +68,15 @@ FILMS = {
             "initial.position=[-0.4,0.3,-0.8]",
             "initial.joint_position=[0.9,0.3,0,-0.6,-0.6,-0.6]",
             "environment.tank_bottom=-1.6",
-            "+objects.cube={robot: cube, position: [1.0,-0.25,-1.575], rpy: [0.0,0.0,0.4]}",
+            "+objects.crab={robot: crab, position: [0.95,-0.25,-1.571], rpy: [0.0,0.0,0.9], "
+            "guide: {guide: march, speed: 0.05}}",
             "time.duration=4.0",
         ),
         render=(
             "ripples=3",
             "exposure=2.0",
-            "camera=[1.75,-0.85,-1.4]",
-            "look_at=[0.6,0.0,-1.3]",
+            "camera=[1.75,-0.85,-1.38]",
+            "look_at=[0.6,0.0,-1.36]",
         ),
     ),
 }

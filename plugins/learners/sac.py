@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 PAPER = "Haarnoja et al. 2018, arXiv 1812.05905"
 SHOWN = ("none", "buffer")
+SETTLED = 0.1
+"""Share of the learning rate that is left when a learner has settled."""
 
 
 @dataclass(kw_only=True)
@@ -49,6 +51,7 @@ class SAC:
         ratio: updates per control step [1].
         temperature: at first [1].
         entropy: wanted entropy for each number of an action [1].
+        settle: control steps over which the learning rate falls to a tenth; 0 for never.
         steps: most steps of a transition; more than one drops the entropy in between.
         demonstrations: ``none``, or ``buffer``: they lie in the memory and are drawn like the rest.
         reward_scale: multiplies the reward [1].
@@ -83,6 +86,7 @@ class SAC:
     entropy: float = param(
         -1.0, "1", bounds=(-10.0, 1.0), tolerance=0.0, source=f"{PAPER}, section 5", fit=False
     )
+    settle: int = 0
     steps: int = 1
     demonstrations: str = "none"
     reward_scale: float = param(
@@ -98,6 +102,7 @@ class SAC:
             batch=(self.batch, 1),
             capacity=(self.capacity, 1),
             random_steps=(self.random_steps, 0),
+            settle=(self.settle, 0),
             steps=(self.steps, 1),
         )
         one_of("reward_form", self.reward_form, FORMS)
@@ -238,6 +243,8 @@ class SacAgent:
 
     def update(self) -> dict[str, Tensor]:
         """Improve critics, actor and temperature on one batch."""
+        if self.learner.settle:
+            self.nets.pace(self._rate())
         batch = self.memory.sample(self.learner.batch)
         seen = self._see(batch["observation"], shift=True)
         critic_loss, value = self._improve_critics(batch, seen)
@@ -252,6 +259,11 @@ class SacAgent:
             "value": value,
             "demonstration_share": self.memory.share(batch),
         }
+
+    def _rate(self) -> float:
+        """Return the learning rate of now."""
+        share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
+        return self.learner.learning_rate * share
 
     def _improve_critics(self, batch: Any, seen: Tensor) -> tuple[Tensor, Tensor]:
         import torch

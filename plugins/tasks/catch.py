@@ -16,7 +16,7 @@ from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
 from seals.plugins.tasks.reach import TaskReach
-from seals.plugins.tasks.rewards import Reward, near, paper_reward
+from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.seeing import See
 from seals.robot.model import RobotModel
 from seals.schema import param
@@ -195,18 +195,9 @@ class TaskCatch(TaskReach):
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
         """Return rewards (N,) of a step and the new memory."""
         xp = namespace(now.position)
-        if self.reward_form is Reward.none:
-            return now.time[:, 0] * 0.0, memory
-        if self.reward_form is Reward.paper:
-            speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
-            return paper_reward(
-                self.distance(now),
-                speed,
-                memory,
-                close=self.success_distance,
-                fastest=self.overspeed,
-                patience=self.hold * self.rate,
-            )
+        given = unshaped(self, now, self.distance(now), memory)
+        if given is not None:
+            return given
         change = now.action - before.action
         cost = self.smooth * xp.sqrt(xp.sum(change * change, axis=1))
         if self.reward_form is Reward.progress:

@@ -11,7 +11,7 @@ from seals.config.fields import vector
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
-from seals.plugins.tasks.rewards import Reward, near, paper_reward
+from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.seeing import See, names_of, seen
 from seals.robot.model import RobotModel
 from seals.schema import param
@@ -172,18 +172,9 @@ class TaskReach:
         """Return rewards (N,) of a step and the new memory."""
         xp = namespace(now.position)
         distance = self.distance(now)
-        if self.reward_form is Reward.none:
-            return distance * 0.0, memory
-        if self.reward_form is Reward.paper:
-            speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
-            return paper_reward(
-                distance,
-                speed,
-                memory,
-                close=self.success_distance,
-                fastest=self.overspeed,
-                patience=self.hold * self.rate,
-            )
+        given = unshaped(self, now, distance, memory)
+        if given is not None:
+            return given
         change = now.action - before.action
         cost = self.smooth * xp.sqrt(xp.sum(change * change, axis=1))
         bonus = self.bonus * near(distance, self.width)

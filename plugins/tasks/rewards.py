@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import enum
+from typing import Protocol
 
 from seals.arrays import Array, namespace
+from seals.learn.task import Instant
 
 INNER = 1.0
 """Distance below which the paper's reward grows as 1 / d [m]."""
@@ -23,6 +25,46 @@ class Reward(enum.Enum):
     shaped = "shaped"
     progress = "progress"
     none = "none"
+
+
+class Judged(Protocol):
+    """A task that may give the reward of the paper: which, and with what numbers."""
+
+    reward_form: Reward
+    success_distance: float
+    overspeed: float
+    hold: float
+    rate: float
+
+
+def unshaped(
+    task: Judged, now: Instant, distance: Array, memory: Array
+) -> tuple[Array, Array] | None:
+    """Return rewards (N,) and the new memory where the task gives none or the paper's.
+
+    Args:
+        task: which is asked for.
+        now: after the step.
+        distance: what is judged [m], shape (N,).
+        memory: of the paper's reward, shape (N, 2).
+
+    Returns:
+        None where the task gives a reward of its own.
+    """
+    if task.reward_form is Reward.none:
+        return distance * 0.0, memory
+    if task.reward_form is not Reward.paper:
+        return None
+    xp = namespace(distance)
+    speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
+    return paper_reward(
+        distance,
+        speed,
+        memory,
+        close=task.success_distance,
+        fastest=task.overspeed,
+        patience=task.hold * task.rate,
+    )
 
 
 def paper_reward(

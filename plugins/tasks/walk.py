@@ -14,7 +14,7 @@ from seals.config.fields import vector
 from seals.control import Aim
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
-from seals.plugins.tasks.rewards import Reward, near, paper_reward
+from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
 from seals.schema import param
@@ -220,18 +220,9 @@ class TaskWalk:
         """Return rewards (N,) of a step and the new memory."""
         xp = namespace(now.position)
         far = self.distance(now)
-        if self.reward_form is Reward.none:
-            return far * 0.0, memory
-        if self.reward_form is Reward.paper:
-            speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
-            return paper_reward(
-                far,
-                speed,
-                memory,
-                close=self.success_distance,
-                fastest=self.overspeed,
-                patience=self.hold * self.rate,
-            )
+        given = unshaped(self, now, far, memory)
+        if given is not None:
+            return given
         gained = self.rate * (self.distance(before) - far) / self.speed
         bonus = self.bonus * near(far, self.width)
         change = now.action - before.action

@@ -91,6 +91,12 @@ class SoftNetworks:
         loss.backward(inputs=self._learned[name])
         optimiser.step()
 
+    def pace(self, learning_rate: float) -> None:
+        """Set the learning rate of the steps to come."""
+        for optimiser in self.optimisers.values():
+            for group in optimiser.param_groups:
+                group["lr"] = learning_rate
+
     def follow(self, tau: float) -> None:
         """Let the slow critics go a share ``tau`` of the way to the others."""
         import torch

@@ -175,7 +175,7 @@ def _write_arrow(path: Path, table: Any) -> None:
     else:
         from pyarrow import parquet, types
 
-        # measured numbers rarely repeat: their bytes, split by place, pack a quarter smaller than a dictionary
+        # numbers rarely repeat: bytes split by place pack a quarter smaller than a dictionary
         numbers = [field.name for field in table.schema if types.is_floating(field.type)]
         others = [name for name in table.column_names if name not in numbers]
         parquet.write_table(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
-from seals.plugins.controllers.walking.walker import Manner, Pace, Walker, wished
+from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import param
 
 
@@ -60,18 +59,9 @@ class Gait(Walker):
         0.0, "1", bounds=(0.0, 0.95), tolerance=0.0, source="chosen: the pattern's", fit=False
     )
 
-    def manner(self, wishes: Mapping[str, float]) -> Manner:
-        """Return how the legs step."""
-        own = Manner(
-            duty=self.duty or duty_of(self.pattern, len(self._legs.toe)),
-            stroke=self.stroke,
-            lift=self.lift,
-            low=self.lowest,
-            high=self.highest,
-            spread=self.spread,
-            crouch=self.crouch,
-        )
-        return wished(own, wishes)
+    def rhythm(self) -> dict[str, float]:
+        """Return the share of the cycle on the ground."""
+        return {"duty": self.duty or duty_of(self.pattern, len(self._legs.toe))}
 
     def order(self, manner: Manner) -> Floats:
         """Return the phases of the pattern, shape (N,)."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.plugins.controllers.walking.pattern import lagged
-from seals.plugins.controllers.walking.walker import Manner, Pace, Walker, wished
+from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import param
 
 
@@ -68,20 +67,9 @@ class Oscillators(Walker):
         8.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: some steps", fit=False
     )
 
-    def manner(self, wishes: Mapping[str, float]) -> Manner:
-        """Return how the legs step."""
-        own = Manner(
-            duty=self.duty,
-            stroke=self.stroke,
-            lift=self.lift,
-            low=self.lowest,
-            high=self.highest,
-            spread=self.spread,
-            crouch=self.crouch,
-            along=self.along,
-            across=self.across,
-        )
-        return wished(own, wishes)
+    def rhythm(self) -> dict[str, float]:
+        """Return the share of the cycle on the ground, and the order."""
+        return {"duty": self.duty, "along": self.along, "across": self.across}
 
     def order(self, manner: Manner) -> Floats:
         """Return the phases that the oscillators tend to, shape (N,)."""

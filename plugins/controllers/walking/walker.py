@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -74,7 +75,7 @@ class Manner(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Walker:
+class Walker(ABC):
     """Makes the velocity that a guide wants by stepping; see its kinds.
 
     Args:
@@ -164,16 +165,29 @@ class Walker:
         return Order(np.zeros(self._drives), joints), pace
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
-        """Return how the legs step; told by the kinds of gait."""
-        raise NotImplementedError
+        """Return how the legs step: as the gait has it, and as a guide wishes."""
+        own = Manner(
+            stroke=self.stroke,
+            lift=self.lift,
+            low=self.lowest,
+            high=self.highest,
+            spread=self.spread,
+            crouch=self.crouch,
+            **self.rhythm(),
+        )
+        return wished(own, wishes)
 
+    @abstractmethod
+    def rhythm(self) -> dict[str, float]:
+        """Return the rest of a `Manner`, which each kind of gait has of its own."""
+
+    @abstractmethod
     def order(self, manner: Manner) -> Floats:
         """Return the phases at which the legs follow each other, shape (N,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
         """Return the phases one period later, shape (N,)."""
-        raise NotImplementedError
 
     def _places(self, manner: Manner) -> Floats:
         """Toes in the middle of their strokes, body axes [m], shape (N, 3)."""
