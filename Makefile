@@ -1,10 +1,11 @@
 # make demo   install the core into .venv and run the demonstration
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
+# make docs   build this documentation into build/site; a warning is an error
 # make validate   the long comparisons with measurements and the slow verifications
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test browser validate lint clean
+.PHONY: help demo test docs browser validate lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -39,7 +40,7 @@ CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % 
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,3s/^# //p' Makefile
+	@sed -n '1,4s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -59,11 +60,16 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) -c $(CONSTRAINTS) -e .; touch $@
 
-test: .venv-test/installed lint browser
+test: .venv-test/installed lint docs browser
 	@mkdir -p build/elsewhere; root=$$PWD; \
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
 	@.venv-test/bin/pytest -q -c pyproject.toml --rootdir . --doctest-modules --pyargs seals
 	@.venv-test/bin/pytest -n 2
+
+# its pages are read from what is installed; pytest follows their commands
+docs: .venv-test/installed
+	@NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict
+	@echo "build/site/index.html: the documentation; to search in it: python3 -m http.server -d build/site"
 
 # SEALS_BROWSER=required, as the check of a change has it, is not content with leaving the browser's test out
 browser:
@@ -90,7 +96,7 @@ lint: .venv-test/installed
 	$$python -m venv $$venv; \
 	$$venv/$(PIP) -c $(CONSTRAINTS) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
 		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
-	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn]'; touch $@
+	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn,docs]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

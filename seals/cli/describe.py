@@ -24,7 +24,7 @@ def describe(arguments: list[str]) -> int:
     kind, name = arguments
     plugin = registry.get(kind, name)
     if kind in ("robot", "animal"):
-        print(_robot(plugin))
+        print(describe_robot(plugin))
     elif kind == "conf":
         print(f"{name} ({plugin.origin})\n{plugin.folder()}")
     else:
@@ -63,18 +63,20 @@ def _text(field: dataclasses.Field[Any]) -> str:
     return "(required)"
 
 
-def _robot(plugin: registry.Plugin) -> str:
+def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
+    """Return what a robot or an animal is made of: hulls, limbs, effects, drives, sensors.
+
+    Args:
+        plugin: the robot or animal.
+        folder: whether the place of its files on this machine is told.
+    """
     from seals.config.robot import read_robot
 
     found = read_robot(plugin.folder(), name=plugin.name)
     settings = found.settings
-    lines = [
-        f"{plugin.kind} {plugin.name}  ({plugin.origin})",
-        "",
-        settings.summary,
-        f"  folder  {settings.folder}",
-        f"  urdf    {settings.urdf}" + ("  (base fixed)" if settings.fixed_base else ""),
-    ]
+    lines = [f"{plugin.kind} {plugin.name}  ({plugin.origin})", "", settings.summary]
+    lines += [f"  folder  {settings.folder}"] if folder else []
+    lines.append(f"  urdf    {settings.urdf}" + ("  (base fixed)" if settings.fixed_base else ""))
     lines += [f"  hull    {link}: {_shapes(hull)}" for link, hull in found.hulls.items()]
     lines += [f"  arm     {name}: {_limb(arm)}" for name, arm in found.limbs["arms"].items()]
     lines += [f"  gripper {name}: {_limb(hand)}" for name, hand in found.limbs["grippers"].items()]

@@ -1,0 +1,46 @@
+"""What MkDocs calls while it builds the site: adds the generated pages and mends links.
+
+Nothing generated is kept in the repository: plug-ins, verbs and recipes are read from what is
+installed, and the pages outside of ``docs/`` from their own places.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import recipe_pages
+import repository_pages
+from links import relinked
+from mkdocs.structure.files import File, Files
+from plugin_pages import pages as plugin_pages
+from verb_pages import page as verb_page
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages of plug-ins, verbs and recipes, and the repository's pages beside ``docs/``."""
+    texts = {
+        **plugin_pages(),
+        "reference/verbs.md": verb_page(),
+        "reference/recipes.md": recipe_pages.page(),
+        "reference/channels.md": recipe_pages.channels(),
+    }
+    for place, text in texts.items():
+        files.append(File.generated(config, place, content=text))
+    for source, place in repository_pages.places(ROOT).items():
+        files.append(File.generated(config, place, abs_src_path=str(ROOT / source)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
+    """Point the links of a page, which are those of the repository, to the site's pages."""
+    del config
+    outside = repository_pages.places(ROOT)
+    sources = {place: source for source, place in outside.items()}
+    here = page.file.src_uri
+    known = {f"docs/{file.src_uri}": file.src_uri for file in files} | dict(outside)
+    return relinked(
+        markdown, source=sources.get(here, f"docs/{here}"), place=here, known=known, root=ROOT
+    )
