@@ -42,6 +42,10 @@ class NotFitted(SealsError, AttributeError):
     """A learned value was asked for before anything was learned."""
 
 
+class DiskFull(SealsError):
+    """There is no room for what is to be written; what was finished before is whole."""
+
+
 class RobotError(SealsError):
     """A robot description (URDF, mesh, robot.yaml) cannot be used."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import seals
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, DiskFull, SealsError, suggestion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,10 +245,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
-    except BrokenPipeError:
+    except OSError as error:
+        return _pipe_or_disk(error)
+
+
+def _pipe_or_disk(error: OSError) -> int:
+    """Say that the disk is full; any other error of the system is a fault and is raised again."""
+    from seals.logs.room import told_full, words
+
+    if isinstance(error, BrokenPipeError):
         # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    if not told_full(error):
+        raise error
+    refusal = DiskFull(words(error.filename))
+    print(two_lines(refusal), file=sys.stderr)
+    return refusal.exit_code
 
 
 def two_lines(refusal: SealsError) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from seals.cli.hydra_app import launch
 from seals.cli.words import refuse_dangerous
 from seals.errors import ConfigError
-from seals.logs.intake import read_plain_yaml
+from seals.intake import read_plain_yaml
 
 RESUME = "resume"
 FREE = ("course", "threads")
@@ -54,6 +54,11 @@ def _begun(folder: Path) -> list[str]:
             f"resume={folder}: there is no training in this folder.\n"
             "Give the folder of a training; it holds .hydra/overrides.yaml and run.json."
         ) from cause
+    if not isinstance(found, list | None):
+        raise ConfigError(
+            f"resume={folder}: {path.name} holds no list of words.\n"
+            "Restore it, or begin anew without resume."
+        )
     words = [str(word) for word in found or []]
     refuse_dangerous(
         words,

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from seals.errors import RobotError
 from seals.hulls.formats import refuse_strange_format
 from seals.hulls.mesh import HullMesh, placed_points
-from seals.hulls.samples import HullSamples, winding_test
+from seals.hulls.samples import LEAST_SAMPLES, MOST_DRAWS, HullSamples, winding_test
 from seals.hulls.wetted import Vector
 
 MOST_FACES = 200_000
 MOST_BROKEN_FACES = 20_000
+MOST_WORK = 150_000_000
+"""Pairs of a point and a triangle that are looked at to sample a broken mesh, some 4 seconds."""
 BYTES_PER_FACE = 400
 """More than any mesh format spends on one face; bounds what is read at all."""
 SIZES = (1e-3, 100.0)
@@ -216,4 +218,11 @@ def _sampled(name: str, corners: Vector, seed: int) -> HullSamples:
     repair.fix_winding(mesh)
     even = np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces)]
     low, high = points.min(axis=0), points.max(axis=0)
-    return HullSamples.inside(winding_test(even), low=low.tolist(), high=high.tolist(), seed=seed)
+    return HullSamples.inside(
+        winding_test(even),
+        low=low.tolist(),
+        high=high.tolist(),
+        seed=seed,
+        # a thin shape of many triangles would take minutes
+        most=min(MOST_DRAWS, max(2 * LEAST_SAMPLES, MOST_WORK // len(even))),
+    )

@@ -13,6 +13,8 @@ from seals.hulls.wetted import DRY, Sums, Vector, Wetted, frozen, wetted_of
 
 LEAST_SAMPLES = 4096
 MOST_DRAWS = 2**20
+_PAIRS = 200_000
+"""Of points and faces that are held at once."""
 PLAN_LEVELS = 65
 Inside = Callable[[Vector], NDArray[np.bool_]]
 Height = Callable[[Vector, Vector], Vector]
@@ -62,6 +64,7 @@ class HullSamples:
         high: Sequence[float],
         count: int = LEAST_SAMPLES,
         seed: int = 0,
+        most: int = MOST_DRAWS,
     ) -> HullSamples:
         """Draw points in a bounding box until ``count`` of them lie inside.
 
@@ -71,16 +74,17 @@ class HullSamples:
             high: highest corner [m].
             count: least number of samples inside.
             seed: of the scrambling; the same seed gives the same samples.
+            most: number of points after which it is given up.
 
         Raises:
-            RobotError: fewer than ``count`` of a million points lie inside.
+            RobotError: fewer than ``count`` of ``most`` points lie inside.
         """
         sobol = qmc.Sobol(3, scramble=True, rng=np.random.default_rng(seed))
         box = np.asarray(high, dtype=np.float64) - np.asarray(low, dtype=np.float64)
         kept: list[Vector] = []
         found, drawn = 0, 0
         while found < count:
-            if drawn >= MOST_DRAWS:
+            if drawn >= most:
                 raise RobotError(
                     f"only {found} of {drawn} points lie inside the hull, {count} are needed.\n"
                     "Check that the mesh encloses a volume, or give primitives instead."
@@ -168,19 +172,41 @@ def winding_test(corners: Vector) -> Inside:
     Args:
         corners: of the faces [m], shape (F, 3, 3).
     """
+    middle = corners.reshape(-1, 3).mean(axis=0)
+    turn = _Winding(corners - middle)
+    step = max(1, _PAIRS // len(corners))
 
     def test(points: Vector) -> NDArray[np.bool_]:
-        step = max(1, 400_000 // len(corners))
-        turns = [_winding(corners, points[k : k + step]) for k in range(0, len(points), step)]
+        turns = [turn(points[k : k + step] - middle) for k in range(0, len(points), step)]
         return np.abs(np.concatenate(turns)) > 0.5
 
     return test
 
 
-def _winding(corners: Vector, points: Vector) -> Vector:
-    """Return winding numbers of points (N, 3), shape (N,)."""
-    a, b, c = (corners[None, :, i] - points[:, None] for i in range(3))
-    la, lb, lc = (np.sqrt((v * v).sum(axis=2)) for v in (a, b, c))
-    triple = (a * np.cross(b, c)).sum(axis=2)
-    dots = (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
-    return np.asarray(np.arctan2(triple, la * lb * lc + dots).sum(axis=1) / (2.0 * np.pi))
+class _Winding:
+    """Winding numbers by matrix products: what depends on the faces alone is done once."""
+
+    def __init__(self, corners: Vector) -> None:
+        self.corners = a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        self.normal = np.cross(a, b) + np.cross(b, c) + np.cross(c, a)
+        self.triple = np.einsum("fi,fi->f", a, np.cross(b, c))
+
+    def __call__(self, points: Vector) -> Vector:
+        """Return winding numbers of points (N, 3), shape (N,)."""
+        square = np.einsum("ni,ni->n", points, points)[:, None]
+
+        def dot(u: Vector, v: Vector) -> Vector:
+            """Return (u - p) . (v - p) of every point and face."""
+            found: Vector = points @ -(u + v).T
+            found += np.einsum("fi,fi->f", u, v)
+            found += square
+            return found
+
+        a, b, c = self.corners
+        # rounding may leave a square a hair below zero at a corner
+        la, lb, lc = (np.sqrt(np.maximum(dot(u, u), 0.0)) for u in (a, b, c))
+        below = la * lb * lc
+        for u, v, length in ((a, b, lc), (b, c, la), (c, a, lb)):
+            below += dot(u, v) * length
+        triple = self.triple - points @ self.normal.T
+        return np.asarray(np.arctan2(triple, below).sum(axis=1) / (2.0 * np.pi))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import struct
 import zipfile
 import zlib
 from collections.abc import Sequence
@@ -15,7 +16,13 @@ from numpy.lib import format as npy
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.logs.intake import MOST_BYTES, read_bytes, regular_file
+from seals.intake import MOST_BYTES, read_bytes, regular_file
+
+_ARCHIVE = (
+    *(zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError),
+    *(ValueError, EOFError, KeyError, struct.error),
+)
+"""What a damaged archive raises; names in it may be no text."""
 
 
 def read_npy(path: str | Path) -> Floats:
@@ -47,7 +54,7 @@ def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
             if sum(sizes[f"{name}.npy"] for name in names) > MOST_BYTES:
                 raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
             return {name: _parse(f"{file}:{name}", archive.read(f"{name}.npy")) for name in names}
-    except (zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError) as error:
+    except _ARCHIVE as error:
         raise LogError(f"'{file}' is not a sound .npz file ({error}).\nFetch it again.") from error
 
 

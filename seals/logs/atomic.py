@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seals.errors import SealsError
+from seals.logs.room import room
 
 
 @contextlib.contextmanager
@@ -23,6 +24,9 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
 
     A file already there is replaced in one step; after an error it is untouched and nothing new is
     left behind. The suffix of the temporary path is that of ``path``.
+
+    Raises:
+        DiskFull: there is no room for it.
 
     Example:
         >>> import tempfile
@@ -36,8 +40,9 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     target.parent.mkdir(parents=True, exist_ok=True)
     beside = _beside(target)
     try:
-        yield beside
-        _sync(beside)
+        with room(target):
+            yield beside
+            _sync(beside)
         os.replace(beside, target)
         _sync(target.parent)
     finally:
@@ -55,6 +60,7 @@ def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
 
     Raises:
         SealsError: ``path`` exists and ``replace`` is False.
+        DiskFull: there is no room for it.
     """
     target = Path(path)
     if not replace and (target.exists() or target.is_symlink()):
@@ -63,10 +69,11 @@ def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
     beside = _beside(target)
     beside.mkdir()
     try:
-        yield beside
-        for child in beside.rglob("*"):
-            _sync(child)
-        _sync(beside)
+        with room(target):
+            yield beside
+            for child in beside.rglob("*"):
+                _sync(child)
+            _sync(beside)
         _take_place(beside, target)
         _sync(target.parent)
     finally:

@@ -81,11 +81,13 @@ def run_into(
     facts: dict[str, Any] = {}
     kept = None if cut is None else checkpoint_of(cut)
     checkpoints = Checkpoints(folder, interval_of(settings))
-    watching: list[Keeper] = [checkpoints, *keepers]
+    watching: list[Keeper] = [*keepers]
     if settings.surface > 0.0:
-        watching.append(Surfaces(folder, settings.surface, settings.fluid))
+        watching.append(Surfaces(folder, settings.surface, settings.fluid, cut))
     if settings.particles > 0.0:
-        watching.append(Thinned(folder, settings.particles, settings.fluid))
+        watching.append(Thinned(folder, settings.particles, settings.fluid, cut))
+    # last: what is written beside a step is there when the step is kept
+    watching.append(checkpoints)
 
     def begin() -> None:
         facts.update(_facts(settings, overrides or [], original, cut))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import pickle
 import shutil
+import sys
 import time
 from collections.abc import Mapping
 from io import BytesIO
@@ -19,7 +20,8 @@ from typing import Any
 
 from seals.backend import Storing
 from seals.config.run import RunSettings
-from seals.errors import ConfigError
+from seals.errors import ConfigError, DiskFull
+from seals.logs.room import room
 from seals.run.unpickling import DataUnpickler
 from seals.world import World
 
@@ -52,12 +54,18 @@ class Checkpoints:
         """
         now = time.perf_counter()
         if self.every > 0.0 and now - self._last >= self.every:
-            write_checkpoint(self.folder, world, books)
+            try:
+                write_checkpoint(self.folder, world, books)
+            except DiskFull as full:
+                # the run itself needs no room until its end: there may be some by then
+                text = " ".join(str(full).split())
+                print(f"note: no checkpoint at {world.time:.4g} s: {text}", file=sys.stderr)
             self._last = time.perf_counter()
 
     def clear(self) -> None:
         """Remove the last one: the run is complete."""
         shutil.rmtree(self.folder, ignore_errors=True)
+        shutil.rmtree(_before(self.folder), ignore_errors=True)
 
 
 def interval_of(settings: RunSettings) -> float:
@@ -80,13 +88,25 @@ def interval_of(settings: RunSettings) -> float:
 def write_checkpoint(folder: Path, world: World, books: Any) -> None:
     """Write the state of a run, whole or not at all; an earlier one gives way.
 
+    At every moment a whole one stands at ``folder``, or the one before it stands beside.
+
     Raises:
         ConfigError: a part of the run cannot be kept on disk.
+        DiskFull: there is no room; the earlier one stands.
     """
-    backend: Any = world.backend
-    beside = folder.with_name(f".{folder.name}")
+    beside = folder.with_name(f".{folder.name}.new")
     shutil.rmtree(beside, ignore_errors=True)
-    beside.mkdir(parents=True)
+    try:
+        with room(folder):
+            beside.mkdir(parents=True)
+            _write(beside, world, books)
+            _take_place(beside, folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def _write(beside: Path, world: World, books: Any) -> None:
+    backend: Any = world.backend
     snapshot = world.snapshot()._replace(scene=backend.store(beside / SCENE))
     ledgers = {
         name: (actor.ledger.time.copy(), actor.ledger.wrenches.copy())
@@ -101,11 +121,26 @@ def write_checkpoint(folder: Path, world: World, books: Any) -> None:
                 f"the state of this run cannot be kept on disk: {' '.join(str(cause).split())}.\n"
                 "Run without checkpoints: checkpoint=0"
             ) from cause
-        file.flush()
-        os.fsync(file.fileno())
-    # the old one goes only when the new one is whole
-    shutil.rmtree(folder, ignore_errors=True)
+    for name in (STATE, SCENE):
+        descriptor = os.open(beside / name, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _take_place(beside: Path, folder: Path) -> None:
+    """Put a whole checkpoint in the place of the last one, which steps aside by a rename."""
+    before = _before(folder)
+    if folder.exists():
+        shutil.rmtree(before, ignore_errors=True)
+        folder.rename(before)
     beside.rename(folder)
+    shutil.rmtree(before, ignore_errors=True)
+
+
+def _before(folder: Path) -> Path:
+    return folder.with_name(f".{folder.name}.before")
 
 
 def take_up(kept: Path, world: World) -> Any:
@@ -139,6 +174,10 @@ def take_up(kept: Path, world: World) -> Any:
         KeyError,
         TypeError,
         ValueError,
+        IndexError,
+        # a length that the file only claims
+        OverflowError,
+        MemoryError,
     ) as cause:
         text = " ".join(str(cause).split())
         raise ConfigError(
@@ -153,11 +192,11 @@ def checkpoint_of(run: Path) -> Path:
     Raises:
         ConfigError: there is none.
     """
-    whole, beside = run / FOLDER, run / f".{FOLDER}"
-    for folder in (whole, beside):
-        # cut off between the old one and the new one, the new one still stands beside
-        if (folder / STATE).is_file() and (folder is whole or not whole.exists()):
-            return folder
+    whole = run / FOLDER
+    # cut off between two renames, the one before stands beside
+    folder = whole if whole.exists() else _before(whole)
+    if (folder / STATE).is_file():
+        return folder
     raise ConfigError(
         f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
         "none.\nBegin anew with repeat=FOLDER, and keep checkpoints: checkpoint=60"

@@ -90,7 +90,10 @@ def robot_files(robot: RobotSettings) -> dict[str, str | None]:
 
 
 def digest(path: Path) -> str | None:
-    """Return the SHA-256 of a file, or None when there is none."""
-    if not path.is_file():
+    """Return the SHA-256 of a file, or None when there is none, or can be none of that name."""
+    try:
+        if not path.is_file():
+            return None
+    except (OSError, ValueError):
         return None
     return hashlib.sha256(path.read_bytes()).hexdigest()

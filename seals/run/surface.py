@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, MissingExtra
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
-from seals.run.thinned import file_of, passed
+from seals.run.thinned import carry_over, file_of, passed
 from seals.world import World
 
 FOLDER = "surface"
@@ -107,13 +107,16 @@ class Surfaces:
         folder: of the run.
         every: simulated time between two [s].
         fluid: of the run, or None.
+        cut: folder of the run that this one goes on from, or None.
 
     Raises:
         ConfigError: there is no fluid, or it has no particles.
         MissingExtra: pysplashsurf is not installed.
     """
 
-    def __init__(self, folder: Path, every: float, fluid: Fluid | None) -> None:
+    def __init__(
+        self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
+    ) -> None:
         """Refuse before anything runs."""
         if fluid is None:
             raise ConfigError(
@@ -122,9 +125,12 @@ class Surfaces:
             )
         refuse_missing()
         self.folder, self.every = folder / FOLDER, every
+        self._before = None if cut is None else cut / FOLDER
 
     def tick(self, world: World, books: Any) -> None:
         """Write the surface when it is time; one file for each multiple of ``every``."""
+        carry_over(self._before, self.folder, world)
+        self._before = None
         now, fluid = world.time, world.fluid
         if fluid is None or not passed(now, world.step_size, self.every):
             return

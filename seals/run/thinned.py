@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,22 @@ def file_of(folder: Path, time: float, suffix: str) -> Path:
     return folder / f"t_{time:08.4f}{suffix}"
 
 
+def carry_over(before: Path | None, folder: Path, world: World) -> None:
+    """Copy the instants that the life of a run before its kill wrote up to its checkpoint.
+
+    Args:
+        before: folder of instants of that life, or None.
+        folder: of those of this one.
+        world: after its first step beyond the checkpoint.
+    """
+    if before is None or before == folder:
+        return
+    for file in sorted(before.glob("t_*")):
+        if float(file.stem.removeprefix("t_")) < world.time - 0.5 * world.step_size:
+            with atomic_path(folder / file.name) as beside:
+                shutil.copyfile(file, beside)
+
+
 class Thinned:
     """Writes a thinned set of the particles into a run's folder.
 
@@ -61,12 +78,15 @@ class Thinned:
         folder: of the run.
         every: simulated time between two sets [s].
         fluid: of the run, or None.
+        cut: folder of the run that this one goes on from, or None.
 
     Raises:
         ConfigError: there is no fluid.
     """
 
-    def __init__(self, folder: Path, every: float, fluid: Fluid | None) -> None:
+    def __init__(
+        self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
+    ) -> None:
         """Refuse before anything runs."""
         if fluid is None:
             raise ConfigError(
@@ -74,9 +94,12 @@ class Thinned:
                 "Choose it, or leave particles out: water=particles"
             )
         self.folder, self.every = folder / FOLDER, every
+        self._before = None if cut is None else cut / FOLDER
 
     def tick(self, world: World, books: Any) -> None:
         """Write a set when it is time; one file for each multiple of ``every``."""
+        carry_over(self._before, self.folder, world)
+        self._before = None
         if world.fluid is None or not passed(world.time, world.step_size, self.every):
             return
         with atomic_path(file_of(self.folder, world.time, ".npy")) as beside:

@@ -46,6 +46,8 @@ class DataUnpickler(pickle.Unpickler):
         Raises:
             pickle.UnpicklingError: it may not.
         """
+        if (module, name) == ("builtins", "bytearray"):
+            return _bytes
         if (module, name) in ALLOWED:
             return super().find_class(module, name)
         # "a.b" would reach through a class to any module that it imports
@@ -56,6 +58,13 @@ class DataUnpickler(pickle.Unpickler):
         raise pickle.UnpicklingError(
             f"it asks for {module}.{name}, which is no data of a run and could do anything"
         )
+
+
+def _bytes(content: bytes = b"") -> bytearray:
+    """Make a bytearray of bytes; of a number it would be as long as a file likes."""
+    if not isinstance(content, bytes | bytearray):
+        raise pickle.UnpicklingError("it makes bytes of something that is none")
+    return bytearray(content)
 
 
 def _homes() -> set[str]:

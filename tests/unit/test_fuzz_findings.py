@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import pickle
+import re
 import sqlite3
 import struct
+import sys
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from seals.errors import ConfigError, LogError
+from seals.cli.train import _begun
+from seals.errors import ConfigError, LogError, RobotError
+from seals.hulls.meshes import MOST_WORK, hull_from_mesh
 from seals.logs.arrays import read_npy
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
+from seals.run.unpickling import DataUnpickler
 from seals.teleop.track import read_track
 
 
@@ -96,3 +104,53 @@ def test_names_in_a_database_that_are_no_text(
     spoil(file)
     with pytest.raises(LogError):
         ReaderRosbag2().read(file)
+
+
+FOUND = sorted((Path(__file__).parent / "found").glob("*.bin"))
+"""Files that once ended in something else than a refusal, named by target and number."""
+
+
+@pytest.mark.parametrize("file", FOUND, ids=[file.stem for file in FOUND])
+def test_what_fuzzing_found_ends_in_words(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each file of the corpus is loaded or refused, within the bounds of the fuzzing."""
+    # at the end: the installed package comes before the checkout
+    monkeypatch.setattr(sys, "path", [*sys.path, str(Path(__file__).parents[2])])
+    from benchmarks.fuzz import TARGETS, one
+
+    try:
+        target = TARGETS[file.stem.rpartition("_")[0]]()
+    except ImportError as absent:
+        pytest.skip(f"{absent.name} is not installed")
+    assert one(target, file.read_bytes(), tmp_path) is None
+
+
+def test_a_checkpoint_makes_no_bytes_out_of_a_number(tmp_path: Path) -> None:
+    """``bytearray(n)`` fills n bytes of memory, whatever n is."""
+    whole = pickle.dumps(bytearray(b"abc"), protocol=4)
+    assert DataUnpickler(BytesIO(whole)).load() == bytearray(b"abc")
+    hungry = b"\x80\x04\x8c\x08builtins\x8c\x09bytearray\x93\x8a\x05\x00\x00\x00\x00\x10\x85R."
+    with pytest.raises(pickle.UnpicklingError, match="makes bytes of something"):
+        DataUnpickler(BytesIO(hungry)).load()
+
+
+def test_the_overrides_of_a_training_are_a_list(tmp_path: Path) -> None:
+    """A number in place of the list is refused in words."""
+    (tmp_path / ".hydra").mkdir()
+    (tmp_path / ".hydra" / "overrides.yaml").write_text("5")
+    with pytest.raises(ConfigError, match="holds no list of words"):
+        _begun(tmp_path)
+
+
+def test_a_thin_broken_mesh_of_many_triangles_is_given_up(tmp_path: Path) -> None:
+    """Points are drawn as long as the work is bearable, not until enough of them lie inside."""
+    rng = np.random.default_rng(2)
+    corners = rng.uniform(-1.0, 1.0, (15_000, 1, 3)) + rng.uniform(-0.01, 0.01, (15_000, 3, 3))
+    lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in corners.reshape(-1, 3)]
+    lines += [f"f {k} {k + 1} {k + 2}" for k in range(1, 45_000, 3)]
+    (tmp_path / "a.obj").write_text("\n".join(lines) + "\n")
+    with pytest.raises(RobotError, match=r"of (\d+) points lie inside the hull") as refusal:
+        hull_from_mesh(tmp_path / "a.obj")
+    drawn = int(re.search(r"of (\d+) points", str(refusal.value))[1])  # type: ignore[index]
+    assert drawn * 15_000 <= 2 * MOST_WORK

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import weakref
@@ -14,6 +15,7 @@ from seals.config.environment import EnvironmentSettings
 from seals.errors import MissingExtra, PhysicsError
 from seals.ground import Solid, solids_of
 from seals.plugins.backends.pybullet.body import PybulletBody
+from seals.plugins.backends.pybullet.stored import whole
 from seals.robot.model import RobotModel
 
 
@@ -105,8 +107,15 @@ class BackendPybullet:
             body.restore(kept)
 
     def store(self, path: Path) -> Any:
-        """Write the engine's state to a file; return what the engine does not keep."""
+        """Write the engine's state to a file; return what the engine does not keep.
+
+        Raises:
+            OSError: the disk is full.
+        """
         self._engine.saveBullet(str(path), physicsClientId=self._client)
+        if not whole(path):
+            # the engine writes on without looking whether anything arrives
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
         return [body.snapshot() for body in self._bodies]
 
     def recall(self, path: Path, bodies: Any) -> Any:
@@ -115,7 +124,12 @@ class BackendPybullet:
         Args:
             path: from `store`, of a scene with the same bodies.
             bodies: what it returned.
+
+        Raises:
+            ValueError: the file was cut short.
         """
+        if not whole(path):
+            raise ValueError(f"{path.name} was cut short")
         self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
         return _State(self._engine, self._client), bodies
 

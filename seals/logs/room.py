@@ -1,0 +1,71 @@
+"""A disk without room, told in one way whatever library was writing."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from seals.errors import DiskFull, SealsError
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""No space left, quota used up, file larger than the system allows."""
+_NOTHING = 1 << 16
+"""Room below which a writer that failed for no stated reason had none [byte]."""
+
+
+@contextlib.contextmanager
+def room(path: str | Path) -> Iterator[None]:
+    """Raise `DiskFull` in place of whatever a writer raises inside the block on a full disk.
+
+    Some libraries raise an error without the system's number; the room left tells then.
+
+    Args:
+        path: what is written.
+
+    Raises:
+        DiskFull: there was no room.
+    """
+    try:
+        yield
+    except SealsError:
+        raise
+    except Exception as cause:
+        if told_full(cause) or _free(Path(path)) < _NOTHING:
+            raise DiskFull(words(path)) from cause
+        raise
+
+
+def told_full(error: BaseException) -> bool:
+    """Return whether an error, or a cause of it, is the system's word that the disk is full."""
+    link: BaseException | None = error
+    while link is not None:
+        if isinstance(link, OSError) and link.errno in FULL:
+            return True
+        link = link.__cause__ or link.__context__
+    return False
+
+
+def words(path: str | Path | None) -> str:
+    """Return the refusal's words.
+
+    Args:
+        path: what was being written, None where that is not known.
+    """
+    what = f" for {path}" if path else ""
+    return (
+        f"there is no room left on the disk{what}.\nWhat was finished before is whole. Make room, "
+        "then go on: resume=FOLDER where the command takes it, the same words again elsewhere."
+    )
+
+
+def _free(path: Path) -> int:
+    """Room that a user may still fill beside a path [byte]."""
+    place = path if path.is_dir() else path.parent
+    try:
+        found = os.statvfs(place)
+    except (OSError, AttributeError):
+        return _NOTHING  # no answer is no full disk
+    return found.f_bavail * found.f_frsize
