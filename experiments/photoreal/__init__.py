@@ -1,4 +1,4 @@
-"""Photoreal films: the manipulator dives into waves of particles; it follows a crab on the floor."""
+"""Photoreal films: the manipulator dives into waves of particles; it follows a walking crab."""
 
 from __future__ import annotations
 

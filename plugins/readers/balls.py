@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from seals.errors import LogError
+from seals.intake import MOST_BYTES, read_bytes, regular_file
 from seals.logs.datasets import DataFile, Dataset, locate, paths_of
-from seals.logs.intake import MOST_BYTES, read_bytes, regular_file
 from seals.logs.log import Log
 from seals.logs.units import to_si
 

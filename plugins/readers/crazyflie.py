@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.intake import read_bytes
 from seals.logs.datasets import DataFile, Dataset, paths_of
-from seals.logs.intake import read_bytes
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
 from seals.plugins.readers.crazyflie_log import parse

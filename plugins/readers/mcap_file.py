@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from seals.errors import LogError, MissingExtra
-from seals.logs.intake import regular_file
+from seals.intake import regular_file
 from seals.plugins.readers.ros_streams import Message
 
 MAGIC = b"\x89MCAP0\r\n"

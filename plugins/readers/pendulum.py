@@ -11,8 +11,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
+from seals.intake import regular_file
 from seals.logs.datasets import DataFile, Dataset, paths_of
-from seals.logs.intake import regular_file
 from seals.logs.log import Log
 
 DATASET = Dataset(

@@ -9,7 +9,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from seals.errors import LogError
-from seals.logs.intake import read_yaml, regular_file
+from seals.intake import read_yaml, regular_file
 from seals.plugins.readers.mcap_file import MOST_BYTES
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Message

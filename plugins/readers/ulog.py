@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.frames import matrix_of, normalised, unrotate
-from seals.logs.intake import read_bytes
+from seals.intake import read_bytes
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.plugins.readers.streams import by_topic, converted, finished, refuse_unknown, vector

@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
-from seals.logs.intake import read_bytes
+from seals.intake import read_bytes
 from seals.logs.log import Log
 from seals.logs.units import to_si
 from seals.schema import param

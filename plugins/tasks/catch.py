@@ -17,7 +17,7 @@ from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
-from seals.plugins.tasks.seeing import See
+from seals.plugins.tasks.seeing import See, hanging
 from seals.robot.model import RobotModel
 from seals.schema import param
 
@@ -162,7 +162,11 @@ class TaskCatch(TaskReach):
         touch = xp.tanh(facts["touch"] / self.firm)
         own = (now.position[:, :2], now.position[:, 2:3] - facts["level"], now.velocity, now.spin)
         rest = (now.rotation[:, 2, 0:2], now.submersion, facts["grip"], facts["closed"], touch)
-        away = ((now.target - now.tool) * there, now.target_velocity * there, there)
+        away = (
+            (now.target - now.position - hanging(now)) * there,
+            now.target_velocity * there,
+            there,
+        )
         first = () if self.sight is See.blind else away
         return xp.concat((*first, *own, *rest, now.action), axis=1)
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
+from seals.plugins.tasks.seeing import hanging
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""
@@ -71,7 +72,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     xp = namespace(now.position)
     away, grip = now.target - now.tool, now.facts["grip"]
     flat = xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True))
-    level = now.target - now.position - _hanging(now)
+    level = now.target - now.position - hanging(now)
     far = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
     there = seen > 0.5
     below = xp.abs(away[:, 2:3] + LOW) < AT
@@ -91,20 +92,6 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     wanted = xp.concat((velocity / plan.speed, xp.where(closing, one, -one)), axis=1)
     most = wanted * 0.0 + 1.0
     return xp.minimum(xp.maximum(wanted, -most), most)
-
-
-def _hanging(now: Instant) -> Array:
-    """Way from the body to the hand as it is when the body is level, heading kept [m], (N, 3).
-
-    A body that leans to go somewhere swings its hand the other way: a hand that is led by where it
-    is would swing on and on.
-    """
-    xp = namespace(now.position)
-    arm = (now.tool - now.position)[:, None, :]
-    x, y, z = (xp.sum(arm[:, 0, :] * now.rotation[:, :, k], axis=1) for k in range(3))
-    ahead = now.rotation[:, :2, 0]
-    c, s = (ahead / xp.sqrt(xp.sum(ahead * ahead, axis=1, keepdims=True))).T
-    return xp.stack((c * x - s * y, s * x + c * y, z), axis=1)
 
 
 def _follow(away: Array, grip: Array, closing: Array) -> Array:

@@ -12,7 +12,7 @@ from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.rewards import Reward, near, unshaped
-from seals.plugins.tasks.seeing import See, names_of, seen
+from seals.plugins.tasks.seeing import See, hanging, names_of, seen
 from seals.robot.model import RobotModel
 from seals.schema import param
 
@@ -192,8 +192,9 @@ class TaskReach:
         return self.ends or self.reward_form is Reward.paper
 
     def expert(self, now: Instant) -> Array:
-        """Return a velocity towards the target, slower the nearer it is, shape (N, 3)."""
+        """Return a velocity of the level hand to the target, slower the nearer, shape (N, 3)."""
         xp = namespace(now.position)
-        wanted = (now.target - self.place(now)) * (EXPERT_GAIN / self.speed)
+        level = now.position + hanging(now._replace(tool=self.place(now)))
+        wanted = (now.target - level) * (EXPERT_GAIN / self.speed)
         one = wanted * 0.0 + 1.0
         return xp.minimum(xp.maximum(wanted, -one), one)

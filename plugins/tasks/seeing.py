@@ -7,6 +7,8 @@ import enum
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
 
+TINY = 1e-12
+"""What keeps the heading of a body that stands on its nose a number [1]."""
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
 
@@ -15,8 +17,8 @@ class See(enum.Enum):
     """What a learner observes.
 
     ``paper``: positions and orientations of robot and target, and the robot's velocity. ``full``:
-    the target as seen from the hand, velocities, lean, submersion and the last action. ``blind``:
-    the same without the target.
+    the target as seen from the hand of a level body, velocities, lean, submersion and the last
+    action. ``blind``: the same without the target.
     """
 
     paper = "paper"
@@ -43,10 +45,24 @@ def seen(sight: See, now: Instant) -> Array:
         upright = xp.concat((still, still, still, still + 1.0), axis=1)
         pose = xp.concat((now.position, quaternion(now.rotation)), axis=1)
         return xp.concat((pose, now.target, upright, now.velocity), axis=1)
-    away = (now.target - now.tool, now.target_velocity)
+    away = (now.target - now.position - hanging(now), now.target_velocity)
     own = (now.velocity, now.spin, now.rotation[:, 2, 0:2], now.position[:, 2:3], now.submersion)
     first = () if sight is See.blind else away
     return xp.concat((*first, *own, now.action), axis=1)
+
+
+def hanging(now: Instant) -> Array:
+    """Return the way from the body to the hand as it is when the body is level [m], shape (N, 3).
+
+    The heading is kept. A body that leans to go somewhere swings its hand the other way: a hand
+    that is led by where it is would swing on and on.
+    """
+    xp = namespace(now.position)
+    arm = (now.tool - now.position)[:, None, :]
+    x, y, z = (xp.sum(arm[:, 0, :] * now.rotation[:, :, k], axis=1) for k in range(3))
+    ahead = now.rotation[:, :2, 0]
+    c, s = (ahead / xp.sqrt(xp.sum(ahead * ahead, axis=1, keepdims=True) + TINY)).T
+    return xp.stack((c * x - s * y, s * x + c * y, z), axis=1)
 
 
 def quaternion(rotation: Array) -> Array:

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
+from seals.intake import read_bytes, read_yaml
 from seals.logs.check import check_log
 from seals.logs.finding import Severity
-from seals.logs.intake import read_bytes, read_yaml
 from seals.logs.log import Log
 from seals.logs.native import TABLES, write_native
 

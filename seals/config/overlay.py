@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from seals.config.targets import refuse_references
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
-from seals.logs.intake import read_plain_yaml
+from seals.intake import read_plain_yaml
 from seals.schema import check_value, parameters_of
 from seals.waves import Waves
 

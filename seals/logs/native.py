@@ -9,8 +9,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, SealsError
+from seals.intake import read_bytes, read_yaml
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
-from seals.logs.intake import read_bytes, read_yaml
 from seals.logs.log import Integers, Log
 from seals.logs.table import read_csv_columns, read_parquet
 

@@ -11,8 +11,8 @@ import numpy as np
 import yaml
 
 from seals.errors import ConfigError, suggestion
+from seals.intake import read_plain_yaml
 from seals.logs.atomic import plain, write_text
-from seals.logs.intake import read_plain_yaml
 from seals.plan.control import ROTORS, THRUSTERS, Gains
 from seals.plan.motions import Path as Reference
 from seals.plan.plan import Plan

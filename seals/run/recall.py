@@ -9,7 +9,7 @@ from typing import Any
 from seals.config.derive import schema_of
 from seals.config.refusal import refusals
 from seals.errors import ConfigError, RobotError
-from seals.logs.intake import read_plain_yaml
+from seals.intake import read_plain_yaml
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.errors import ConfigError, suggestion
+from seals.intake import plain_yaml
 from seals.logs.atomic import write_text
-from seals.logs.intake import plain_yaml
 from seals.teleop.keymap import CONTROLS, is_control
 
 HEADER = ("t", "control", "value")

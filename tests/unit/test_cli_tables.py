@@ -46,12 +46,11 @@ def test_list_shows_name_package_and_summary(capsys: pytest.CaptureFixture[str])
 
 
 def test_list_and_help_do_not_import_hydra() -> None:
-    """The quick verbs stay quick: no Hydra, no NumPy, under a second."""
+    """The quick verbs stay quick: they load no Hydra, no NumPy, nothing that is slow to load."""
     probe = (
-        "import sys, time; start = time.perf_counter();"
-        "from seals.cli.main import main; main(['list']);"
-        "main(['--help']); spent = time.perf_counter() - start;"
-        "assert not {'hydra', 'numpy', 'pandas'} & set(sys.modules); assert spent < 1.0, spent"
+        "import sys; from seals.cli.main import main; main(['list']); main(['--help']);"
+        "slow = {'hydra', 'omegaconf', 'numpy', 'scipy', 'pandas', 'pyarrow', 'torch', 'pybullet'};"
+        "assert not slow & set(sys.modules), slow & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-I", "-c", probe], check=True, stdout=subprocess.DEVNULL)
 

@@ -22,7 +22,7 @@ from seals.config.view import ViewSettings
 from seals.errors import ConfigError, RobotError
 from seals.hulls.formats import refuse_strange_format
 from seals.hulls.meshes import hull_from_mesh
-from seals.logs.intake import plain_yaml
+from seals.intake import plain_yaml
 from seals.robot.urdf import read_urdf
 from seals.run.unpickling import DataUnpickler
 from seals.scaffold.resources import find_resource

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
+from seals.intake import read_bytes
 from seals.logs import Log, read_native, refuse_if_bad
 from seals.logs.arrays import read_npy, read_npz
-from seals.logs.intake import read_bytes
 from seals.plugins.readers.balls import ReaderBalls
 from seals.plugins.readers.crazyflie import ReaderCrazyflie
 from seals.plugins.readers.csv import ReaderCsv

@@ -110,7 +110,7 @@ def test_a_current_does_not_enter_the_bottom_lock() -> None:
     actor = world.actors["robot"]
     for _ in range(250):
         world.step()
-        kinematics, moving = actor._look()
+        kinematics, moving = actor.look()
         reading = actor.readings["dvl"] or {}
         np.testing.assert_allclose(reading["velocity"], moving.twists[0, 0, :3], atol=1e-12)
     east = float((kinematics.rotations[0, 0] @ reading["velocity"])[0])
@@ -131,7 +131,7 @@ def test_a_receiver_is_silent_while_a_robot_surfaces_in_waves() -> None:
         if abs(world.time * 50.0 - round(world.time * 50.0)) > 1e-6:
             continue
         c = actor.body.read()
-        antenna = c.position + 0.1 * actor._look()[0].rotations[0, 0, :, 2]
+        antenna = c.position + 0.1 * actor.look()[0].rotations[0, 0, :, 2]
         surface = 0.1 * math.cos(k * antenna[0] - 2.0 * math.pi / 1.5 * world.time)
         assert (actor.readings["gps"] is not None) is bool(antenna[2] > surface)
         dry.append(bool(antenna[2] > surface))
