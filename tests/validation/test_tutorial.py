@@ -13,7 +13,8 @@ ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from tests.validation.pages import follow, steps, told  # noqa: E402
+from tests.docs.follow import follow  # noqa: E402
+from tests.docs.pages import steps, told  # noqa: E402
 
 PAGE = ROOT / "docs" / "tutorial_missing_effect.md"
 TRUTH = Path(__file__).parent / "hidden_effect_truth.yaml"
@@ -31,8 +32,7 @@ def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
     """In an empty folder every command ends as promised and prints the promised lines."""
     page = steps(PAGE.read_text(encoding="utf-8"))
     assert [s.command.split()[1] for s in page] == ["diagnose", "describe", "plan", "add", "verify"]
-    for step in page:
-        follow(step, tmp_path)
+    follow(PAGE, tmp_path)
     for made in ("answer/report.html", "rival/plan.png", "rival/experiment.yaml"):
         assert (tmp_path / made).stat().st_size > 500
     assert (tmp_path / "proof" / "ladder.png").stat().st_size > 5000

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 
@@ -15,7 +13,8 @@ ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from tests.validation.pages import SEALS, steps, told  # noqa: E402
+from tests.docs.follow import follow  # noqa: E402
+from tests.docs.pages import steps  # noqa: E402
 
 PAGE = ROOT / "docs" / "tutorial_own_animal.md"
 
@@ -24,11 +23,7 @@ def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
     """Every command prints as promised; the beetle walks, finds its target, and runs away."""
     page = steps(PAGE.read_text(encoding="utf-8"))
     assert [s.command.split()[1] for s in page] == ["new", "check", "run", "run", "run"]
-    for step in page:
-        words = [sys.executable, "-c", SEALS, *shlex.split(step.command)[1:]]
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == step.code, step.command + done.stderr
-        assert [line for line in step.lines if not told(line, done.stdout)] == [], done.stdout
+    follow(PAGE, tmp_path)
     assert not list((tmp_path / "my_beetle").rglob("*.py"))
     walk = read_native(tmp_path / "walk")
     place = walk.channel("position")

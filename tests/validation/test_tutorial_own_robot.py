@@ -15,7 +15,8 @@ ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from tests.validation.pages import files, follow, steps  # noqa: E402
+from tests.docs.follow import follow  # noqa: E402
+from tests.docs.pages import steps  # noqa: E402
 
 PAGE = ROOT / "docs" / "tutorial_own_robot.md"
 LONGEST = 600.0
@@ -24,14 +25,10 @@ LONGEST = 600.0
 
 def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
     """Every command ends and prints as promised; the robot hovers, floats and takes off again."""
-    text = PAGE.read_text(encoding="utf-8")
-    page = steps(text)
+    page = steps(PAGE.read_text(encoding="utf-8"))
     assert [s.command.split()[1] for s in page] == ["new", "check", "check", "run", "run", "teleop"]
-    for name, content in files(text).items():
-        (tmp_path / name).write_text(content, encoding="utf-8")
     start = time.perf_counter()
-    for step in page:
-        follow(step, tmp_path)
+    follow(PAGE, tmp_path)
     assert time.perf_counter() - start < LONGEST
     assert not list((tmp_path / "my_hexa").rglob("*.py"))
     _hovers(tmp_path / "hover")
