@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import shutil
@@ -115,6 +116,8 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
         with _hydra_process(root, arguments), refusals(overrides, root=root):
             application(outcome)()
     except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise
         raise ConfigError(
             f"the run folder cannot be made: {error}.\n"
             "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."

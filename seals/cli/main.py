@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
@@ -246,20 +247,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("Interrupted.", file=sys.stderr)
         return 130
     except OSError as error:
-        return _pipe_or_disk(error)
+        return _of_system(error)
 
 
-def _pipe_or_disk(error: OSError) -> int:
-    """Say that the disk is full; any other error of the system is a fault and is raised again."""
+def _of_system(error: OSError) -> int:
+    """Say that the disk is full or a name too long; any other error is a fault, raised again."""
     from seals.logs.room import told_full, words
 
     if isinstance(error, BrokenPipeError):
         # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    if not told_full(error):
+    refusal: SealsError
+    if told_full(error):
+        refusal = DiskFull(words(error.filename))
+    elif error.errno == errno.ENAMETOOLONG:
+        refusal = ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
+    else:
         raise error
-    refusal = DiskFull(words(error.filename))
     print(two_lines(refusal), file=sys.stderr)
     return refusal.exit_code
 

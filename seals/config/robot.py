@@ -6,6 +6,7 @@ A robot is a folder holding ``robot.yaml`` and the URDF it names; no Python is n
 from __future__ import annotations
 
 import enum
+import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -196,7 +197,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
                 f"{path}: '{key}' is not a key of a robot.\n{suggestion(str(key), _KEYS)}"
             )
     urdf = str(raw.get("urdf") or "")
-    if not urdf or not (folder / urdf).is_file():
+    if not urdf or not os.path.isfile(folder / urdf):
         beside = [file.name for file in folder.glob("*.urdf")]
         raise RobotError(
             f"{path}: urdf '{urdf}' is not a file in {folder}.\n"

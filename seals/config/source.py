@@ -7,6 +7,7 @@ heavy or broken package costs nothing until it is wanted.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any, cast
 
@@ -160,7 +161,7 @@ def robot_names() -> list[str]:
 
 def is_robot_folder(name: str) -> bool:
     """Return whether a value of ``robot=`` is a folder with a ``robot.yaml``."""
-    return bool(name) and (Path(name) / "robot.yaml").is_file()
+    return bool(name) and os.path.isfile(Path(name) / "robot.yaml")
 
 
 def find_robot(name: str) -> RobotFile:

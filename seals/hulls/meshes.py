@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -108,7 +109,7 @@ def _read(source: Any) -> tuple[str, Vector, Numbers]:
 
 def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
     """Read a mesh file, after a look at its size."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         beside = sorted(p.name for p in path.parent.glob("*")) if path.parent.is_dir() else []
         raise RobotError(f"mesh file {path} does not exist.\nIn that folder: {beside[:12]}")
     size = path.stat().st_size

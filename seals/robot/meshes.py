@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -41,7 +42,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 raise RobotError(
                     f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below."
                 )
-            if not target.is_file():
+            if not os.path.isfile(target):
                 found = [
                     str(p.relative_to(folder))
                     for p in folder.rglob("*")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -79,9 +80,11 @@ def read_urdf(path: Path) -> Urdf:
 
 def _text_of(path: Path) -> bytes:
     """Bytes of the file after the checks that need no parser."""
-    if path.is_dir() or not path.is_file():
-        what = "a folder" if path.is_dir() else "missing"
-        beside = [p.name for p in path.parent.glob("*.urdf")] if path.parent.is_dir() else []
+    # unlike a path's own methods, these answer for names that no file can have
+    if not os.path.isfile(path):
+        what = "a folder" if os.path.isdir(path) else "missing"
+        near = os.path.isdir(path.parent)
+        beside = [p.name for p in path.parent.glob("*.urdf")] if near else []
         raise RobotError(
             f"URDF {path} is {what}.\n{suggestion(path.name, beside, label='URDF files there')}"
         )
