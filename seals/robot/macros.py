@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from xml.parsers.expat import ExpatError
 
 from seals.errors import MissingExtra, RobotError
+
+_INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
+"""Names through which an expression would get at the interpreter that evaluates it."""
 
 
 def holds_macros(text: str) -> bool:
@@ -38,7 +45,8 @@ def expanded(path: Path) -> str:
             "xacro model.urdf.xacro > model.urdf"
         ) from cause
     try:
-        return str(xacro.process_file(str(path)).toxml())
+        with _arithmetic_only(xacro):
+            return str(xacro.process_file(str(path)).toxml())
     except (xacro.XacroException, ExpatError, OSError) as cause:
         text = " ".join(str(cause).split())[:300]
         raise RobotError(
@@ -46,3 +54,25 @@ def expanded(path: Path) -> str:
             "Arguments without a default and packages of ROS are not known here: "
             "expand it where they are."
         ) from cause
+
+
+@contextlib.contextmanager
+def _arithmetic_only(xacro: Any) -> Iterator[None]:
+    """Let xacro evaluate no expression that reaches for the interpreter.
+
+    The package itself looks at the outermost names only, and hands out ``vars`` and ``type``.
+    """
+    evaluate = xacro.safe_eval
+
+    def checked(expression: str, *symbols: Any) -> Any:
+        for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
+            name = getattr(node, "attr", getattr(node, "id", ""))
+            if isinstance(node, ast.Attribute | ast.Name) and _INSIDE.match(name):
+                raise xacro.XacroException(f"'{name}' is no name for an expression")
+        return evaluate(expression, *symbols)
+
+    xacro.safe_eval = checked
+    try:
+        yield
+    finally:
+        xacro.safe_eval = evaluate

@@ -14,6 +14,7 @@ from seals.config.robot import read_robot
 from seals.config.strangers import refuse_commands, untrusted
 from seals.config.targets import SPECIAL
 from seals.errors import ConfigError, RobotError
+from seals.robot.macros import expanded
 
 HEAD = "# @package _global_\ndefaults:\n- override /robot: ball\n"
 URDF = '<robot name="r"><link name="base"/></robot>'
@@ -181,3 +182,25 @@ def test_a_model_looks_nothing_up() -> None:
     Path("a.yaml").write_text("summary: ${oc.env:HOME}\n")
     with pytest.raises(ConfigError, match="holds a reference"):
         load_overlay(Path("a.yaml"))
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "[g.gi_frame for g in [(x for x in [1])]]",
+        "(lambda: ().__class__)()",
+        "python.vars(python.list)",
+        "python.type(1)",
+        "[x for x in [().__class__.__mro__]]",
+    ],
+)
+def test_expressions_of_a_macro_stay_arithmetic(expression: str, elsewhere: Path) -> None:
+    """A xacro file computes numbers; it gets no hold of the interpreter."""
+    pytest.importorskip("xacro", reason="xacro is not installed")
+    file = elsewhere / "a.xacro"
+    text = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="{}"/></robot>'
+    file.write_text(text.format("${radians(180) + len([k for k in range(3)])}"))
+    assert '"6.14' in expanded(file)
+    file.write_text(text.format("${" + expression + "}"))
+    with pytest.raises(RobotError, match="is no name for an expression"):
+        expanded(file)
