@@ -11,13 +11,15 @@ from seals.config.fields import vector
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
-from seals.plugins.tasks.rewards import Reward, near, unshaped
+from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.plugins.tasks.seeing import See, hanging, names_of, seen
 from seals.robot.model import RobotModel
 from seals.schema import param
 
 EXPERT_GAIN = 1.5
 """Of the expert's velocity against the distance [1/s]."""
+DIGITS = 1e3
+"""By which a target is multiplied, so that what stands behind the point chooses another [1/m]."""
 _BOX = (-1e4, 1e4)
 
 
@@ -34,6 +36,7 @@ class TaskReach:
         success_distance: within which the target counts as reached [m].
         hold: for how long it must be [s].
         ends: whether success ends the episode; it always does with the reward of the paper.
+        shuffled: whether another place is shown than the target, as a negative control.
         arm: values of the joints of all arms [rad or m]; empty for straight down, which is zero.
         start_low: corner of the box of starting places, world [m].
         start_high: opposite corner [m].
@@ -69,6 +72,7 @@ class TaskReach:
         0.2, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: the hand closes", fit=False
     )
     ends: bool = False
+    shuffled: bool = False
     arm: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen: straight down")
     start_low: list[float] = vector((-0.7, -0.7, 0.7), "m", bounds=_BOX, source="chosen: in air")
     start_high: list[float] = vector((0.7, 0.7, 1.3), "m", bounds=_BOX, source="chosen")
@@ -89,7 +93,12 @@ class TaskReach:
         1.0, "m", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: of the way's size", fit=False
     )
     smooth: float = param(
-        0.02, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: a fiftieth", fit=False
+        0.1,
+        "m",
+        bounds=(0.0, 10.0),
+        tolerance=0.0,
+        source="chosen: of 0.02, 0.1 and 0.3",
+        fit=False,
     )
 
     def __post_init__(self) -> None:
@@ -157,12 +166,28 @@ class TaskReach:
 
     def observation(self, now: Instant) -> Array:
         """Return observations, shape (N, d)."""
-        return seen(self.sight, now._replace(tool=self.place(now)))
+        target = self._elsewhere(now.target) if self.shuffled else now.target
+        return seen(self.sight, now._replace(tool=self.place(now), target=target))
+
+    def _elsewhere(self, target: Array) -> Array:
+        """Return a place in the box of targets that later digits of the target choose, (N, 3).
+
+        It stays the same for an episode, and tells no learner where the target is.
+        """
+        xp = namespace(target)
+        columns = []
+        for k, (low, high) in enumerate(zip(self.target_low, self.target_high, strict=True)):
+            digits = DIGITS * target[:, k : k + 1]
+            columns.append(low + (high - low) * (digits - xp.floor(digits)))
+        return xp.concat(columns, axis=1)
 
     def distance(self, now: Instant) -> Array:
         """Return the distance of the hand from the target [m], shape (N,)."""
-        away = now.target - self.place(now)
-        return namespace(away).sqrt(namespace(away).sum(away * away, axis=1))
+        return length(now.target - self.place(now))
+
+    def way(self, now: Instant) -> Array:
+        """Return the way of the hand to the target, were the body level [m], shape (N, 3)."""
+        return now.target - now.position - hanging(now._replace(tool=self.place(now)))
 
     def place(self, now: Instant) -> Array:
         """Return what must come to the target: the hand [m], shape (N, 3)."""
@@ -170,17 +195,16 @@ class TaskReach:
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
         """Return rewards (N,) of a step and the new memory."""
-        xp = namespace(now.position)
-        distance = self.distance(now)
-        given = unshaped(self, now, distance, memory)
+        given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
-        change = now.action - before.action
-        cost = self.smooth * xp.sqrt(xp.sum(change * change, axis=1))
-        bonus = self.bonus * near(distance, self.width)
+        cost = self.smooth * length(now.action - before.action)
+        # of the level hand: a body that leans its hand to the target and back gains nothing by it
+        away = length(self.way(now))
+        bonus = self.bonus * near(away, self.width)
         if self.reward_form is Reward.progress:
-            return self.rate * (self.distance(before) - distance) + bonus - cost, memory
-        return bonus - distance - cost, memory
+            return self.rate * (length(self.way(before)) - away) + bonus - cost, memory
+        return bonus - away - cost, memory
 
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return never: a robot may always try until the time is over, or until it succeeded."""
@@ -194,7 +218,6 @@ class TaskReach:
     def expert(self, now: Instant) -> Array:
         """Return a velocity of the level hand to the target, slower the nearer, shape (N, 3)."""
         xp = namespace(now.position)
-        level = now.position + hanging(now._replace(tool=self.place(now)))
-        wanted = (now.target - level) * (EXPERT_GAIN / self.speed)
+        wanted = self.way(now) * (EXPERT_GAIN / self.speed)
         one = wanted * 0.0 + 1.0
         return xp.minimum(xp.maximum(wanted, -one), one)

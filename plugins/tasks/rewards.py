@@ -19,6 +19,7 @@ class Reward(enum.Enum):
 
     ``paper``: three regions over five orders of magnitude. ``shaped``: minus the distance, with a
     bounded bonus near the target. ``progress``: the distance that a step gained, with that bonus.
+    ``none``: nothing, for a control.
     """
 
     paper = "paper"
@@ -55,11 +56,9 @@ def unshaped(
         return distance * 0.0, memory
     if task.reward_form is not Reward.paper:
         return None
-    xp = namespace(distance)
-    speed = xp.sqrt(xp.sum(now.velocity * now.velocity, axis=1))
     return paper_reward(
         distance,
-        speed,
+        length(now.velocity),
         memory,
         close=task.success_distance,
         fastest=task.overspeed,
@@ -96,6 +95,12 @@ def paper_reward(
     reward = xp.where(left, reward - 1000.0 / close, reward)
     since = xp.where(inside & was, since + 1.0, one * 0.0)
     return reward, xp.stack((xp.astype(inside, distance.dtype), since), axis=1)
+
+
+def length(vectors: Array) -> Array:
+    """Return the lengths of vectors (N, 3), shape (N,)."""
+    xp = namespace(vectors)
+    return xp.sqrt(xp.sum(vectors * vectors, axis=1))
 
 
 def near(distance: Array, width: float) -> Array:

@@ -68,7 +68,7 @@ def test_the_shaped_reward_is_bounded_and_best_at_the_target() -> None:
     assert rewards[3] == pytest.approx(-3.0)
     assert sorted(rewards, reverse=True) == rewards
     jerk = task.reward(_instant(0.5, action=1.0), _instant(0.5, action=-1.0), still)[0][0]
-    assert jerk == pytest.approx(rewards[2] - 0.02 * np.sqrt(12.0))
+    assert jerk == pytest.approx(rewards[2] - 0.1 * np.sqrt(12.0))
     assert near(np.array([0.1]), 0.1) == pytest.approx(np.exp(-1.0))
 
 
@@ -81,6 +81,48 @@ def test_progress_sums_to_the_way_gained() -> None:
         for a, b in itertools.pairwise(way)
     )
     assert total == pytest.approx(25.0 * 0.8)
+
+
+def _leaning(angle: float) -> Instant:
+    """A body that leans about y, its hand 0.5 m below it, the target under the level body."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]])
+    row, one = np.zeros((1, 3)), np.ones((1, 1))
+    hand = np.array([[-0.5 * s, 0.0, -0.5 * c]])
+    target = np.array([[0.0, 0.0, -0.5]])
+    return Instant(one, row, turn, row, row, hand, target, row, 0.0 * one, row, one, {})
+
+
+def test_a_lean_changes_the_distance_but_neither_sight_nor_the_shaped_reward() -> None:
+    """A body right above the target is where it should be, though its hand still swings."""
+    task, still = TaskReach(), np.zeros((1, 2))
+    level, leaning = _leaning(0.0), _leaning(0.6)
+    assert task.distance(level)[0] == pytest.approx(0.0)
+    assert task.distance(leaning)[0] == pytest.approx(2.0 * 0.5 * np.sin(0.3))
+    assert np.allclose(task.way(leaning), 0.0)
+    assert np.allclose(task.observation(leaning)[0, :3], 0.0)
+    assert np.allclose(task.expert(leaning), 0.0)
+    assert task.reward(leaning, leaning, still)[0] == pytest.approx(1.0)
+
+
+def test_a_shuffled_target_tells_nothing_and_stays() -> None:
+    """What is shown lies in the box, does not follow the target, and is the same every time."""
+    task, rng = TaskReach(shuffled=True), np.random.default_rng(3)
+    target = task.draw(rng, 2000).goal
+    now = _instant(0.0)
+    wide = now._replace(
+        **{
+            name: np.repeat(value, 2000, axis=0)
+            for name, value in now._asdict().items()
+            if name != "facts"
+        }
+    )
+    shown = task.observation(wide._replace(target=target))[:, :3]
+    assert (shown >= task.target_low).all()
+    assert (shown <= task.target_high).all()
+    pairs = np.corrcoef(shown.T, target.T)[:3, 3:]
+    assert np.abs(pairs).max() < 4.0 / np.sqrt(2000.0)
+    assert np.array_equal(shown, task.observation(wide._replace(target=target))[:, :3])
 
 
 def test_success_must_be_held() -> None:

@@ -318,3 +318,29 @@ def test_a_course_that_makes_no_sense_is_refused(name: str, value: int) -> None:
     """Numbers below their least value are refused by their key."""
     with pytest.raises(ConfigError, match=f"course.{name}={value}"):
         Course(**{name: value})
+
+
+def test_the_learning_rate_settles(tmp_path: Path) -> None:
+    """It falls in a straight line to a tenth of itself, and stays there; without, it stays."""
+    rates = {}
+    for name, settle in (("steady", 0), ("settled", 200)):
+        learner = SAC(**SMALL, learning_rate=1e-3, settle=settle)
+        course = Course(steps=400, look_every=400, log_every=400, episodes=4, checkpoint=0.0)
+        training = training_of(learner, tmp_path / name, course=course)
+        update, told = training.agent.update, []
+
+        def heard(update: Any = update, told: Any = told, training: Any = training) -> Any:
+            found = update()
+            optimisers = training.agent.nets.optimisers.values()
+            told.append((training.agent.steps, *(o.param_groups[0]["lr"] for o in optimisers)))
+            return found
+
+        training.agent.update = heard
+        training.run()
+        rates[name] = np.array(told)
+    assert np.allclose(rates["steady"][:, 1:], 1e-3)
+    steps = rates["settled"][:, :1]
+    wanted = 1e-3 * np.maximum(0.1, 1.0 - steps / 200.0)
+    assert wanted.max() > 7e-4
+    assert wanted.min() == pytest.approx(1e-4)
+    assert np.allclose(rates["settled"][:, 1:], np.broadcast_to(wanted, (len(steps), 3)))
