@@ -78,7 +78,7 @@ class Killer:
     def alone(self, job: Job, name: str = "alone") -> float:
         """Run a job without a kill; return how long it took [s]."""
         begin = time.monotonic()
-        code, said = self._finish([*job.words, job.place.format(self.folder / name)])
+        code, said = self.finish([*job.words, job.place.format(self.folder / name)])
         assert code in job.codes, said
         return time.monotonic() - begin
 
@@ -97,7 +97,7 @@ class Killer:
             if not self._kill(words, after=self.random.uniform(0.0, took)):
                 break  # it was done sooner than that
         words, place = self._next(job, lives)
-        code, said = self._finish(words)
+        code, said = self.finish(words)
         # killed in the moment between its last file and its exit, it has nothing left to do
         assert code in job.codes or (code == 2 and "exists already" in said), said
         return place
@@ -147,7 +147,8 @@ class Killer:
                 pytest.fail("processes of a command that was killed stayed behind")
             time.sleep(0.1)
 
-    def _finish(self, words: Sequence[str]) -> tuple[int, str]:
+    def finish(self, words: Sequence[str]) -> tuple[int, str]:
+        """Run a command to its end; return its exit code and what it said."""
         done = subprocess.run(
             [*SEALS, *words],
             cwd=self.folder,

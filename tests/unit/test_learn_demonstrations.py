@@ -352,6 +352,17 @@ def test_strange_hdf5_files_are_refused(
         read_hdf5(path)
 
 
+@pytest.mark.parametrize("name", ["data/demo_0/actions", "data/demo_0/obs"])
+def test_a_soft_link_to_a_sound_part_is_refused(name: str, tmp_path: Path) -> None:
+    """A link may lead to another file as well, so that none is followed."""
+    path = write_hdf5(some(), tmp_path / "demos.hdf5")
+    with h5py.File(path, "r+") as file:
+        file.move(name, "elsewhere")
+        file[name] = h5py.SoftLink("/elsewhere")
+    with pytest.raises(LogError, match="missing or a link"):
+        read_hdf5(path)
+
+
 def test_a_cut_hdf5_file_is_refused(tmp_path: Path) -> None:
     """Half a file, no file and a text file are refused in words."""
     path = write_hdf5(some(), tmp_path / "demos.hdf5")

@@ -1,0 +1,78 @@
+"""Commands on a disk that is really full, and what becomes of them once there is room."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+from seals.logs.table import read_parquet
+
+if TYPE_CHECKING:
+    from tests.killed.conftest import Killer
+
+SMALL, LARGE = "160k", "64m"
+COMMANDS: dict[str, list[str]] = {
+    "run": [
+        *("run", "robot=ball", "water=fossen", "environment.tank_bottom=-0.2", "checkpoint=0.05"),
+        *("initial.position=[0,0,0.2]", "time.duration=3", "time.step=0.001", "hydra.run.dir={}/a"),
+    ],
+    "train": [
+        *("train", "env=reach", "task.duration=0.2", "count=2", "learner.hidden=[64,64]"),
+        *("learner.batch=4", "learner.random_steps=4", "course.steps=40", "course.look_every=20"),
+        *("course.log_every=10", "course.episodes=2", "course.checkpoint=0.01"),
+        "hydra.run.dir={}/a",
+    ],
+    "record": ["record", "env=reach", "episodes=3", "out={}/a", "hdf5={}/b.hdf5"],
+    "evaluate": ["evaluate", "env=reach", "policy=scripted", "episodes=2", "out={}/a"],
+    "convert": ["convert", "log=long.csv", "reader=csv", "out={}/a"],
+    "compare": ["compare", "experiment=falling_balls", "only=[bowling_ball]", "out={}/a"],
+}
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of a few kilobytes, in memory."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    options = ("-t", "tmpfs", "-o", f"size={SMALL}", "tmpfs", str(place))
+    if subprocess.run(["mount", *options], capture_output=True, check=False).returncode:
+        pytest.skip("a disk of its own needs root")
+    yield place
+    subprocess.run(["umount", str(place)], check=True)
+
+
+@pytest.mark.slow
+@pytest.mark.killed
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None:
+    """It ends in two lines; every file in sight is whole; with room it comes to its end."""
+    lines = "\n".join(f"{k / 1000},{(k * 7919) % 10007}" for k in range(60_000))
+    (killer.folder / "long.csv").write_text(f"t,depth\n{lines}\n")
+    words = [word.format(disk) for word in COMMANDS[name]]
+    code, said = killer.finish(words)
+    assert code == 2, said
+    assert "no room left on the disk" in said or "No space left on device" in said
+    assert "Traceback" not in said
+    for path in disk.rglob("*"):
+        if path.is_file() and not any(p.startswith(".") for p in path.relative_to(disk).parts):
+            _read(path)
+    subprocess.run(["mount", "-o", f"remount,size={LARGE}", str(disk)], check=True)
+    again = [words[0], f"resume={disk}/a"] if (disk / "a" / "checkpoint").exists() else words
+    again += [] if again is words else [f"hydra.run.dir={disk}/b"]
+    code, said = killer.finish(again)
+    assert code == 0, said
+
+
+def _read(path: Path) -> Any:
+    """Read a file to its end, as whoever uses it would."""
+    if path.suffix == ".parquet":
+        return read_parquet(path)
+    if path.suffix in (".json", ".yaml"):
+        return {".json": json.loads, ".yaml": yaml.safe_load}[path.suffix](path.read_text())
+    return path.read_bytes()

@@ -1,0 +1,140 @@
+"""A full disk is told in words, loses nothing that was finished, and stops no run on its way."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seals.cli.main import main
+from seals.errors import ConfigError, DiskFull
+from seals.logs import room
+from seals.logs.atomic import atomic_folder, atomic_path, write_text
+from seals.logs.table import read_parquet
+from seals.plugins.backends.pybullet.stored import whole
+from seals.run import checkpoint
+
+FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "some/file")
+DROP = [
+    *("run", "robot=ball", "water=fossen", "environment.tank_bottom=-0.2", "time.duration=0.4"),
+    *("initial.position=[0,0,0.2]", "time.step=0.004"),
+]
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test runs in an empty folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _half(beside: Path, error: Exception) -> None:
+    beside.write_text("half")
+    raise error
+
+
+@pytest.mark.parametrize("error", [FULL, OSError(errno.EDQUOT, "quota"), ValueError("short write")])
+def test_the_old_file_stands(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Said by the system, or only to be seen in the room that is left: it is told in one way."""
+    write_text("a.txt", "old")
+    if isinstance(error, ValueError):
+        empty: Any = type("Statvfs", (), {"f_bavail": 3, "f_frsize": 4096})
+        monkeypatch.setattr(os, "statvfs", lambda place: empty)
+    told = pytest.raises(DiskFull, match=r"no room left on the disk for a\.txt")
+    with told, atomic_path("a.txt") as beside:
+        _half(beside, error)
+    assert Path("a.txt").read_text() == "old"
+    with pytest.raises(DiskFull), atomic_folder("b") as folder:
+        _half(folder / "c", error)
+    assert [path.name for path in Path().iterdir()] == ["a.txt"]
+
+
+def test_another_error_stays_what_it_is() -> None:
+    """With room left, an error of a writer is no full disk."""
+    with pytest.raises(ValueError, match="short write"), atomic_path("a.txt") as beside:
+        _half(beside, ValueError("short write"))
+    assert not room.told_full(PermissionError(errno.EACCES, "no"))
+
+
+def test_a_checkpoint_without_room_stops_no_run(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run goes on to its end, and the checkpoint before it can still be taken up."""
+    write, count = checkpoint._write, [0]
+
+    def full_later(beside: Path, *parts: Any) -> None:
+        count[0] += 1
+        write(beside, *parts)
+        if count[0] == 30:
+            raise KeyboardInterrupt
+        if count[0] > 10:
+            (beside / checkpoint.STATE).write_bytes(b"half")
+            raise FULL
+
+    monkeypatch.setattr(checkpoint, "_write", full_later)
+    assert main([*DROP, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
+    assert "no checkpoint at 0.044 s: there is no room left" in capsys.readouterr().err
+    monkeypatch.undo()
+    monkeypatch.chdir(elsewhere)
+    assert sorted(p.name for p in Path("cut").glob("*checkpoint*")) == ["checkpoint"]
+    assert main(["run", "resume=cut", "hydra.run.dir=on"]) == 0
+    assert main([*DROP, "hydra.run.dir=alone"]) == 0
+    one, other = (read_parquet(Path(name) / "log.parquet") for name in ("alone", "on"))
+    assert {k: v.tobytes() for k, v in one.items()} == {k: v.tobytes() for k, v in other.items()}
+
+
+@pytest.mark.parametrize("cut", [0.3, 0.9, 0.999])
+def test_a_scene_cut_short_is_not_taken_up(cut: float, capsys: pytest.CaptureFixture[str]) -> None:
+    """The engine writes to a full disk, and reads half a file, without a word."""
+    with pytest.MonkeyPatch.context() as patch:
+        tick = checkpoint.Checkpoints.tick
+
+        def stopping(self: checkpoint.Checkpoints, *world_and_books: Any) -> None:
+            tick(self, *world_and_books)
+            raise KeyboardInterrupt
+
+        patch.setattr(checkpoint.Checkpoints, "tick", stopping)
+        assert main([*DROP, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
+    scene = Path("cut") / checkpoint.FOLDER / checkpoint.SCENE
+    assert whole(scene)
+    raw = scene.read_bytes()
+    scene.write_bytes(raw[: int(cut * len(raw))])
+    assert main(["run", "resume=cut"]) == 2
+    assert "was cut short" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("stage", ["old", "gone", "new"])
+def test_a_checkpoint_is_whole_at_every_moment(stage: str) -> None:
+    """Killed between two renames, the run finds the checkpoint before."""
+    run = Path("run")
+    places = {
+        "old": [run / "checkpoint", run / ".checkpoint.new"],
+        "gone": [run / ".checkpoint.before", run / ".checkpoint.new"],
+        "new": [run / "checkpoint", run / ".checkpoint.before"],
+    }[stage]
+    for place in places:
+        place.mkdir(parents=True)
+        (place / checkpoint.STATE).write_bytes(b"")
+    assert checkpoint.checkpoint_of(run) == places[0]
+    (places[0] / checkpoint.STATE).unlink()
+    with pytest.raises(ConfigError, match="there is no checkpoint"):
+        checkpoint.checkpoint_of(run)
+
+
+def test_the_command_says_it_in_two_lines(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2, no traceback, whoever was writing."""
+    from seals.run import application
+
+    def full(*_: object) -> None:
+        raise FULL
+
+    monkeypatch.setattr(application, "write_log", full)
+    assert main([*DROP, "hydra.run.dir=cut"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-2] == "DiskFull: there is no room left on the disk for some/file."
+    assert "Make room" in said[-1]
