@@ -13,6 +13,7 @@ import numpy as np
 
 from seals.errors import LogError
 from seals.intake import MOST_BYTES, read_bytes, regular_file
+from seals.logs.arrays import refuse_hollow
 from seals.logs.datasets import DataFile, Dataset, locate, paths_of
 from seals.logs.log import Log
 from seals.logs.units import to_si
@@ -92,6 +93,7 @@ def read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     file = regular_file(path, most=1 << 24)
     try:
         with zipfile.ZipFile(file) as archive:
+            refuse_hollow(archive, file)
             if sum(item.file_size for item in archive.infolist()) > MOST_BYTES:
                 raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
         # opened as a stream: the suffix .xls belies an .xlsx, and openpyxl goes by the suffix

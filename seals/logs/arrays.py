@@ -43,6 +43,7 @@ def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
     file = regular_file(path)
     try:
         with zipfile.ZipFile(file) as archive:
+            refuse_hollow(archive, file)
             sizes = {item.filename: item.file_size for item in archive.infolist()}
             present = [name.removesuffix(".npy") for name in sizes]
             missing = [name for name in names if name not in present]
@@ -56,6 +57,23 @@ def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
             return {name: _parse(f"{file}:{name}", archive.read(f"{name}.npy")) for name in names}
     except _ARCHIVE as error:
         raise LogError(f"'{file}' is not a sound .npz file ({error}).\nFetch it again.") from error
+
+
+def refuse_hollow(archive: zipfile.ZipFile, file: Path) -> None:
+    """Refuse an archive that declares more packed bytes than its file has.
+
+    Room for what is declared would be made before it is read.
+
+    Raises:
+        LogError: it does.
+    """
+    size = file.stat().st_size
+    for item in archive.infolist():
+        if item.compress_size > size:
+            raise LogError(
+                f"'{file}' declares {item.compress_size:,} packed bytes and has {size:,}.\n"
+                "Fetch it again."
+            )
 
 
 def _parse(where: str, raw: bytes) -> Floats:

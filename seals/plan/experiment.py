@@ -134,7 +134,8 @@ def read_experiment(path: str | Path) -> Experiment:
 def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
     for key in content:
         if key not in _KEYS:
-            raise ConfigError(f"experiment={path}: '{key}' is unknown.\n{suggestion(key, _KEYS)}")
+            near = suggestion(str(key), _KEYS)
+            raise ConfigError(f"experiment={path}: '{key}' is unknown.\n{near}")
     lacking = [key for key in _KEYS if key not in content]
     if lacking:
         raise ConfigError(
