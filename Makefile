@@ -2,10 +2,12 @@
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
 # make docs   build this documentation into build/site; a warning is an error
 # make validate   the long comparisons with measurements and the slow verifications
+# make killed   kill every long command at random moments; fill a disk; take out every guard
+# make fuzz     damaged files for every reader and loader, 3 minutes each
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test docs browser validate lint clean
+.PHONY: help demo test docs browser validate killed fuzz lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -26,7 +28,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test validate: export OPENBLAS_NUM_THREADS = 1
+test validate killed fuzz: export OPENBLAS_NUM_THREADS = 1
 
 # Rigid-body wheels exist for Python 3.10 and 3.11 only; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in python3.11 python3.10 python3; do \
@@ -40,7 +42,7 @@ CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % 
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,4s/^# //p' Makefile
+	@sed -n '1,6s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -80,6 +82,12 @@ browser:
 
 validate: .venv-test/installed
 	@.venv-test/bin/pytest -m "slow or validation"
+
+killed: .venv-test/installed
+	@.venv-test/bin/pytest -m killed
+
+fuzz: .venv-test/installed
+	@.venv-test/bin/python benchmarks/fuzz.py
 
 lint: .venv-test/installed
 	@.venv-test/bin/ruff check .

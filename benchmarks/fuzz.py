@@ -22,7 +22,8 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+# at the end: the installed package comes before the checkout
+sys.path.append(str(Path(__file__).parents[1]))
 
 from benchmarks.fuzz_published import PUBLISHED
 from benchmarks.fuzz_stored import STORED

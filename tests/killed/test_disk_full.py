@@ -47,7 +47,6 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(place)], check=True)
 
 
-@pytest.mark.slow
 @pytest.mark.killed
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None:

@@ -16,7 +16,6 @@ from benchmarks.guards import GUARDS, held, unguarded  # noqa: E402  no part of 
 sys.path.remove(str(ROOT))
 
 
-@pytest.mark.slow
 @pytest.mark.killed
 @pytest.mark.parametrize("name", GUARDS)
 def test_a_guard_that_is_gone_is_noticed(name: str) -> None:

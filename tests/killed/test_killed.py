@@ -120,7 +120,6 @@ def _seals(words: list[str]) -> int:
         return main(words)
 
 
-@pytest.mark.slow
 @pytest.mark.killed
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_goes_on_after_five_kills(name: str, killer: Killer) -> None:
@@ -128,7 +127,6 @@ def test_a_run_goes_on_after_five_kills(name: str, killer: Killer) -> None:
     killer.haunt(RUNS[name], **RESUMED)
 
 
-@pytest.mark.slow
 @pytest.mark.killed
 def test_a_training_goes_on_after_five_kills(killer: Killer) -> None:
     """Curves and weights are those of a training in one go, bit for bit."""
@@ -136,7 +134,6 @@ def test_a_training_goes_on_after_five_kills(killer: Killer) -> None:
     killer.haunt(TRAINING, place=HERE, again=["train", "resume={}"], kept="checkpoint.pt")
 
 
-@pytest.mark.slow
 @pytest.mark.killed
 @pytest.mark.parametrize("name", ANEW)
 def test_a_command_begun_anew_after_five_kills(name: str, killer: Killer) -> None:

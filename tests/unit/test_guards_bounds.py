@@ -8,12 +8,14 @@ import struct
 import subprocess
 from io import BytesIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 
 from seals.errors import ConfigError, LogError, RobotError
-from seals.intake import read_bytes, regular_file
+from seals.intake import plain_yaml, read_bytes, regular_file
 from seals.learn.policy import load_policy
 from seals.logs import table
 from seals.plugins.readers.rosbag2_file import _opened
@@ -28,6 +30,17 @@ def test_entities_of_a_urdf_taken_over_are_refused(tmp_path: Path) -> None:
     file.write_text('<!DOCTYPE robot [<!ENTITY a "b">]><robot name="r"><link name="a"/></robot>')
     with pytest.raises(RobotError, match="DOCTYPE or an ENTITY"):
         Takeover(file, {})
+
+
+def test_the_depth_of_yaml_is_measured_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loader recurses, and a compiled one crashes: deep nesting never gets to it."""
+
+    def reached(*_: object, **__: object) -> None:
+        pytest.fail("the loader was let at it")
+
+    monkeypatch.setattr(yaml, "load", reached)
+    with pytest.raises(yaml.YAMLError, match="nested deeper"):
+        plain_yaml("[" * 50 + "]" * 50)
 
 
 def test_the_size_of_a_file_is_bounded(tmp_path: Path) -> None:
@@ -71,6 +84,31 @@ def test_a_packed_stream_ends_at_its_declared_size(compression: str) -> None:
     assert len(getattr(mcap_file, f"_{compression}")(packed, 100)) <= 101
 
 
+def _record(kind: int, length: int, body: bytes = b"") -> bytes:
+    return bytes([kind]) + struct.pack("<Q", length) + body
+
+
+def test_a_chunk_that_declares_too_much_is_not_unpacked() -> None:
+    """The declared size is judged before the packed bytes are looked at."""
+    pytest.importorskip("mcap", reason="mcap is not installed")
+    from seals.plugins.readers.mcap_file import _unpacked
+
+    chunk = SimpleNamespace(uncompressed_size=1 << 27, compression="", data=b"")
+    with pytest.raises(ValueError, match="a chunk declares 134,217,728 bytes"):
+        _unpacked(chunk)
+
+
+def test_a_record_that_declares_too_much_is_not_read(tmp_path: Path) -> None:
+    """Room for a record is made only within the bound."""
+    pytest.importorskip("mcap", reason="mcap is not installed")
+    from seals.plugins.readers.mcap import ReaderMcap
+
+    file = tmp_path / "a.mcap"
+    file.write_bytes(b"\x89MCAP0\r\n" + _record(1, 8, bytes(8)) + _record(0x7A, (1 << 26) + 1))
+    with pytest.raises(LogError, match="limit"):
+        ReaderMcap().read(file)
+
+
 def test_a_database_is_opened_read_only(tmp_path: Path) -> None:
     """Neither its file nor one beside it is written."""
     file = tmp_path / "a.db3"
@@ -101,6 +139,13 @@ def test_the_fields_of_a_ulog_are_bounded(tmp_path: Path) -> None:
 def test_classes_of_the_system_are_no_data() -> None:
     """A class is as good as a function: that of processes starts one."""
     evil = pickle.dumps(subprocess.Popen)
+    with pytest.raises(pickle.UnpicklingError, match="could do anything"):
+        DataUnpickler(BytesIO(evil)).load()
+
+
+def test_classes_that_a_module_imports_are_no_data() -> None:
+    """A class counts where it was written, not wherever it can be reached."""
+    evil = b"\x80\x04\x8c\x14seals.run.checkpoint\x94\x8c\x07BytesIO\x94\x93."
     with pytest.raises(pickle.UnpicklingError, match="could do anything"):
         DataUnpickler(BytesIO(evil)).load()
 
