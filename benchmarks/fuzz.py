@@ -188,7 +188,7 @@ def main() -> int:
         report = context.Queue()
         process = context.Process(target=work, args=(name, given.seconds, given.finds, report))
         process.start()
-        process.join(given.seconds + 60.0)
+        process.join(2.0 * given.seconds + 10.0 * STUCK)
         if process.is_alive() or process.exitcode:
             why = "hangs" if process.is_alive() else f"ended with code {process.exitcode}"
             process.kill()

@@ -23,13 +23,10 @@ from seals.logs.table import read_parquet
 SEALS = (sys.executable, "-c", "import sys; from seals.cli.main import main; sys.exit(main())")
 PATIENCE = 300.0
 """Time after which a command that was left alone hangs [s]."""
-OF_ITS_OWN = frozenset(
-    (
-        *("seconds", "started", "created", "date", "steps_per_second", "took", "wall", "pid"),
-        *("git", "overrides", "resume_of", "repeat_of", "remarks"),
-        *("log", "out", "path", "file", "folder"),
-    )
-)
+_CLOCK = ("seconds", "planning_seconds", "steps_per_second", "started", "created", "date")
+_LIFE = ("git", "overrides", "resume_of", "repeat_of", "remarks")
+_PLACES = ("log", "out", "path", "file", "folder")
+OF_ITS_OWN = frozenset((*_CLOCK, *_LIFE, *_PLACES))
 """What two lives of one command may tell differently: times of the clock, places."""
 
 

@@ -209,6 +209,10 @@ def test_a_policy_card_is_data(tmp_path: Path) -> None:
     """A card that asks for classes is refused before anything is composed."""
     from seals.cli.evaluate import with_card
 
-    (tmp_path / "card.json").write_text(json.dumps({"overrides": ["env._target_=os.system"]}))
-    with pytest.raises(ConfigError):
+    card = {"format": "seals-policy", "version": 1, "network": {}, "overrides": ["env=reach"]}
+    (tmp_path / "card.json").write_text(json.dumps(card))
+    assert with_card([f"policy={tmp_path}"])[0] == "env=reach"
+    card["overrides"] = ["env._target_=os.system"]
+    (tmp_path / "card.json").write_text(json.dumps(card))
+    with pytest.raises(ConfigError, match="which no training writes"):
         with_card([f"policy={tmp_path}"])
