@@ -24,9 +24,17 @@ PATIENCE = 60.0
 def record(folder: Path) -> Path:
     """Record the demonstrations, once."""
     if not folder.exists():
-        words = ("record", "env=reach", f"episodes={EPISODES}", f"out={folder}")
-        subprocess.run([*SEALS, *words], check=True, env=_alone())
+        run_verb("record", "env=reach", f"episodes={EPISODES}", f"out={folder}")
     return folder
+
+
+def run_verb(*words: str) -> None:
+    """Run a verb of ``seals`` to its end, on one core.
+
+    Raises:
+        CalledProcessError: it was refused.
+    """
+    subprocess.run([*SEALS, *words], check=True, env=_alone())
 
 
 def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:

@@ -189,6 +189,14 @@ class TaskReach:
         """Return the way of the hand to the target, were the body level [m], shape (N, 3)."""
         return now.target - now.position - hanging(now._replace(tool=self.place(now)))
 
+    def lacking(self, now: Instant) -> Array:
+        """Return the larger distance of hand and level hand, which rewards count [m], shape (N,).
+
+        Of the hand alone, a body would gain by leaning it to the target; of the level hand alone,
+        it might swing as it likes.
+        """
+        return namespace(now.position).maximum(self.distance(now), length(self.way(now)))
+
     def place(self, now: Instant) -> Array:
         """Return what must come to the target: the hand [m], shape (N, 3)."""
         return now.tool
@@ -199,11 +207,10 @@ class TaskReach:
         if given is not None:
             return given
         cost = self.smooth * length(now.action - before.action)
-        # of the level hand: a body that leans its hand to the target and back gains nothing by it
-        away = length(self.way(now))
+        away = self.lacking(now)
         bonus = self.bonus * near(away, self.width)
         if self.reward_form is Reward.progress:
-            return self.rate * (length(self.way(before)) - away) + bonus - cost, memory
+            return self.rate * (self.lacking(before) - away) + bonus - cost, memory
         return bonus - away - cost, memory
 
     def ended(self, now: Instant, memory: Array) -> Array:

@@ -93,8 +93,8 @@ def _leaning(angle: float) -> Instant:
     return Instant(one, row, turn, row, row, hand, target, row, 0.0 * one, row, one, {})
 
 
-def test_a_lean_changes_the_distance_but_neither_sight_nor_the_shaped_reward() -> None:
-    """A body right above the target is where it should be, though its hand still swings."""
+def test_a_lean_is_seen_apart_from_the_way_and_costs_either_way() -> None:
+    """A body above the target is where it should be; a hand leaned to the target is not."""
     task, still = TaskReach(), np.zeros((1, 2))
     level, leaning = _leaning(0.0), _leaning(0.6)
     assert task.distance(level)[0] == pytest.approx(0.0)
@@ -102,7 +102,16 @@ def test_a_lean_changes_the_distance_but_neither_sight_nor_the_shaped_reward() -
     assert np.allclose(task.way(leaning), 0.0)
     assert np.allclose(task.observation(leaning)[0, :3], 0.0)
     assert np.allclose(task.expert(leaning), 0.0)
-    assert task.reward(leaning, leaning, still)[0] == pytest.approx(1.0)
+    away = 2.0 * 0.5 * np.sin(0.3)
+    assert task.reward(level, level, still)[0][0] == pytest.approx(1.0)
+    assert task.reward(leaning, leaning, still)[0][0] == pytest.approx(
+        np.exp(-((away / 0.1) ** 2)) - away
+    )
+    leaned_to = leaning._replace(target=leaning.tool)
+    assert task.distance(leaned_to)[0] == pytest.approx(0.0)
+    assert np.allclose(
+        task.reward(leaned_to, leaned_to, still)[0], task.reward(leaning, leaning, still)[0]
+    )
 
 
 def test_a_shuffled_target_tells_nothing_and_stays() -> None:

@@ -1,0 +1,62 @@
+"""Trains one recipe with several seeds, judges every policy on held-out starts; see README.md."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from seals.errors import ConfigError, suggestion
+from seals.experiments.five_seeds.outcome import outcome, tell
+from seals.experiments.five_seeds.recipes import RECIPES
+from seals.experiments.learning_study.arms import Training
+from seals.experiments.learning_study.running import run_all, run_verb
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Train, judge and tell; the same command goes on where an earlier one was cut off.
+
+    Raises:
+        ConfigError: there is no such recipe.
+    """
+    parser = argparse.ArgumentParser(prog="five_seeds", description=__doc__)
+    parser.add_argument("recipe", help=", ".join(RECIPES))
+    parser.add_argument("--out", default="", help="folder; runs/five_seeds/RECIPE when left out")
+    parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")
+    parser.add_argument("--seeds", type=int, default=0, help="0: as the recipe has it")
+    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")
+    given = parser.parse_intermixed_args(words)
+    if given.recipe not in RECIPES:
+        raise ConfigError(
+            f"there is no recipe '{given.recipe}'.\n{suggestion(given.recipe, RECIPES)}"
+        )
+    recipe = RECIPES[given.recipe]
+    out = Path(given.out or f"runs/five_seeds/{given.recipe}")
+    jobs = [
+        Training(
+            out / str(seed),
+            (
+                "train",
+                *recipe.world,
+                *recipe.training,
+                *given.more,
+                f"seed={seed}",
+                f"hydra.run.dir={out / str(seed)}",
+            ),
+        )
+        for seed in range(given.seeds or recipe.seeds)
+    ]
+    left = run_all(jobs, at_once=given.jobs, limit=given.limit)
+    if left:
+        print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
+        return 1
+    world = [*recipe.world, *(word for word in given.more if word.startswith("task."))]
+    for number, job in enumerate(jobs):
+        judged = job.folder / "held_out"
+        if not (judged / "evaluation.json").exists():
+            beside = "[scripted,random]" if number == 0 else "[]"
+            run_verb("evaluate", *world, f"policy={job.folder / 'policy'}", f"beside={beside}",
+                     "episodes=100", f"out={judged}")  # fmt: skip
+    tell(outcome([job.folder for job in jobs]), out)
+    return 0
