@@ -32,7 +32,7 @@ TITLES = {
     "robot": "Robots",
     "animal": "Animals",
 }
-_HEAD = ["| field | default | bounds | tolerance | |", "|---|---|---|---|---|"]
+_HEAD = ["| field | default | bounds | tolerance | what it is; *source* |", "|---|---|---|---|---|"]
 
 
 def pages() -> dict[str, str]:

@@ -8,7 +8,7 @@ import typing
 from typing import Any
 
 from seals import registry
-from seals.cli.listing import table
+from seals.cli.listing import singular, table
 from seals.config.derive import schema_of
 from seals.errors import ConfigError
 from seals.schema import Parameter, parameters_of
@@ -21,7 +21,7 @@ def describe(arguments: list[str]) -> int:
             f"'{' '.join(arguments)}' is not a kind and a name.\n"
             "Write: seals describe KIND NAME, for instance: seals describe effect quadratic_drag"
         )
-    kind, name = arguments
+    kind, name = singular(arguments[0]), arguments[1]
     plugin = registry.get(kind, name)
     if kind in ("robot", "animal"):
         print(describe_robot(plugin))

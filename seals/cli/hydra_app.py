@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from seals.cli.slips import refuse_slips
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 
@@ -107,6 +108,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     arguments = sorted(arguments, key=lambda word: word not in ("--multirun", "-m"))
     arguments = _refuse_flags(arguments)
     _refuse_other_verb(root, arguments)
+    refuse_slips(root, arguments)
     install()
     outcome = _Outcome(task)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)

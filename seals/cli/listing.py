@@ -15,11 +15,11 @@ def list_installed(arguments: list[str]) -> int:
     kinds = [*registry.GROUPS, *recipes]
     if len(arguments) > 1:
         raise ConfigError(f"'{' '.join(arguments)}' is more than one kind.\nWrite: seals list KIND")
-    if arguments and _singular(arguments[0]) not in kinds:
+    if arguments and singular(arguments[0]) not in kinds:
         raise ConfigError(
             f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
         )
-    chosen = [_singular(arguments[0])] if arguments else kinds
+    chosen = [singular(arguments[0])] if arguments else kinds
     blocks = []
     for kind in chosen:
         rows = _recipe_rows(recipes[kind]) if kind in recipes else _plugin_rows(kind)
@@ -68,6 +68,11 @@ def _recipe_rows(paths: list[Path]) -> list[tuple[str, ...]]:
     return rows
 
 
-def _singular(word: str) -> str:
-    """Accept ``effects`` for ``effect``: both are in the documentation."""
+def singular(word: str) -> str:
+    """Return ``effect`` for ``effects``: both are in the documentation.
+
+    Example:
+        >>> singular("effects"), singular("dvls")
+        ('effect', 'dvls')
+    """
     return word[:-1] if word.endswith("s") and word[:-1] in registry.GROUPS else word
