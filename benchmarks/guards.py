@@ -9,6 +9,7 @@ The command ends with 1 when the tests of a guard pass without it. The guards ar
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -415,8 +416,8 @@ def unguarded(name: str) -> tuple[int, str]:
 
 def held(code: int, said: str) -> bool:
     """Return whether a test failed, and nothing else went wrong."""
-    last = said.strip().rpartition("\n")[2]
-    return code == 1 and "failed" in last and "error" not in last
+    failed, wrong = (re.search(rf"\b\d+ {what}\b", said) for what in ("failed", "errors?"))
+    return code == 1 and failed is not None and wrong is None
 
 
 def main(names: Sequence[str]) -> int:

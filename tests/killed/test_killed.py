@@ -75,7 +75,12 @@ ANEW: dict[str, tuple[list[str], str, dict[str, Any]]] = {
         {},
     ),
     "teleop": (["teleop", "robot=auv", "script=keys.yaml", "time.step=0.004"], HERE, {}),
-    "validate": (["validate", "water", "hydrostatics"], "--out={}", {"loose": (".md", ".html")}),
+    # what it finds of the water is its business; with one thread it finds the same again
+    "validate": (
+        ["validate", "water", "hydrostatics", "--threads=1"],
+        "--out={}",
+        {"loose": (".md",), "codes": (0, 1)},
+    ),
 }
 """Commands that begin anew, and what they need besides."""
 

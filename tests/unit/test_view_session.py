@@ -93,7 +93,7 @@ def test_a_turned_value_starts_another_run(run: Path, tmp_path: Path) -> None:
 def test_a_page_cannot_leave_the_range(run: Path, tmp_path: Path, value: float) -> None:
     """What a page sends is checked like what a person writes."""
     session = Session(recalled(run), [Slider("a", 0.5, 4.0, 2.0, "")], tmp_path / "looks")
-    with pytest.raises(ConfigError, match="Allowed"):
+    with pytest.raises(ConfigError, match=r"Allowed: 0\.5 to 4"):
         session.turn({"a": value})
     with pytest.raises(ConfigError, match="no slider"):
         session.turn({"name": 1.0})
