@@ -64,6 +64,9 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
         text = " ".join(str(cause).split())
         raise ConfigError(f"{path} cannot be read: {text}.\nRestore it, or start anew.") from cause
+    if not path.read_bytes().endswith(b"\n"):
+        # what is missing at its end would become default values
+        raise ConfigError(f"{path} was cut short.\nRestore it, or start anew with the same words.")
     if not isinstance(raw, dict):
         raise ConfigError(f"{path} is no mapping.\nGive the folder of a run.")
     return raw

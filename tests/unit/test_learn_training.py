@@ -176,6 +176,10 @@ def test_rows_of_an_earlier_life_are_told_once(tmp_path: Path) -> None:
         file.write("40")
     Rows(path, ["step", "loss"], upto=20).tell({"step": 21})
     assert path.read_text() == "step,loss\n10,0.1\n20,0.05\n21,\n"
+    # 2 is how 25 began, and 0.1 how its figure did
+    path.write_text("step,loss\n10,0.1\n2,0.1")
+    Rows(path, ["step", "loss"], upto=20)
+    assert path.read_text() == "step,loss\n10,0.1\n"
 
 
 def test_curves_begin_before_learning_and_end_at_the_budget(tmp_path: Path) -> None:

@@ -136,6 +136,20 @@ def test_foreign_class_in_a_run_is_refused(
     assert "effects.gravity" in capsys.readouterr().err
 
 
+def test_half_a_configuration_is_no_run(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cut on a full disk it may be sound YAML still, of another run than the one meant."""
+    path = run(elsewhere / "first", *LINE) / ".hydra" / "config.yaml"
+    text = path.read_text()
+    half = text[: text.index("seed: ") + len("seed: ")] + "1"
+    assert yaml.safe_load(half)["seed"] == 1
+    path.write_text(half)
+    capsys.readouterr()
+    assert main(["run", f"repeat={path.parents[1]}"]) == 2
+    assert "was cut short" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("text", ["", "[1, 2]", "a: [", "\x00", "effects: 3", "time: {step: x}"])
 def test_damaged_configuration_is_refused(
     text: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]

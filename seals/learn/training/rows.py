@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -41,9 +42,10 @@ class Rows:
 def _kept(path: Path, upto: int) -> list[dict[str, str]]:
     if not path.is_file():
         return []
-    with path.open(encoding="utf-8", newline="") as file:
-        # a row that was cut off half-way has no last column
-        whole = [row for row in csv.DictReader(file) if None not in row.values()]
+    text = path.read_text(encoding="utf-8")
+    # a row that was cut off half-way has no end of line; its last figure may look like one
+    ended = io.StringIO(text[: text.rfind("\n") + 1])
+    whole = [row for row in csv.DictReader(ended) if None not in row.values()]
     return [row for row in whole if int(row["step"]) <= upto]
 
 
