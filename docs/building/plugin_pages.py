@@ -73,7 +73,7 @@ def _chapter(plugin: registry.Plugin) -> str:
         room = f"{plugin.kind}s"
         page = f"[Sources of its numbers](../{room}/{plugin.name}/README.md)"
         told = describe_robot(plugin, folder=False)
-        return f"{head}\n\n{plugin.summary} {page}.\n\n```text\n{told}\n```"
+        return f"{head}\n\n{plugin.summary.rstrip('.')}. {page}.\n\n```text\n{told}\n```"
     cls = plugin.load()
     words = words_of(inspect.getdoc(cls) or "")
     rows = list(_rows(cls, words))
