@@ -43,6 +43,8 @@ def _reader_of(place: Path) -> str:
         return "rosbag2"
     if suffix in _BY_SUFFIX:
         return _BY_SUFFIX[suffix]
+    if not place.exists():
+        raise ConfigError(f"log={place} does not exist.\nGive the path of a log file or folder.")
     raise ConfigError(
         f"log={place}: its name does not tell how to read it.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
