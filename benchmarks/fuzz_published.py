@@ -40,7 +40,8 @@ def _pendulum() -> Target:
         out[:] = parts
         return out
 
-    time, stream = np.arange(30) / 1000, io.BytesIO()
+    time = np.arange(30) / 1000
+    stream: Any = io.BytesIO()
     values = np.stack([np.pi + np.sin(time), np.cos(time)])
     groups = {"Time_id": cells(time, time + 1), "Y_id": cells(values, values)}
     groups |= {"Time_vad": cells(time, time + 1), "Y_vad": cells(values, values)}

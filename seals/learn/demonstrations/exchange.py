@@ -7,6 +7,7 @@ card stands as JSON in the attribute ``card`` of ``data``.
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -38,10 +39,13 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
 
     Raises:
         MissingExtra: h5py is not installed.
+        DiskFull: there is no room for it.
     """
     h5py = _h5py()
     card = card_of(demonstrations)
-    with atomic_path(path) as beside, h5py.File(beside, "w", libver="v110") as file:
+    # in memory: HDF5 cannot give up a file whose disk is full
+    whole = io.BytesIO()
+    with h5py.File(whole, "w", libver="v110") as file:
         data = file.create_group("data")
         data.attrs["card"] = json.dumps(card, allow_nan=False)
         data.attrs["total"] = demonstrations.steps
@@ -56,6 +60,8 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
                 # packing costs more than it saves where there is little
                 packed = {"compression": "gzip", "shuffle": True} if values.nbytes > _SMALL else {}
                 group.create_dataset(name, data=values, **packed)
+    with atomic_path(path) as beside:
+        beside.write_bytes(whole.getbuffer())
     return Path(path)
 
 

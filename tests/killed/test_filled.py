@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -28,7 +29,9 @@ COMMANDS: dict[str, list[str]] = {
         *("course.log_every=10", "course.episodes=2", "course.checkpoint=0.01"),
         "hydra.run.dir={}/a",
     ],
-    "record": ["record", "env=reach", "episodes=3", "out={}/a", "hdf5={}/b.hdf5"],
+    "record": ["record", "env=reach", "episodes=8", "out={}/a"],
+    # the folder of the first life is whole and stays
+    "record as HDF5": ["record", "env=reach", "episodes=6", "out=first", "hdf5={}/b.hdf5"],
     "evaluate": ["evaluate", "env=reach", "policy=scripted", "episodes=2", "out={}/a"],
     "convert": ["convert", "log=long.csv", "reader=csv", "out={}/a"],
     "compare": ["compare", "experiment=falling_balls", "only=[bowling_ball]", "out={}/a"],
@@ -51,7 +54,8 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None:
     """It ends in two lines; every file in sight is whole; with room it comes to its end."""
-    lines = "\n".join(f"{k / 1000},{(k * 7919) % 10007}" for k in range(60_000))
+    noise = np.random.default_rng(1).normal(size=40_000)
+    lines = "\n".join(f"{k / 1000},{depth}" for k, depth in enumerate(noise))
     (killer.folder / "long.csv").write_text(f"t,depth\n{lines}\n")
     words = [word.format(disk) for word in COMMANDS[name]]
     code, said = killer.finish(words)
@@ -62,8 +66,9 @@ def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None
         if path.is_file() and not any(p.startswith(".") for p in path.relative_to(disk).parts):
             _read(path)
     subprocess.run(["mount", "-o", f"remount,size={LARGE}", str(disk)], check=True)
-    again = [words[0], f"resume={disk}/a"] if (disk / "a" / "checkpoint").exists() else words
-    again += [] if again is words else [f"hydra.run.dir={disk}/b"]
+    again = [word.replace("=first", "=second") for word in words]
+    if (disk / "a" / "checkpoint").exists():
+        again = ["run", f"resume={disk}/a", f"hydra.run.dir={disk}/b"]
     code, said = killer.finish(again)
     assert code == 0, said
 
