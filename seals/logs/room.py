@@ -38,6 +38,26 @@ def room(path: str | Path) -> Iterator[None]:
         raise
 
 
+def reserve(folder: Path, size: int) -> None:
+    """Make sure of the room for what is written through memory maps: on a full disk they kill.
+
+    Args:
+        folder: in which it will lie.
+        size: of all files together [byte].
+
+    Raises:
+        OSError: there is no room.
+    """
+    if not hasattr(os, "posix_fallocate"):
+        return
+    place = folder / ".room"
+    try:
+        with place.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+    finally:
+        place.unlink(missing_ok=True)
+
+
 def told_full(error: BaseException) -> bool:
     """Return whether an error, or a cause of it, is the system's word that the disk is full."""
     link: BaseException | None = error

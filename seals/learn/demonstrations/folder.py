@@ -22,11 +22,14 @@ from seals.learn.demonstrations.card import FORM, card_of, declared
 from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.layout import arrays_of, episodes_of, expected
 from seals.logs.atomic import atomic_folder, write_json
+from seals.logs.room import reserve
 
 _META = "meta.json"
 _PLAIN = "<class 'tensordict._td.TensorDict'>"
 """The only class that a folder may name."""
 _MOST_META = 100_000
+_BLOCK = 4096
+"""By how much a file may take more than its bytes."""
 
 
 def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool = False) -> Path:
@@ -40,6 +43,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     Raises:
         MissingExtra: tensordict is not installed.
         SealsError: the folder exists and must stay.
+        DiskFull: there is no room for it.
     """
     tensordict = tensordict_of()
     import torch
@@ -55,6 +59,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     for path, tensor in tensors.items():
         data[path] = tensor
     with atomic_folder(folder, replace=replace) as beside:
+        reserve(beside, sum(values.nbytes + _BLOCK for values in arrays.values()) + _MOST_META)
         data.memmap(str(beside))
         write_json(beside / CARD, card_of(demonstrations))
     return Path(folder)
