@@ -153,7 +153,8 @@ class Demonstrations:
                 f"episodes of different sizes cannot lie together: {sorted(map(str, sizes))}.\n"
                 "Record them in one environment."
             )
-        for names, size in zip((self.origin.observation, self.origin.action), self.sizes):  # noqa: B905
+        both = (self.origin.observation, self.origin.action)
+        for names, size in zip(both, self.sizes, strict=True):
             if names and len(names) != size:
                 raise LogError(
                     f"{len(names)} names stand for {size} columns: {', '.join(names[:8])}.\n"
