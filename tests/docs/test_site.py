@@ -117,8 +117,7 @@ def test_a_broken_link_stops_the_build(tmp_path: Path) -> None:
     pytest.importorskip("material", reason="the site needs aam-seals[docs]")
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "index.md").write_text("# A\n\n[nowhere](nowhere.md)\n", encoding="utf-8")
-    loader = type("Plain", (yaml.SafeLoader,), {})
-    settings = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), Loader=loader)
+    settings = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     kept = {key: settings[key] for key in ("site_name", "strict", "validation")}
     (tmp_path / "mkdocs.yml").write_text(yaml.safe_dump(kept), encoding="utf-8")
     built = subprocess.run(
