@@ -17,6 +17,8 @@ import pytest
 from seals.cli.train import _begun
 from seals.errors import ConfigError, LogError, RobotError
 from seals.hulls.meshes import MOST_WORK, hull_from_mesh
+from seals.learn.comparison.runs import read_run
+from seals.learn.training.rows import Rows
 from seals.logs.arrays import read_npy
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
@@ -124,6 +126,18 @@ def test_what_fuzzing_found_ends_in_words(
     except ImportError as absent:
         pytest.skip(f"{absent.name} is not installed")
     assert one(target, file.read_bytes(), tmp_path) is None
+
+
+def test_a_cell_of_a_curve_longer_than_a_table_allows(tmp_path: Path) -> None:
+    """The tables of trainings, read for a comparison and when one is taken up again."""
+    (tmp_path / "evaluation.csv").write_text('step,loss\n1,"' + "w" * 140_000 + "\n")
+    with pytest.raises(LogError, match="is no table"):
+        read_run(tmp_path, arm="a")
+    with pytest.raises(ConfigError, match="is damaged"):
+        Rows(tmp_path / "evaluation.csv", ["step", "loss"], upto=5)
+    (tmp_path / "evaluation.csv").write_text("step,loss\nfive,1\n")
+    with pytest.raises(ConfigError, match="is damaged"):
+        Rows(tmp_path / "evaluation.csv", ["step", "loss"], upto=5)
 
 
 def test_a_checkpoint_makes_no_bytes_out_of_a_number(tmp_path: Path) -> None:

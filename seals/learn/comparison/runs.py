@@ -150,7 +150,10 @@ def read_table(path: Path) -> dict[str, Floats]:
     if path.stat().st_size > _MOST_BYTES:
         raise LogError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     text = path.read_text(encoding="utf-8", errors="replace")
-    rows = list(csv.reader(text.splitlines()))
+    try:
+        rows = list(csv.reader(text.splitlines()))
+    except csv.Error as cause:
+        raise LogError(f"{path} is no table: {cause}.\nGive the folder of a run.") from cause
     # a run that was killed may have left half a line
     if rows and not text.endswith("\n"):
         rows.pop()

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.errors import ConfigError
 from seals.logs.atomic import write_text
 
 
@@ -42,11 +43,16 @@ class Rows:
 def _kept(path: Path, upto: int) -> list[dict[str, str]]:
     if not path.is_file():
         return []
-    text = path.read_text(encoding="utf-8")
-    # a row that was cut off half-way has no end of line; its last figure may look like one
-    ended = io.StringIO(text[: text.rfind("\n") + 1])
-    whole = [row for row in csv.DictReader(ended) if None not in row.values()]
-    return [row for row in whole if int(row["step"]) <= upto]
+    try:
+        text = path.read_text(encoding="utf-8")
+        # a row that was cut off half-way has no end of line; its last figure may look like one
+        ended = io.StringIO(text[: text.rfind("\n") + 1])
+        whole = [row for row in csv.DictReader(ended) if None not in row.values()]
+        return [row for row in whole if int(row["step"]) <= upto]
+    except (csv.Error, ValueError, KeyError) as cause:
+        raise ConfigError(
+            f"{path} is damaged: {cause}.\nRestore it, or begin the training anew."
+        ) from cause
 
 
 def _cell(value: Any) -> str:
