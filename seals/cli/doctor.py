@@ -66,8 +66,12 @@ def python() -> Iterator[Remark]:
 
 def packages() -> Iterator[Remark]:
     """Report the versions of what SEALS depends on, and whether they are the wanted ones."""
-    from packaging.requirements import Requirement  # comes with Hydra
-
+    try:
+        from packaging.requirements import Requirement  # comes with Hydra
+    except ImportError:
+        words = "not installed; install them: pip install aam-seals"
+        yield Remark(state="FAULT", subject="packages", words=words)
+        return
     for text in requires("aam-seals") or []:
         wanted = Requirement(text)
         if wanted.marker is not None and "extra" in str(wanted.marker):
@@ -79,7 +83,8 @@ def packages() -> Iterator[Remark]:
         try:
             found = version(wanted.name)
         except PackageNotFoundError:
-            yield Remark(state="FAULT", subject=wanted.name, words=f"missing; wanted: {text}")
+            words = f"missing; install it: pip install '{wanted.name}{wanted.specifier}'"
+            yield Remark(state="FAULT", subject=wanted.name, words=words)
             continue
         fits = wanted.specifier.contains(found, prereleases=True)
         words = found if fits else f"{found}, but wanted is {wanted.specifier}"
