@@ -34,7 +34,8 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         if key:
             raise ConfigError(f"{word}: the key is missing.\nDid you mean {key}={word}?")
         before = "" if "=" in word else word
-    _refuse_own_folder(words)
+    if root == "run":
+        _refuse_own_folder(words)
 
 
 def _key_of(root: str, word: str) -> str:

@@ -134,10 +134,10 @@ def test_a_cell_of_a_curve_longer_than_a_table_allows(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="is no table"):
         read_run(tmp_path, arm="a")
     with pytest.raises(ConfigError, match="is damaged"):
-        Rows(tmp_path / "evaluation.csv", ["step", "loss"], upto=5)
+        Rows(tmp_path / "evaluation.csv", ["step", "loss"], keep=1)
     (tmp_path / "evaluation.csv").write_text("step,loss\nfive,1\n")
     with pytest.raises(ConfigError, match="is damaged"):
-        Rows(tmp_path / "evaluation.csv", ["step", "loss"], upto=5)
+        Rows(tmp_path / "evaluation.csv", ["step", "loss"], keep=1)
 
 
 def test_a_checkpoint_makes_no_bytes_out_of_a_number(tmp_path: Path) -> None:

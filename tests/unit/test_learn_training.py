@@ -167,19 +167,47 @@ def test_a_killed_training_ends_like_one_that_was_left_alone(tmp_path: Path) -> 
 
 
 def test_rows_of_an_earlier_life_are_told_once(tmp_path: Path) -> None:
-    """After a resume at step 20 the rows behind it go, a half-written one too."""
+    """After a resume the rows behind the checkpoint go, a half-written one and its own step too."""
     path = tmp_path / "a.csv"
     rows = Rows(path, ["step", "loss"])
     for step in (10, 20, 30):
         rows.tell({"step": step, "loss": 1.0 / step, "unheard": 3})
+    assert rows.count == 3
     with path.open("a", encoding="utf-8") as file:
         file.write("40")
-    Rows(path, ["step", "loss"], upto=20).tell({"step": 21})
-    assert path.read_text() == "step,loss\n10,0.1\n20,0.05\n21,\n"
+    again = Rows(path, ["step", "loss"], keep=2)
+    again.tell({"step": 21})
+    assert (path.read_text(), again.count) == ("step,loss\n10,0.1\n20,0.05\n21,\n", 3)
     # 2 is how 25 began, and 0.1 how its figure did
     path.write_text("step,loss\n10,0.1\n2,0.1")
-    Rows(path, ["step", "loss"], upto=20)
+    Rows(path, ["step", "loss"], keep=1)
     assert path.read_text() == "step,loss\n10,0.1\n"
+    with pytest.raises(ConfigError, match="1 of 2 rows"):
+        Rows(path, ["step", "loss"], keep=2)
+    assert path.read_text() == "step,loss\n10,0.1\n"
+
+
+@pytest.mark.parametrize("where", ["before", "behind"])
+def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path) -> None:
+    """A checkpoint between two updates stands before its step's row, one after them behind it."""
+    course = Course(steps=100, look_every=100, log_every=20, episodes=4, checkpoint=0.0)
+    first = training_of(LEARNERS["sac"], tmp_path, course=course)
+    after, kept = first._after, {}
+
+    def heard() -> None:
+        if first.step >= 60 and where == "before":
+            kept.setdefault("state", pickle.dumps(first.state()))
+        after()
+        if first.step >= 60 and where == "behind":
+            kept.setdefault("state", pickle.dumps(first.state()))
+
+    first._after = heard  # type: ignore[method-assign]
+    first.run()
+    whole = [row["step"] for row in table(tmp_path / "training.csv")]
+    second = training_of(LEARNERS["sac"], tmp_path, course=course)
+    second.take_up(pickle.loads(kept["state"]))
+    second.run()
+    assert [row["step"] for row in table(tmp_path / "training.csv")] == whole
 
 
 def test_curves_begin_before_learning_and_end_at_the_budget(tmp_path: Path) -> None:

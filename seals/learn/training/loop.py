@@ -82,7 +82,7 @@ class Training:
         self._kept = time.perf_counter()
         self._next = {"log": course.log_every, "look": course.look_every}
         self._looked = [-1, -1]
-        self._upto: int | None = None
+        self._told: dict[str, int] = {}
         self._begun = self.stop = False
         self._tally = Tally(environment.count, environment.device)
         self._observation: Any = None
@@ -213,7 +213,8 @@ class Training:
 
     def _table(self, name: str, columns: tuple[str, ...]) -> Rows:
         if name not in self._rows:
-            self._rows[name] = Rows(self.folder / f"{name}.csv", columns, upto=self._upto)
+            keep = self._told.get(name, 0)
+            self._rows[name] = Rows(self.folder / f"{name}.csv", columns, keep=keep)
         return self._rows[name]
 
     def _chart(self, table: str, figures: Mapping[str, Any]) -> None:
@@ -267,6 +268,7 @@ class Training:
                 "success": self.success,
                 "good": self._good,
                 "looked": list(self._looked),
+                "told": {**self._told, **{name: rows.count for name, rows in self._rows.items()}},
                 "next": dict(self._next),
             },
             "random": torch.get_rng_state(),
@@ -291,7 +293,7 @@ class Training:
             list(place["looked"]),
         )
         self._seconds, self._since = place["seconds"], time.perf_counter()
-        self._next, self._upto, self._begun = dict(place["next"]), self.step, True
+        self._next, self._told, self._begun = dict(place["next"]), dict(place["told"]), True
         torch.set_rng_state(state["random"].cpu())
         if state["environment"] is not None:
             self.environment.restore(state["environment"])

@@ -19,14 +19,22 @@ class Rows:
     Args:
         path: the file.
         columns: its columns; the first is ``step``.
-        upto: step of a checkpoint that is resumed: later rows of an earlier life are dropped.
-            None begins a new file.
+        keep: rows that stood there at the checkpoint that is resumed: later ones of an earlier life
+            are dropped. A file that is not there begins anew.
+
+    Attributes:
+        count: rows so far.
+
+    Raises:
+        ConfigError: the file is there and does not hold the rows to keep.
     """
 
-    def __init__(self, path: Path, columns: Sequence[str], *, upto: int | None = None) -> None:
+    def __init__(self, path: Path, columns: Sequence[str], *, keep: int = 0) -> None:
         """Write the head, or drop what a resumed training will tell again."""
         self.path, self.columns = path, list(columns)
-        kept = [] if upto is None else _kept(path, upto)
+        # the step does not tell: a checkpoint may stand before or behind the row of its own step
+        kept = _kept(path, keep) if keep and path.is_file() else []
+        self.count = len(kept)
         lines = [",".join(self.columns), *(",".join(row[c] for c in self.columns) for row in kept)]
         write_text(path, "\n".join(lines) + "\n")
 
@@ -38,21 +46,26 @@ class Rows:
             )
             file.flush()
             os.fsync(file.fileno())
+        self.count += 1
 
 
-def _kept(path: Path, upto: int) -> list[dict[str, str]]:
-    if not path.is_file():
-        return []
+def _kept(path: Path, keep: int) -> list[dict[str, str]]:
     try:
         text = path.read_text(encoding="utf-8")
         # a row that was cut off half-way has no end of line; its last figure may look like one
         ended = io.StringIO(text[: text.rfind("\n") + 1])
-        whole = [row for row in csv.DictReader(ended) if None not in row.values()]
-        return [row for row in whole if int(row["step"]) <= upto]
-    except (csv.Error, ValueError, KeyError) as cause:
-        raise ConfigError(
-            f"{path} is damaged: {cause}.\nRestore it, or begin the training anew."
-        ) from cause
+        whole = [row for row in csv.DictReader(ended) if None not in row.values()][:keep]
+        for row in whole:
+            int(row["step"])
+    except (OSError, csv.Error, ValueError, KeyError) as cause:
+        raise _damaged(path, str(cause)) from cause
+    if len(whole) < keep:
+        raise _damaged(path, f"{len(whole)} of {keep} rows are whole")
+    return whole
+
+
+def _damaged(path: Path, why: str) -> ConfigError:
+    return ConfigError(f"{path} is damaged: {why}.\nRestore it, or begin the training anew.")
 
 
 def _cell(value: Any) -> str:
