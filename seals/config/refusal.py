@@ -88,7 +88,11 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
         return UnknownPlugin(
             f"{group} '{name}' is not installed.\n{suggestion(name, options, label=label)}"
         )
-    return ConfigError(f"{group}={name} does not exist.\n{suggestion(name, options, label=label)}")
+    if group == "model" and not options:
+        advice = "There is none yet. Make one: seals add diagnosis=FOLDER name=NAME"
+    else:
+        advice = suggestion(name, options, label=label)
+    return ConfigError(f"{group}={name} does not exist.\n{advice}")
 
 
 def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:

@@ -78,6 +78,15 @@ def test_a_run_with_a_model_can_be_repeated(
     assert "bit for bit" in capsys.readouterr().out
 
 
+def test_without_any_model_it_is_said_how_one_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An empty list of names helps nobody."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match="seals add diagnosis=FOLDER"):
+        compose(["robot=ball", "+model=nosuch"])
+
+
 def test_a_model_is_chosen_by_path_as_well(models: Path) -> None:
     """``model=folder/name.yaml`` and ``model=folder/name`` are the same model."""
     (models / "tail.yaml").rename(models.parent / "other.yaml")
