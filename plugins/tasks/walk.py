@@ -238,6 +238,10 @@ class TaskWalk:
         cost = cost + self.lean * (1.0 - now.rotation[:, 2, 2])
         return self.progress * gained + self.heading * faced + bonus - cost, memory
 
+    def effort(self, now: Instant) -> Array:
+        """Return the work of the joints in a step over the weight [m], shape (N,)."""
+        return now.facts["power"][:, 0] / (self._weight * self.rate)
+
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return whether it has fallen."""
         return now.rotation[:, 2, 2] < self.fallen

@@ -68,6 +68,9 @@ class Draw(NamedTuple):
 class Task(Protocol):
     """A task: a keyword-only dataclass, bound to a robot before use.
 
+    A task of walking may say what its steps cost by ``effort(now)``: work over weight [m], shape
+    (N,). Episodes then tell the cost of transport up to the time at which the target was reached.
+
     Attributes:
         rate: control steps a second [Hz].
         duration: longest episode [s].

@@ -9,6 +9,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.errors import SealsError
+from seals.learn.environments.episodes import Episodes
 from seals.learn.task import Instant
 from seals.plugins.tasks.catch import TaskCatch
 from seals.plugins.tasks.rewards import Reward
@@ -192,6 +193,25 @@ def test_a_fall_ends_the_walk() -> None:
     task = TaskWalk()
     assert not task.ended(_crab(0.5, tilt=1.0), NEW)[0]
     assert task.ended(_crab(0.5, tilt=1.1), NEW)[0]
+
+
+def test_the_account_of_a_walk_closes_at_the_target() -> None:
+    """Time and cost of transport are those of the step at which the target had been held."""
+    task = TaskWalk(rate=5.0, hold=0.4, success_distance=0.03)
+    robot = _robot("crab")
+    task.bind(robot)
+    episodes = Episodes(task)
+    now = _crab(0.4)._replace(start=np.array([[0.4]]))
+    books, told = episodes.start(now), []
+    for k, x in enumerate((0.2, 0.02, 0.01, 0.005, 0.5)):
+        then = _crab(x, power=1.0)._replace(start=now.start, time=np.array([[0.2 * (k + 1)]]))
+        verdict, books = episodes.judge(then, now, books)
+        told.append([float(verdict.facts[n][0]) for n in ("reached_after", "cost_of_transport")])
+        now = then
+    # three steps of 0.2 s at 1 W over 0.39 m
+    cost = 3 * 0.2 / (9.81 * float(robot.mass.sum()) * 0.39)
+    assert np.isnan(told[:2]).all()
+    np.testing.assert_allclose(told[2:], [[0.6, cost]] * 3, rtol=1e-12)
 
 
 def _worlds(env: str, *words: str) -> Any:

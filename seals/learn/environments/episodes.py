@@ -9,6 +9,9 @@ from seals.learn.task import Instant, Task, extras
 
 FARTHEST = 1e3
 """Largest number of an observation, and distance beyond which a flight is lost [m]."""
+UNKNOWN = float("nan")
+LEAST_WAY = 1e-3
+"""Way below which no cost of transport is worth the name [m]."""
 
 
 class Ledger(NamedTuple):
@@ -20,6 +23,9 @@ class Ledger(NamedTuple):
         won: 1 where a streak was long enough once, shape (N, k).
         total: sum of the rewards, shape (N, 1).
         memory: of the task's reward, shape (N, 2).
+        reached: time at which the task's own distance had been held [s], NaN before, shape (N, 1).
+        effort: what the task says the steps up to then have cost, shape (N, 1).
+        gained: distance come nearer by then [m], shape (N, 1).
     """
 
     steps: Array
@@ -27,6 +33,9 @@ class Ledger(NamedTuple):
     won: Array
     total: Array
     memory: Array
+    reached: Array
+    effort: Array
+    gained: Array
 
 
 class Verdict(NamedTuple):
@@ -59,6 +68,7 @@ class Episodes:
         self.task = task
         self._names = list(extras(task))
         self._distances = list(extras(task).values())
+        self._effort = getattr(task, "effort", None)
         self._hold = max(1, round(task.hold * task.rate))
         self.steps = max(1, round(task.duration * task.rate))
 
@@ -67,7 +77,8 @@ class Episodes:
         zero = now.position[:, 0:1] * 0.0
         xp = namespace(zero)
         columns = xp.concat([zero] * len(self._names), axis=1)
-        return Ledger(zero, columns, columns, zero, xp.concat((zero, zero), axis=1))
+        memory = xp.concat((zero, zero), axis=1)
+        return Ledger(zero, columns, columns, zero, memory, zero + UNKNOWN, zero, zero)
 
     def judge(self, now: Instant, before: Instant, books: Ledger) -> tuple[Verdict, Ledger]:
         """Return what a control step did, and the new books."""
@@ -79,7 +90,9 @@ class Episodes:
         streak = (books.streak + 1.0) * within
         won = xp.maximum(books.won, xp.astype(streak >= self._hold, streak.dtype))
         steps = books.steps + 1.0
-        kept = Ledger(steps, streak, won, books.total + reward[:, None], memory)
+        total = books.total + reward[:, None]
+        account = self._account(now, distance, books, won[:, -1:] > 0.5)
+        kept = Ledger(steps, streak, won, total, memory, *account)
         terminated = self.task.ended(now, memory)
         success = won[:, len(self._names) - 1] > 0.5
         if getattr(self.task, "over_with_success", False):
@@ -87,5 +100,32 @@ class Episodes:
         truncated = (steps[:, 0] >= self.steps) & ~terminated
         facts: dict[str, Any] = {"distance": distance, "return": kept.total[:, 0]}
         facts |= {name: won[:, k] for k, name in enumerate(self._names)}
-        facts["time"] = now.time[:, 0]
+        facts |= {"time": now.time[:, 0], "reached_after": kept.reached[:, 0]}
+        if self._effort is not None:
+            done = kept.effort / xp.maximum(kept.gained, kept.gained * 0.0 + LEAST_WAY)
+            facts["cost_of_transport"] = (done + 0.0 * kept.reached)[:, 0]
         return Verdict(reward, terminated, truncated, success, facts), kept
+
+    def _account(
+        self, now: Instant, distance: Array, books: Ledger, won: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return when the target was reached, what that took and how far it went; then all rests.
+
+        Args:
+            now: after the step.
+            distance: from the target [m], shape (N,).
+            books: before the step.
+            won: whether the target has been reached by now, shape (N, 1).
+        """
+        xp = namespace(distance)
+        before = xp.isnan(books.reached)
+        reached = xp.where(before & won, now.time, books.reached)
+        if self._effort is None:
+            return reached, books.effort, books.gained
+        spent = books.effort + self._effort(now)[:, None]
+        gained = now.start - distance[:, None]
+        return (
+            reached,
+            xp.where(before, spent, books.effort),
+            xp.where(before, gained, books.gained),
+        )

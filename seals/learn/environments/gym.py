@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -60,11 +61,12 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         return self._batched.reset([start]).numpy()[0], {}
 
     def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
-        """Act for one period of control."""
+        """Act for one period of control; a fact that is not known yet is left out."""
         import torch
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
-        facts = {name: float(x[0]) for name, x in turn.facts.items()}
+        told = {name: float(x[0]) for name, x in turn.facts.items()}
+        facts = {name: value for name, value in told.items() if not math.isnan(value)}
         ended = bool(turn.terminated[0]), bool(turn.truncated[0])
         return turn.final.numpy()[0], float(turn.reward[0]), *ended, facts
 

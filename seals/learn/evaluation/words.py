@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from seals.learn.evaluation.judgement import Judgement
 
 Rows = list[tuple[str, ...]]
+FURTHER = {
+    "reached_after": "time to target, median [s]",
+    "cost_of_transport": "cost of transport, median",
+}
+"""Further columns of a table, where any episode tells them: those that reached the target."""
 
 
 def label(found: Judgement) -> str:
@@ -22,12 +29,14 @@ def rows_of(judgements: Sequence[Judgement]) -> tuple[tuple[str, ...], Rows]:
     """Return head and rows of a table: one row a policy and world."""
     shares = list(judgements[0].shares())
     worlds = any(found.world for found in judgements)
+    further = [name for name in FURTHER if any(_told(found, name) for found in judgements)]
     head = (
         "policy",
         *(("world",) if worlds else ()),
         "episodes",
         *(f"{_words(name)} (95%)" for name in shares),
         "final distance, median (90%) [m]",
+        *(FURTHER[name] for name in further),
         "return, median",
     )
     rows = []
@@ -42,10 +51,16 @@ def rows_of(judgements: Sequence[Judgement]) -> tuple[tuple[str, ...], Rows]:
                 str(found.episodes),
                 *(found.share(name).text() if name in found.columns else "" for name in shares),
                 distance,
+                *(f"{found.quantiles(n)[2]:.2f}" if _told(found, n) else "" for n in further),
                 f"{found.quantiles('return')[2]:.4g}",
             )
         )
     return head, rows
+
+
+def _told(found: Judgement, name: str) -> bool:
+    """Whether any episode said so."""
+    return name in found.columns and bool(np.isfinite(found.columns[name]).any())
 
 
 def _words(name: str) -> str:

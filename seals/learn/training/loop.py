@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from seals.learn.networks import actor_of
 from seals.learn.policy import NetworkPolicy, save_policy
 from seals.learn.starts import validation_seeds
@@ -190,7 +192,7 @@ class Training:
             "success": float(found.success.mean()),
             "return": float(found.returns.mean()),
             "length": float(found.length.mean()),
-            **{f"final_{name}": float(values.mean()) for name, values in found.facts.items()},
+            **{f"final_{name}": _mean(values) for name, values in found.facts.items()},
         }
         finals = tuple(f"final_{name}" for name in sorted(found.facts))
         self._table("evaluation", (*TRAINED, *finals)).tell(figures)
@@ -225,7 +227,7 @@ class Training:
 
             self._board = board_of(self.folder)
         for name, value in figures.items():
-            if name != "step":
+            if name != "step" and value is not None:
                 self._board.add_scalar(f"{table}/{name}", value, self.step)
 
     # keeping
@@ -305,3 +307,9 @@ class Training:
             self._tally.fresh_episodes()
             remarks.append("this engine keeps no state: the episodes under way begin anew")
         return remarks
+
+
+def _mean(values: Any) -> float | None:
+    """Return the mean over the episodes that told, or None where none did."""
+    told = values[~np.isnan(values)]
+    return float(told.mean()) if len(told) else None
