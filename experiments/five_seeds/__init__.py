@@ -8,7 +8,7 @@ from pathlib import Path
 
 from seals.errors import ConfigError, suggestion
 from seals.experiments.five_seeds.outcome import outcome, tell
-from seals.experiments.five_seeds.recipes import RECIPES
+from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.learning_study.arms import Training
 from seals.experiments.learning_study.running import run_all, run_verb
 
@@ -33,13 +33,16 @@ def main(words: Sequence[str] | None = None) -> int:
         )
     recipe = RECIPES[given.recipe]
     out = Path(given.out or f"runs/five_seeds/{given.recipe}")
+    lessons = (*recipe.world, *recipe.lessons)
+    shown = demonstrated(out / "demonstrations", recipe, given.more)
     jobs = [
         Training(
             out / str(seed),
             (
                 "train",
-                *recipe.world,
+                *lessons,
                 *recipe.training,
+                *shown,
                 *given.more,
                 f"seed={seed}",
                 f"hydra.run.dir={out / str(seed)}",
@@ -58,5 +61,21 @@ def main(words: Sequence[str] | None = None) -> int:
             beside = "[scripted,random]" if number == 0 else "[]"
             run_verb("evaluate", *world, f"policy={job.folder / 'policy'}", f"beside={beside}",
                      "episodes=100", f"out={judged}")  # fmt: skip
-    tell(outcome([job.folder for job in jobs]), out)
+    tell(outcome([job.folder for job in jobs]), out, enough=recipe.enough)
     return 0
+
+
+def demonstrated(folder: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, ...]:
+    """Record the demonstrations of a recipe, once, and return what a training is told of them.
+
+    Args:
+        folder: of the demonstrations.
+        recipe: that wants them or not.
+        more: further overrides; those of the task are its lessons, too.
+    """
+    if not recipe.shown:
+        return ()
+    if not folder.exists():
+        lessons = (*recipe.lessons, *(word for word in more if word.startswith("task.")))
+        run_verb("record", *recipe.world, *lessons, f"episodes={recipe.shown}", f"out={folder}")
+    return (f"demonstrations={folder}",)

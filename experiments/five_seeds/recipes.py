@@ -12,11 +12,17 @@ class Recipe(NamedTuple):
         world: environment and what of it is changed, for training and judgement.
         training: learner and course.
         seeds: trainings, with the seeds 0, 1, 2 and so on.
+        shown: demonstrations that the scripted expert records first, 0 for none.
+        lessons: what of the world is changed for demonstrations and training alone.
+        enough: share of its held-out starts that a seed is asked for [1].
     """
 
     world: tuple[str, ...]
     training: tuple[str, ...]
     seeds: int = 5
+    shown: int = 0
+    lessons: tuple[str, ...] = ()
+    enough: float = 0.95
 
 
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
@@ -30,8 +36,22 @@ RECIPES = {
             "course.episodes=100",
         ),
     ),
+    "crab_walk": Recipe(
+        ("env=crab_walk",),
+        (
+            "learner=rlpd_walk",
+            "count=4",
+            "course.steps=8000",
+            "course.look_every=2000",
+            "course.episodes=10",
+        ),
+        shown=60,
+        # who has arrived learns no more: episodes are half as long
+        lessons=("task.duration=4",),
+        enough=0.9,
+    ),
     "reach_no_reward": Recipe(("env=reach", "task.reward_form=none"), _SHORT, 1),
     "reach_shuffled": Recipe(("env=reach", "task.shuffled=true"), _SHORT, 1),
     "reach_untrained": Recipe(("env=reach",), ("learner=sac_reach", "course.steps=0"), 1),
 }
-"""The recipes by name. The last three are controls: none of them can have learned to reach."""
+"""The recipes by name. Those of `reach_` are controls: none of them can have learned to reach."""

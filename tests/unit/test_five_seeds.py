@@ -1,0 +1,70 @@
+"""One recipe with several seeds: what is told of them, and that every recipe is one."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seals.config.compose import compose
+from seals.experiments.five_seeds.outcome import outcome, tell
+from seals.experiments.five_seeds.recipes import RECIPES
+from seals.learn.evaluation.judgement import Judgement
+from seals.learn.evaluation.page import write_judgements
+
+
+def _judged(policy: str, successes: int, after: float) -> Judgement:
+    """Ten episodes, of which some succeeded, each after an equal time."""
+    good = np.arange(10) < successes
+    columns = {
+        "seed": np.arange(10.0),
+        "success": good.astype(float),
+        "return": np.ones(10),
+        "reached_after": np.where(good, after, np.nan),
+        "cost_of_transport": np.where(good, 0.9, np.nan),
+    }
+    return Judgement(policy=policy, world="", columns=columns)
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> list[Path]:
+    """Two trainings: 9 of 10 and 8 of 10, with the scripted and a random policy beside them."""
+    made = []
+    for seed, successes in enumerate((9, 8)):
+        folder = tmp_path / str(seed)
+        beside = [_judged("scripted", 10, 2.4), _judged("random", 0, 0.0)] if seed == 0 else []
+        judged = [_judged(str(folder / "policy"), successes, 2.0), *beside]
+        write_judgements(judged, folder / "held_out", facts={"env": "crab_walk"})
+        rows = ["step,seconds,success", "0,1.0,0.0", "800,60.0,0.9"]
+        (folder / "evaluation.csv").write_text("\n".join(rows) + "\n")
+        made.append(folder)
+    return made
+
+
+def test_seeds_are_counted_against_what_is_asked(
+    folders: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The table has times and costs of those that arrived; nine of ten are enough for 90 %."""
+    tell(outcome(folders), tmp_path, enough=0.9)
+    said = capsys.readouterr().out
+    assert "time to target [s]" in said
+    assert "1 of 2 seeds reach 90% of their held-out starts." in said
+    kept = json.loads((tmp_path / "seeds.json").read_text())
+    assert kept["good"] == 1
+    assert [row["policy"] for row in kept["rows"]] == ["seed 0", "scripted", "random", "seed 1"]
+    assert [row["reached_after"] for row in kept["rows"]] == [2.0, 2.4, None, 2.0]
+    with (tmp_path / "seeds.csv").open(newline="") as file:
+        assert [row["steps"] for row in csv.DictReader(file)] == ["800", "0", "0", "800"]
+    assert (tmp_path / "seeds.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_every_recipe_is_a_training(name: str) -> None:
+    """Its words compose, and demonstrations are recorded for a learner that takes them."""
+    recipe = RECIPES[name]
+    config = compose([*recipe.world, *recipe.lessons, *recipe.training], root="train")
+    assert config.task.rate > 0.0
+    assert (recipe.shown > 0) == (config.learner.demonstrations == "buffer")
