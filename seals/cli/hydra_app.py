@@ -8,13 +8,13 @@ import io
 import os
 import shutil
 import sys
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from seals.cli.slips import refuse_slips
+from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 
@@ -103,19 +103,22 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
     from seals.config.refusal import refusals
     from seals.config.source import install
+    from seals.sweep.watch import Sweep, watched
 
     # Hydra's parser takes no flag between two overrides
-    arguments = sorted(arguments, key=lambda word: word not in ("--multirun", "-m"))
-    arguments = _refuse_flags(arguments)
+    arguments = sorted(arguments, key=lambda word: word not in (*MULTIRUN, RESUME))
+    kept = [word for word in arguments if word == RESUME]
+    checked = _refuse_flags([word for word in arguments if word != RESUME])
+    arguments, resumed = begun(root, [*kept, *checked])
     _refuse_other_verb(root, arguments)
     refuse_slips(root, arguments)
     install()
     outcome = _Outcome(task)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
-    began = time.time()
+    sweep = Sweep(root, own_words(arguments), resumed=resumed)
     try:
-        with _hydra_process(root, arguments), refusals(overrides, root=root):
+        with _hydra_process(root, arguments), refusals(overrides, root=root), watched(sweep):
             application(outcome)()
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
@@ -125,11 +128,20 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
             "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."
         ) from error
     except SealsError:
-        _discard_sweeps(arguments, began)
+        if sweep.folder is not None:
+            sweep.discard()
+            discard(sweep.folder.absolute())
         raise
     if outcome.error is not None:
         raise outcome.error
-    return outcome.code
+    return outcome.code if sweep.folder is None else _ended(sweep)
+
+
+def _ended(sweep: Any) -> int:
+    """Report on a sweep; the folder of one that was refused as a whole goes."""
+    code: int = sweep.report()
+    discard(sweep.folder.absolute())
+    return code
 
 
 class _Outcome:
@@ -145,14 +157,17 @@ class _Outcome:
         from hydra.types import RunMode
 
         settings = HydraConfig.get()
+        if settings.mode == RunMode.MULTIRUN:
+            from seals.sweep.job import perform
+
+            # a launcher may run this in another process: what happens is noted on disk
+            perform(self.task, config)
+            return
         try:
             self.code = self.task(config) or 0
         except Exception as error:
             if isinstance(error, SealsError):
                 discard(Path(settings.runtime.output_dir))
-            if settings.mode == RunMode.MULTIRUN:
-                # a launcher may run this in another process, where keeping it would lose it
-                raise
             self.error = error
 
 
@@ -170,22 +185,6 @@ def discard(folder: Path) -> None:
             level.rmdir()
         except OSError:
             return
-
-
-def _discard_sweeps(arguments: list[str], began: float) -> None:
-    """Remove the folder of a sweep that was refused before anything was written into it."""
-    stated = [word.partition("=")[2] for word in arguments if word.startswith("hydra.sweep.dir=")]
-    places = [Path(stated[-1])] if stated else Path.cwd().glob("runs/*/*")
-    for folder in list(places):
-        note = folder / "multirun.yaml"
-        # file systems keep times to a second or two
-        if (
-            note.is_file()
-            and note.stat().st_mtime >= began - 2.0
-            and len(list(folder.iterdir())) == 1
-        ):
-            note.unlink()
-            discard(folder)
 
 
 def _run_task(config: Any) -> int | None:
@@ -287,6 +286,7 @@ def _view_task(config: Any) -> int | None:
 
 _FLAGS = (
     "--multirun",
+    RESUME,
     "--cfg",
     "--resolve",
     "--package",
@@ -327,7 +327,8 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
         verdict = said.getvalue().strip().rpartition("error: ")[2].partition("\n")[0]
         raise ConfigError(
             f"{' '.join(arguments)}: {verdict}.\n"
-            "Allowed: KEY=VALUE, --multirun, --cfg job|hydra|all, --package KEY, --config-dir DIR"
+            "Allowed: KEY=VALUE, --multirun, --resume, --cfg job|hydra|all, --package KEY, "
+            "--config-dir DIR"
         ) from stop
     return untrusted(arguments)
 

@@ -36,12 +36,14 @@ VERBS = {
     "run": Verb(
         target="seals.cli.hydra_app:run",
         summary="simulate a robot; write a log, plots and a report",
-        usage="[KEY=VALUE ...] [--multirun] [--cfg job]\n"
+        usage="[KEY=VALUE ...] [--multirun [--resume]] [--cfg job]\n"
         "  seals run experiment=drop_test\n"
         "  seals run robot=path/to/folder water=fossen time.duration=3\n"
         "  seals run experiment=drop_test +effect@effects.second=quadratic_drag\n"
         "  seals run --config-dir FOLDER experiment=theirs     recipes of somebody else\n\n"
-        "  --trust   beside --config-dir: let its YAML name classes and settings of Hydra, too",
+        "  seals run -m experiment=drop_test 'seed=range(10)' hydra/launcher=joblib     a sweep\n\n"
+        "  --trust   beside --config-dir: let its YAML name classes and settings of Hydra, too\n"
+        "  --resume  with the same words: go on with a sweep, or resume=FOLDER; see docs/sweeps.md",
     ),
     "compare": Verb(
         target="seals.cli.hydra_app:compare",
@@ -217,6 +219,22 @@ VERBS = {
         "  seals validate water\n"
         "  seals validate water hydrostatics standing_wave --full\n\n"
         "exit code: 0 all figures with a bar are within it, 1 one is missed, 2 refused",
+    ),
+    "runs": Verb(
+        target="seals.cli.runs:runs",
+        summary="list, filter and compare run folders; table and picture of a sweep",
+        usage="FOLDER [where=CONDITIONS] [metric=NAMES] [table=FILE] [plot=FILE against=KEY]\n"
+        "  seals runs runs/2026-11-21/14-03-22_drop_test          state, duration, what differs\n"
+        "  seals runs runs where='state=done, seed<5' sort=-seconds\n"
+        "  seals runs SWEEP metric=position_z.min,steps_per_second table=sweep.parquet\n"
+        "  seals runs SWEEP metric=position_z.min against=initial.position.2 plot=depth.png\n\n"
+        "  where     KEY=VALUE (with * and ?), !=, <, <=, >, >=; all of them must hold\n"
+        "  metric    key of run.json; COLUMN.STATISTIC of the log; TABLE.COLUMN.STATISTIC;\n"
+        "            statistics: first last min max mean rms std range\n"
+        "  sort      column; -COLUMN for the largest first\n"
+        "  table     .csv or .parquet; plot .png; replace=true writes over them\n"
+        "  against   override on the abscissa; by=KEY draws a line for each of its values\n\n"
+        "exit code: 0 listed, 2 refused",
     ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.hydra_app import launch
+from seals.cli.sweep import is_sweep
 from seals.cli.words import refuse_dangerous
 from seals.errors import ConfigError
 from seals.intake import read_plain_yaml
@@ -23,9 +24,9 @@ def train(arguments: list[str]) -> int:
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     kept = [word for word in arguments if word.partition("=")[0] == RESUME]
-    if not kept:
+    folder = Path(kept[-1].partition("=")[2].strip("'\"")) if kept else Path()
+    if not kept or is_sweep(folder):
         return launch("train", arguments, _train_task)
-    folder = Path(kept[-1].partition("=")[2].strip("'\""))
     others = [word for word in arguments if word.partition("=")[0] != RESUME]
     _refuse_changes(folder, others)
     words = [*_begun(folder), *others, f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]

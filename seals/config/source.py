@@ -128,6 +128,7 @@ def install() -> None:
     from seals.config.plan import PlanSettings
     from seals.config.render import RenderSettings
     from seals.config.run import RunSettings
+    from seals.config.runs import RunsSettings
     from seals.config.teleop import TeleopSettings
     from seals.config.train import TrainSettings
     from seals.config.verify import VerifySettings
@@ -138,6 +139,7 @@ def install() -> None:
     hub.register(ConfSearchPath)
     store = ConfigStore.instance()
     store.store("run_schema", RunSettings, provider="seals")
+    store.store("runs_schema", RunsSettings, provider="seals")
     store.store("compare_schema", CompareSettings, provider="seals")
     store.store("convert_schema", ConvertSettings, provider="seals")
     store.store("diagnose_schema", DiagnoseSettings, provider="seals")

@@ -45,7 +45,9 @@ def execute(config: Any) -> int | None:
     if original is not None or cut is not None:
         key, source = ("repeat", original) if original is not None else ("resume", cut)
         assert source is not None
-        _refuse_company(overrides, key)
+        # a job of a sweep is taken up in its own folder, by the words that began it
+        if source != folder:
+            _refuse_company(overrides, key)
         config = recalled(source, key=key)
     settings = build_run(config)
     if original is not None or cut is not None:

@@ -1,0 +1,183 @@
+"""Words that take a sweep up again: ``--resume`` with the same command, or ``resume=FOLDER``."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from seals.cli.words import refuse_dangerous
+from seals.errors import ConfigError, MissingExtra, suggestion
+from seals.sweep.book import NOTE
+
+RESUME = "--resume"
+MULTIRUN = ("--multirun", "-m")
+_FOLDER = "hydra.sweep.dir"
+_LAUNCHER = "hydra/launcher"
+_LAUNCHERS = {
+    "joblib": ("hydra_plugins.hydra_joblib_launcher", "aam-seals[sweep]"),
+    "submitit_local": ("hydra_plugins.hydra_submitit_launcher", "aam-seals[sweep]"),
+    "submitit_slurm": ("hydra_plugins.hydra_submitit_launcher", "aam-seals[sweep]"),
+    "ray": ("hydra_plugins.hydra_ray_launcher", "aam-seals[ray]"),
+    "ray_aws": ("hydra_plugins.hydra_ray_launcher", "aam-seals[ray]"),
+}
+
+
+class Begun(NamedTuple):
+    """The words of a command line, with those of a sweep that was cut off put in their place.
+
+    Args:
+        words: for Hydra, flags included.
+        resumed: whether they are of a sweep that was begun before.
+    """
+
+    words: list[str]
+    resumed: bool
+
+
+def begun(root: str, words: Sequence[str]) -> Begun:
+    """Take up an earlier sweep where a command asks for that; other commands stay as they are.
+
+    Args:
+        root: of its jobs, such as ``run``.
+        words: overrides and flags.
+
+    Raises:
+        ConfigError: there is no such sweep, it is another one, or the folder holds one already.
+        MissingExtra: the launcher is not installed.
+    """
+    _refuse_absent_launcher(words)
+    folder = _named(words)
+    if folder is not None:
+        return Begun(_taken_up(root, folder, words), resumed=True)
+    sweep = any(word in MULTIRUN for word in words)
+    if RESUME not in words:
+        if sweep:
+            _refuse_used(_stated(words))
+        return Begun(list(words), resumed=False)
+    if not sweep:
+        raise ConfigError(
+            f"{RESUME} belongs to a sweep, and this is no command of one.\n"
+            "Add --multirun, or take up one run: resume=FOLDER"
+        )
+    rest = [word for word in words if word != RESUME]
+    folder = _stated(rest) or _newest(root, own_words(rest))
+    note = _note(folder)
+    if note["verb"] != root or sorted(note["words"]) != sorted(own_words(rest)):
+        raise ConfigError(
+            f"{folder} was begun by other words: seals {note['verb']} {' '.join(note['words'])}.\n"
+            "Give the very same ones, or take it up by its folder alone: resume=FOLDER"
+        )
+    return Begun(_going_on(rest, folder), resumed=True)
+
+
+def is_sweep(folder: str | Path) -> bool:
+    """Return whether a folder is that of a sweep."""
+    return (Path(folder) / NOTE).is_file()
+
+
+def own_words(words: Sequence[str]) -> list[str]:
+    """Return the overrides that make the jobs what they are, without Hydra's settings and flags."""
+    return [w for w in words if not w.startswith("-") and not w.lstrip("+~").startswith("hydra")]
+
+
+def _named(words: Sequence[str]) -> Path | None:
+    """Return the sweep that ``resume=FOLDER`` names; None where it names a run, or nothing."""
+    given = [word.partition("=")[2].strip("'\"") for word in words if word.startswith("resume=")]
+    return Path(given[-1]) if given and is_sweep(given[-1]) else None
+
+
+def _stated(words: Sequence[str]) -> Path | None:
+    given = [word.partition("=")[2].strip("'\"") for word in words if word.startswith(_FOLDER)]
+    return Path(given[-1]) if given else None
+
+
+def _newest(root: str, words: Sequence[str]) -> Path:
+    """Return the newest sweep below ``runs`` that the same words began."""
+    places = sorted(Path("runs").glob(f"*/*/{NOTE}"), reverse=True)
+    for place in places:
+        note = _note(place.parent)
+        if note["verb"] == root and sorted(note["words"]) == sorted(words):
+            return place.parent
+    raise ConfigError(
+        f"{RESUME}: none of the {len(places)} sweeps in runs/ was begun by these words.\n"
+        "Name its folder: resume=FOLDER, or begin the sweep without --resume."
+    )
+
+
+def _note(folder: Path) -> dict[str, Any]:
+    """Return what a sweep noted of itself when it began."""
+    try:
+        note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
+        verb, words = str(note["verb"]), [str(word) for word in note["words"]]
+    except FileNotFoundError as cause:
+        raise ConfigError(
+            f"{folder}: there is no sweep in this folder.\n"
+            f"Give the folder of one; it holds {NOTE} and jobs.csv."
+        ) from cause
+    except (OSError, ValueError, KeyError, TypeError) as cause:
+        raise ConfigError(
+            f"{folder / NOTE} is damaged: {cause}.\nRestore it, or begin anew."
+        ) from (cause)
+    return {"verb": verb, "words": words}
+
+
+def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
+    """Return the words of a sweep that is named by its folder; only launchers may be new."""
+    note = _note(folder)
+    if note["verb"] != root:
+        raise ConfigError(
+            f"resume={folder} is a sweep of seals {note['verb']}.\n"
+            f"Write: seals {note['verb']} resume={folder}"
+        )
+    refuse_dangerous(
+        note["words"],
+        where=f"resume={folder}: {NOTE}",
+        remedy="Take it up by the command that began it, with --resume.",
+    )
+    flags = {*MULTIRUN, RESUME}
+    rest = [word for word in words if word not in flags and not word.startswith("resume=")]
+    for word in rest:
+        if not word.startswith((_LAUNCHER, "hydra.launcher.")):
+            raise ConfigError(
+                f"resume={folder}: {word} would make another sweep of it.\n"
+                "Allowed beside resume: hydra/launcher=NAME, hydra.launcher.KEY=VALUE"
+            )
+    return _going_on([*note["words"], *rest], folder)
+
+
+def _going_on(words: Sequence[str], folder: Path) -> list[str]:
+    """Add what sends the jobs into their old folders, where Hydra shall overwrite nothing."""
+    kept = [word for word in words if word not in MULTIRUN and not word.startswith(_FOLDER)]
+    return ["--multirun", *kept, f"{_FOLDER}='{folder}'", "hydra.output_subdir=null"]
+
+
+def _refuse_used(folder: Path | None) -> None:
+    if folder is not None and is_sweep(folder):
+        raise ConfigError(
+            f"{_FOLDER}={folder} holds a sweep already.\n"
+            f"Add {RESUME} to go on with it, or choose another folder."
+        )
+
+
+def _refuse_absent_launcher(words: Sequence[str]) -> None:
+    """Refuse a launcher whose package is absent: Hydra would say that there is no such option."""
+    for word in words:
+        key, _, name = word.partition("=")
+        if key != _LAUNCHER:
+            continue
+        if name not in ("basic", *_LAUNCHERS):
+            allowed = suggestion(name, ("basic", *_LAUNCHERS))
+            raise ConfigError(f"{word}: there is no launcher '{name}'.\n{allowed}")
+        module, extra = _LAUNCHERS.get(name, ("", ""))
+        if module and not _installed(module):
+            raise MissingExtra(f"{word} needs a package that is absent.\npip install '{extra}'")
+
+
+def _installed(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False

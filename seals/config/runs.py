@@ -1,0 +1,35 @@
+"""Typed settings of looking over many run folders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(kw_only=True)
+class RunsSettings:
+    """Which runs are listed, what of them, and where it goes.
+
+    Args:
+        name: of the listing, part of the name of Hydra's own folder.
+        folder: below which runs are looked for.
+        where: conditions that a run must meet, such as ``state=done, seed<5``; empty for all.
+        metric: measures, such as ``position_z.min, steps_per_second``; empty for those that a run
+            noted of itself.
+        sort: column to sort by, ``-`` in front for the largest first; empty for the folders' order.
+        table: file to write, ``.csv`` or ``.parquet``; None for none.
+        plot: picture to draw, ``.png``: the first measure against an override.
+        against: the override that the picture has on its abscissa.
+        by: override with a line of its own for each value; empty for one line.
+        replace: whether table and picture may be written over.
+    """
+
+    name: str = "runs"
+    folder: str | None = None
+    where: str = ""
+    metric: str = ""
+    sort: str = ""
+    table: str | None = None
+    plot: str | None = None
+    against: str = ""
+    by: str = ""
+    replace: bool = False

@@ -1,0 +1,144 @@
+"""``seals runs``: many run folders as one table, as a file of it, and as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.cli.listing import table as aligned
+from seals.errors import ConfigError, suggestion
+from seals.logs.atomic import write_table
+from seals.sweep.conditions import read_conditions
+from seals.sweep.metrics import USUAL, Measures, refuse_unknown
+from seals.sweep.picture import SUFFIXES, draw
+from seals.sweep.rows import FIXED, Row, Value, differing_keys, find_rows, shared_words, shown
+
+
+def execute(config: Any) -> int:
+    """List the runs below a folder; write table and picture where they are asked for.
+
+    Args:
+        config: with the keys of `seals.config.runs.RunsSettings`.
+
+    Raises:
+        ConfigError: a setting is wrong, or no run is left.
+    """
+    if not config.folder:
+        raise ConfigError("folder is not given.\nSay which: seals runs FOLDER")
+    _refuse_targets(config)
+    rows = find_rows(Path(str(config.folder)))
+    metrics = _names(config.metric)
+    columns = _columns(rows, metrics)
+    chosen = _chosen(rows, columns, str(config.where))
+    picked = [rows[k] for k in chosen]
+    kept = {*FIXED, *differing_keys(picked), *(metrics or USUAL)}
+    columns = _picked({key: columns[key] for key in columns if key in kept}, chosen)
+    columns = _sorted(columns, str(config.sort))
+    shared = " ".join(shared_words(picked)) or "(nothing)"
+    print(f"{len(picked)} of {len(rows)} runs; all of them: {shared}")
+    print(_text(columns))
+    if config.table is not None:
+        write_table(Path(str(config.table)), {k: _typed(v) for k, v in columns.items()})
+        print(f"table: {config.table}")
+    if config.plot is not None:
+        draw(Path(str(config.plot)), columns, metrics[0], str(config.against), str(config.by))
+        print(f"picture: {config.plot}")
+    return 0
+
+
+def _refuse_targets(config: Any) -> None:
+    """Refuse files that cannot be written, before anything is read."""
+    for key, suffixes in (("table", (".csv", ".parquet")), ("plot", SUFFIXES)):
+        value = config.get(key)
+        if value is None:
+            continue
+        path = Path(str(value))
+        if path.suffix not in suffixes:
+            raise ConfigError(
+                f"{key}={value}: '{path.suffix}' is no kind of {key}.\n"
+                f"Allowed: {' or '.join(suffixes)}"
+            )
+        if path.exists() and not config.replace:
+            raise ConfigError(
+                f"{key}={value} exists already.\nSay replace=true, or choose another."
+            )
+    if config.plot is not None and not (config.metric and config.against):
+        missing = "against" if config.metric else "metric"
+        raise ConfigError(
+            f"plot={config.plot}: {missing} is not given.\n"
+            "Say what is drawn: plot=FILE.png metric=position_z.min against=seed"
+        )
+
+
+def _names(text: Any) -> list[str]:
+    return [name.strip() for name in str(text).split(",") if name.strip()]
+
+
+def _columns(rows: Sequence[Row], metrics: Sequence[str]) -> dict[str, list[Value]]:
+    """Return the columns of all runs: the fixed ones, overrides that differ, measures."""
+    found: dict[str, list[Value]] = {key: [row.get(key) for row in rows] for key in FIXED}
+    found |= {key: [row.get(key) for row in rows] for key in differing_keys(rows)}
+    readers = [Measures(row) for row in rows]
+    for name in metrics or USUAL:
+        values: list[Value] = [reader.value(name) for reader in readers]
+        if any(value is not None for value in values):
+            found[name] = values
+        elif metrics:
+            refuse_unknown(name, readers[0], rows[0])
+    return found
+
+
+def _chosen(rows: Sequence[Row], columns: Mapping[str, list[Value]], where: str) -> list[int]:
+    """Return the places of the runs that meet all conditions."""
+    conditions = read_conditions(where)
+    known = {*columns, *(key for row in rows for key in row.words)}
+    for condition in conditions:
+        key = condition.key
+        if key not in known and all(row.get(key) is None for row in rows):
+            raise ConfigError(
+                f"where={where}: no run has '{key}'.\n{suggestion(key, known, label='Columns')}"
+            )
+    found = [
+        k
+        for k, row in enumerate(rows)
+        if all(
+            c.holds(columns[c.key][k] if c.key in columns else row.get(c.key)) for c in conditions
+        )
+    ]
+    if not found:
+        raise ConfigError(f"where={where}: none of the {len(rows)} runs meets it.\nLeave some out.")
+    return found
+
+
+def _picked(columns: Mapping[str, list[Value]], places: Sequence[int]) -> dict[str, list[Value]]:
+    """Return the columns of some runs, in the order of their places."""
+    return {key: [values[k] for k in places] for key, values in columns.items()}
+
+
+def _sorted(columns: dict[str, list[Value]], by: str) -> dict[str, list[Value]]:
+    if not by:
+        return columns
+    key = by.removeprefix("-")
+    if key not in columns:
+        raise ConfigError(f"sort={by}: there is no column '{key}'.\n{suggestion(key, columns)}")
+    values = columns[key]
+    known = [k for k, value in enumerate(values) if value is not None]
+    known.sort(key=lambda k: (isinstance(values[k], str), values[k]), reverse=by.startswith("-"))
+    order = [*known, *(k for k, value in enumerate(values) if value is None)]
+    return _picked(columns, order)
+
+
+def _text(columns: Mapping[str, list[Value]]) -> str:
+    lines = [tuple(columns)]
+    lines += [tuple(shown(v) for v in row) for row in zip(*columns.values(), strict=True)]
+    return aligned(lines, indent="")
+
+
+def _typed(values: Sequence[Value]) -> Any:
+    """Return a column of numbers, NaN for none, or of text."""
+    if all(not isinstance(value, str) for value in values):
+        return np.array([np.nan if value is None else float(value) for value in values])
+    return ["" if value is None else str(value) for value in values]

@@ -1,0 +1,139 @@
+"""The book of a sweep: which jobs ended how, one line each, written by the jobs themselves.
+
+Jobs run in processes that know nothing of each other, on one machine or on many. Each claims its
+number before it begins, so that none is done twice even when a sweep is taken up while a job of
+the cut-off one still runs; a claim ends with the process that holds it, however it ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import os
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from seals.errors import ConfigError
+from seals.intake import read_bytes
+
+NOTE, TABLE, LOCK = "sweep.json", "jobs.csv", ".jobs.lock"
+DONE, FAILED, REFUSED = "done", "failed", "refused"
+COLUMNS = ("number", "state", "code", "seconds", "words", "message")
+MOST = 1 << 28
+"""Largest book that is read [bytes]."""
+
+
+class Job(NamedTuple):
+    """One job that came to an end.
+
+    Args:
+        number: within the sweep, from 0 on.
+        state: ``done``, ``failed``, or ``refused`` before anything was written.
+        code: exit code of its verb.
+        seconds: wall time [s].
+        words: its overrides.
+        message: why it failed, one line; empty when it is done.
+    """
+
+    number: int
+    state: str
+    code: int
+    seconds: float
+    words: tuple[str, ...]
+    message: str
+
+
+def read_jobs(folder: Path) -> dict[int, Job]:
+    """Return the last line of every job that ended, by number; none where there is no book.
+
+    A line that was cut off in the middle counts as not written.
+
+    Raises:
+        ConfigError: the book is damaged.
+    """
+    path = folder / TABLE
+    if not path.is_file():
+        return {}
+    whole = read_bytes(path, most=MOST).rpartition(b"\n")[0].decode("utf-8", "replace")
+    found = {}
+    for line, row in enumerate(csv.DictReader(io.StringIO(whole)), start=2):
+        try:
+            job = _job(row)
+        except (KeyError, TypeError, ValueError) as cause:
+            raise ConfigError(
+                f"{path}, line {line}, is damaged: {cause}.\n"
+                "Remove that line: its job will be run again."
+            ) from cause
+        found[job.number] = job
+    return found
+
+
+def _job(row: dict[str, str]) -> Job:
+    words = tuple(shlex.split(row["words"]))
+    number, code, seconds = int(row["number"]), int(row["code"]), float(row["seconds"])
+    return Job(number, row["state"], code, seconds, words, row["message"] or "")
+
+
+class Claim:
+    """One job's right to be the only one of its number.
+
+    Args:
+        folder: of the sweep.
+        descriptor: of the lock file.
+    """
+
+    def __init__(self, folder: Path, descriptor: int) -> None:
+        """Keep the file that is locked."""
+        self._folder, self._descriptor = folder, descriptor
+
+    def note(self, job: Job) -> None:
+        """Append one line to the book, and see to it that it is on disk."""
+        with _held(self._descriptor, 0), (self._folder / TABLE).open("a+b") as file:
+            _forget_torn_line(file)
+            text = io.StringIO()
+            writer = csv.writer(text, lineterminator="\n")
+            if file.tell() == 0:
+                writer.writerow(COLUMNS)
+            seconds, words = f"{job.seconds:.3f}", shlex.join(job.words)
+            writer.writerow((job.number, job.state, job.code, seconds, words, job.message))
+            file.write(text.getvalue().encode("utf-8"))
+            file.flush()
+            os.fsync(file.fileno())
+
+
+@contextlib.contextmanager
+def claimed(folder: Path, number: int) -> Iterator[Claim]:
+    """Wait until nobody else does the job of a number, and hold it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        # byte 0 is the book's own
+        with _held(descriptor, number + 1):
+            yield Claim(folder, descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def _held(descriptor: int, place: int) -> Iterator[None]:
+    """Lock one byte of a file among processes, those of other machines on one disk included."""
+    import fcntl
+
+    fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
+    try:
+        yield
+    finally:
+        fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, place)
+
+
+def _forget_torn_line(file: Any) -> None:
+    """Cut off what a killed process left of a line."""
+    file.seek(0)
+    content = file.read()
+    whole = content.rfind(b"\n") + 1
+    if whole < len(content):
+        file.truncate(whole)
+    file.seek(whole)

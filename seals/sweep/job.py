@@ -1,0 +1,102 @@
+"""One job of a sweep: skipped when done, taken up when cut off, noted when it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, SealsError
+from seals.logs.atomic import write_yaml
+from seals.sweep.book import DONE, FAILED, REFUSED, Claim, Job, claimed, read_jobs
+
+SAID = "said.txt"
+"""What a job printed, in its folder: on the terminal a sweep has one line for each job."""
+HYDRA = ".hydra"
+CHECKPOINT = "checkpoint"
+
+
+def perform(task: Callable[[Any], int | None], config: Any) -> int:
+    """Do one job of a sweep and return its exit code; an error is noted and not raised.
+
+    Args:
+        task: takes the composed configuration; may return an exit code.
+        config: composed for this job.
+
+    Raises:
+        ConfigError: the folder of the sweep holds another one.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    hydra = HydraConfig.get()
+    sweep, folder = Path(hydra.sweep.dir), Path(hydra.runtime.output_dir)
+    number, words = int(hydra.job.num), tuple(str(word) for word in hydra.overrides.task)
+    with claimed(sweep, number) as claim:
+        before = read_jobs(sweep).get(number)
+        if before is not None and sorted(before.words) != sorted(words):
+            raise ConfigError(
+                f"{sweep} holds another sweep: its job {number} is {' '.join(before.words)}.\n"
+                "Choose another folder: hydra.sweep.dir=FOLDER"
+            )
+        if before is not None and before.state == DONE:
+            return before.code
+        _prepare(folder, config, hydra, list(words))
+        return _done(task, config, claim, folder, Job(number, DONE, 0, 0.0, words, ""))
+
+
+def _prepare(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
+    """Write Hydra's notes where a sweep that was taken up has none; find a checkpoint."""
+    from omegaconf import OmegaConf, open_dict
+
+    folder.mkdir(parents=True, exist_ok=True)
+    if "resume" in config and (folder / CHECKPOINT).exists():
+        with open_dict(config):
+            config.resume = str(folder)
+        return
+    notes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra}), "overrides": words}
+    for name, node in notes.items():
+        plain = node if isinstance(node, list) else OmegaConf.to_container(node, enum_to_str=True)
+        write_yaml(folder / HYDRA / f"{name}.yaml", plain)
+
+
+def _done(
+    task: Callable[[Any], int | None], config: Any, claim: Claim, folder: Path, job: Job
+) -> int:
+    """Run the task with its words going to a file, and note how it ended."""
+    start = time.perf_counter()
+    with _said(folder):
+        try:
+            job = job._replace(code=task(config) or 0)
+        except SealsError as refusal:
+            text = " ".join(str(refusal).split())
+            fresh = _nothing_written(folder)
+            job = job._replace(state=REFUSED if fresh else FAILED, code=refusal.exit_code)
+            job = job._replace(message=f"{type(refusal).__name__}: {text}")
+            print(job.message)
+        except Exception as fault:  # whatever it is, the other jobs go on; it is told at the end
+            traceback.print_exc()
+            text = " ".join(str(fault).split())
+            job = job._replace(state=FAILED, code=1, message=f"{type(fault).__name__}: {text}")
+    claim.note(job._replace(seconds=time.perf_counter() - start))
+    if job.state == REFUSED:
+        shutil.rmtree(folder, ignore_errors=True)
+    return job.code
+
+
+@contextlib.contextmanager
+def _said(folder: Path) -> Iterator[None]:
+    """Let what is printed go to a file of the job's folder."""
+    with (
+        (folder / SAID).open("a", encoding="utf-8") as file,
+        contextlib.redirect_stdout(file),
+        contextlib.redirect_stderr(file),
+    ):
+        yield
+
+
+def _nothing_written(folder: Path) -> bool:
+    return {entry.name for entry in folder.iterdir()} <= {HYDRA, SAID}

@@ -1,0 +1,139 @@
+"""Measures of a run by name: a number that it noted, or a statistic of a column of its tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError, LogError, suggestion
+from seals.intake import read_bytes
+from seals.logs.table import read_csv_columns, read_parquet
+from seals.sweep.rows import RUN, Row
+
+STATISTICS: Mapping[str, Callable[[Floats], float]] = {
+    "first": lambda x: float(x[0]),
+    "last": lambda x: float(x[-1]),
+    "min": lambda x: float(x.min()),
+    "max": lambda x: float(x.max()),
+    "mean": lambda x: float(x.mean()),
+    "rms": lambda x: float(np.sqrt((x * x).mean())),
+    "std": lambda x: float(x.std()),
+    "range": lambda x: float(x.max() - x.min()),
+}
+"""Statistics of a column; rows without a value are left out."""
+USUAL = ("simulated_seconds", "step", "success")
+"""Numbers of ``run.json`` that are shown when nothing is asked for."""
+_LOG = "log"
+_MOST = 1 << 28
+
+
+class Measures:
+    """Reads the measures of one run; each table is read once.
+
+    Args:
+        row: of the run.
+    """
+
+    def __init__(self, row: Row) -> None:
+        """Read nothing yet."""
+        self._row = row
+        self._tables: dict[str, dict[str, Floats]] = {}
+
+    def value(self, name: str) -> float | None:
+        """Return a measure; None where this run does not have it.
+
+        Args:
+            name: a key of ``run.json``, ``FILE.KEY`` of another JSON file, ``COLUMN.STATISTIC`` of
+                the log or ``TABLE.COLUMN.STATISTIC`` of another table in the run's folder.
+
+        Raises:
+            ConfigError: a file is damaged.
+        """
+        for facts, key in self._facts(name):
+            found = _below(facts, key)
+            if found is not None:
+                return found
+        return self._statistic(name)
+
+    def _facts(self, name: str) -> list[tuple[Any, str]]:
+        found: list[tuple[Any, str]] = [(self._row.facts, name)]
+        file, _, key = name.partition(".")
+        path = self._row.folder / f"{file}.json"
+        if key and _plain(file) and path.is_file():
+            try:
+                found.append((json.loads(read_bytes(path, most=_MOST)), key))
+            except ValueError as cause:
+                raise ConfigError(f"{path} is damaged: {cause}.\nRestore or remove it.") from cause
+        return found
+
+    def _statistic(self, name: str) -> float | None:
+        column, _, statistic = name.rpartition(".")
+        if statistic not in STATISTICS:
+            return None
+        table, _, rest = column.partition(".")
+        for file, key in ((_LOG, column), (table, rest)):
+            values = self.columns(file).get(key) if key else None
+            whole = values[np.isfinite(values)] if values is not None else None
+            if whole is not None and whole.size:
+                return STATISTICS[statistic](whole)
+        return None
+
+    def columns(self, table: str) -> dict[str, Floats]:
+        """Return the numeric columns of a table in the run's folder; none where there is none."""
+        if table not in self._tables and _plain(table):
+            self._tables[table] = _read(self._row.folder, table)
+        return self._tables.get(table, {})
+
+
+def _read(folder: Path, table: str) -> dict[str, Floats]:
+    try:
+        if (folder / f"{table}.parquet").is_file():
+            return read_parquet(folder / f"{table}.parquet")
+        if (folder / f"{table}.csv").is_file():
+            return read_csv_columns(folder / f"{table}.csv")
+    except LogError as cause:
+        raise ConfigError(str(cause)) from cause
+    return {}
+
+
+def _plain(name: str) -> bool:
+    """Whether a name stays inside the run's folder."""
+    return bool(name) and not set(name) & set("/\\\0") and name != ".."
+
+
+def _below(facts: Any, key: str) -> float | None:
+    """Return the number at a dotted key of nested mappings."""
+    for part in key.split("."):
+        if not isinstance(facts, dict) or part not in facts:
+            return None
+        facts = facts[part]
+    return float(facts) if isinstance(facts, int | float) else None
+
+
+def refuse_unknown(name: str, measures: Measures, row: Row) -> None:
+    """Refuse a measure that no run has, with what the first one offers.
+
+    Raises:
+        ConfigError: always.
+    """
+    column, _, statistic = name.rpartition(".")
+    table, columns = _LOG, measures.columns(_LOG)
+    first, _, rest = column.partition(".")
+    if column not in columns and rest and measures.columns(first):
+        table, column, columns = first, rest, measures.columns(first)
+    if statistic in STATISTICS and not columns:
+        files = [p.stem for p in row.folder.glob("*.*") if p.suffix in (".parquet", ".csv")]
+        hint = suggestion(first, files, label=f"Tables in {row.values[RUN]}")
+    elif column in columns and statistic not in STATISTICS:
+        hint = suggestion(statistic, STATISTICS, label="Statistics")
+    elif statistic in STATISTICS:
+        hint = suggestion(column, columns, label=f"Columns of {table} in {row.values[RUN]}")
+    else:
+        numbers = [key for key, value in row.facts.items() if isinstance(value, int | float)]
+        hint = suggestion(name, numbers, label="Noted") + "; or a column: position_z.min"
+    raise ConfigError(f"metric={name}: no run has it.\n{hint}")

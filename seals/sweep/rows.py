@@ -1,0 +1,168 @@
+"""Run folders as rows: state, duration, and the overrides that began them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.intake import plain_yaml, read_bytes
+from seals.sweep.book import NOTE, Job, read_jobs
+
+RUN, STATE, SECONDS = "run", "state", "seconds"
+FIXED = (RUN, STATE, SECONDS)
+"""Columns that every row has."""
+_OVERRIDES = ".hydra/overrides.yaml"
+_MOST = 1 << 24
+
+Value = float | str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One run.
+
+    Args:
+        folder: of the run; that of its sweep for a job that left nothing behind.
+        values: of the columns in `FIXED`; None where unknown.
+        words: value of every override by its key.
+        facts: what the run noted of itself in ``run.json``.
+    """
+
+    folder: Path
+    values: Mapping[str, Value]
+    words: Mapping[str, Value]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    def get(self, key: str) -> Value:
+        """Return a fixed column, an override, or one place of an override that is a list."""
+        if key in self.values:
+            return self.values[key]
+        if key in self.words:
+            return self.words[key]
+        stem, _, place = key.rpartition(".")
+        listed = self.words.get(stem)
+        if isinstance(listed, str) and listed.startswith("[") and place.isdigit():
+            parts = listed.strip("[]").split(",")
+            return read_value(parts[int(place)]) if int(place) < len(parts) else None
+        return None
+
+
+def find_rows(folder: Path) -> list[Row]:
+    """Return a row for every run below a folder, in the order of their names.
+
+    Raises:
+        ConfigError: there is no such folder, or no run in it.
+    """
+    if not folder.is_dir():
+        raise ConfigError(
+            f"folder={folder} does not exist.\nGive a folder with runs: seals runs runs"
+        )
+    jobs = dict(_jobs(folder))
+    places = {path.parent for path in folder.rglob("run.json")}
+    places |= {path.parent.parent for path in folder.rglob(_OVERRIDES)}
+    found = [_row(folder, place, jobs.get(place)) for place in places | set(jobs)]
+    if not found:
+        raise ConfigError(
+            f"folder={folder}: there is no run in it.\n"
+            "Runs hold run.json, or .hydra/overrides.yaml; try the folder above."
+        )
+    return sorted(found, key=lambda row: _natural(str(row.values[RUN])))
+
+
+def _jobs(folder: Path) -> Iterator[tuple[Path, Job]]:
+    """Yield the jobs of all sweeps below a folder, or around it, by the folders of their runs."""
+    for note in (*folder.rglob(NOTE), folder.parent / NOTE):
+        for number, job in read_jobs(note.parent).items():
+            place = note.parent / str(number)
+            if place == folder or folder in place.parents:
+                yield place, job
+
+
+def _row(root: Path, place: Path, job: Job | None) -> Row:
+    facts = _facts(place)
+    words = list(job.words) if job is not None else _words(place, facts)
+    seconds = facts.get(SECONDS) if job is None else job.seconds
+    state = str(facts.get(STATE, "begun")) if job is None else job.state
+    name = str(place.relative_to(root)) if place != root else place.name
+    values: dict[str, Value] = {RUN: name, STATE: state}
+    values[SECONDS] = float(seconds) if isinstance(seconds, int | float) else None
+    return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts)
+
+
+def _facts(place: Path) -> dict[str, Any]:
+    path = place / "run.json"
+    if not path.is_file():
+        return {}
+    try:
+        facts = json.loads(read_bytes(path, most=_MOST))
+    except ValueError as cause:
+        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause
+    return facts if isinstance(facts, dict) else {}
+
+
+def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
+    import yaml
+
+    path, found = place / _OVERRIDES, facts.get("overrides")
+    if path.is_file():
+        try:
+            found = plain_yaml(read_bytes(path, most=_MOST).decode("utf-8", "replace"))
+        except yaml.YAMLError as cause:
+            text = " ".join(str(cause).split())
+            raise ConfigError(f"{path} is damaged: {text}.\nRestore it, or remove it.") from cause
+    return [str(word) for word in found] if isinstance(found, list) else []
+
+
+def _pairs(words: Sequence[str]) -> Iterator[tuple[str, Value]]:
+    for word in words:
+        key, sign, value = word.partition("=")
+        yield (key.lstrip("+"), read_value(value)) if sign else (word, "")
+
+
+def read_value(text: str) -> Value:
+    """Return a number where the text is one.
+
+    Example:
+        >>> read_value("0.5"), read_value("[0,1]"), read_value("ball")
+        (0.5, '[0,1]', 'ball')
+    """
+    text = text.strip().strip("'\"")
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def differing_keys(rows: Sequence[Row]) -> list[str]:
+    """Return the overrides that are not the same for all runs, in the order of first use."""
+    keys = dict.fromkeys(key for row in rows for key in row.words)
+    return [key for key in keys if len({row.words.get(key) for row in rows}) > 1]
+
+
+def shared_words(rows: Sequence[Row]) -> list[str]:
+    """Return the overrides that all runs share, as they are written."""
+    different = set(differing_keys(rows))
+    return [f"{key}={shown(value)}" for key, value in rows[0].words.items() if key not in different]
+
+
+def shown(value: Value) -> str:
+    """Return a value as it stands in a table for the eye.
+
+    Example:
+        >>> shown(3.0), shown(0.123456), shown(None)
+        ('3', '0.1235', '-')
+    """
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
+def _natural(name: str) -> list[tuple[int, float, str]]:
+    """Return a key that puts 2 before 10."""
+    parts = re.split(r"(\d+)", name)
+    return [(0, float(part), "") if part.isdigit() else (1, 0.0, part) for part in parts]

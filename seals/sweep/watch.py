@@ -1,0 +1,197 @@
+"""Watches a sweep while it runs: one line a job with the time left, and at the end what failed."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import math
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+from hydra.experimental.callback import Callback
+
+from seals.logs.atomic import write_json
+from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, read_jobs
+
+HYDRAS = "multirun.yaml"
+"""Hydra's own note in the folder of a sweep."""
+LOOK = 0.5
+"""Time between two looks at the book [s]."""
+_MOST_WORDS = 60
+
+
+class Sweep:
+    """One sweep as the process sees it that the user started.
+
+    Args:
+        verb: root of its jobs, such as ``run``.
+        words: overrides, without those of Hydra itself.
+        resumed: whether it was begun before.
+
+    Attributes:
+        folder: of the sweep, None until Hydra has composed it.
+    """
+
+    def __init__(self, verb: str, words: Sequence[str], *, resumed: bool) -> None:
+        """Wait for Hydra to name the folder."""
+        self.verb, self.words, self.resumed = verb, list(words), resumed
+        self.folder: Path | None = None
+        self._total: int | None = None
+        self._ended: set[int] = set()
+        self._out = sys.stdout
+        self._start = time.perf_counter()
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def begin(self, folder: Path, total: int | None) -> None:
+        """Note what is swept and start watching.
+
+        Args:
+            folder: of the sweep.
+            total: number of jobs, None when only the sweeper knows.
+        """
+        self.folder, self._total, self._start = folder, total, time.perf_counter()
+        jobs = read_jobs(folder) if self.resumed else {}
+        # a job that failed is run again: only those that are done are no news
+        self._ended = {number for number, job in jobs.items() if job.state == DONE}
+        self._before = {number: job for number, job in jobs.items() if job.state != DONE}
+        if not self.resumed:
+            started = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+            facts = {"verb": self.verb, "words": self.words, "jobs": total, "started": started}
+            write_json(folder / NOTE, facts)
+        known = f"{total} jobs" if total is not None else "jobs"
+        gone = f", {len(self._ended)} of them done before" if self._ended else ""
+        print(f"sweep of {known}{gone}: {folder}", file=self._out, flush=True)
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def _watch(self) -> None:
+        known = len(self._ended)
+        while not self._stop.wait(LOOK):
+            self._tell(known)
+
+    def _tell(self, known: int) -> None:
+        """Print a line for every job that ended since the last look."""
+        assert self.folder is not None
+        jobs = read_jobs(self.folder)
+        news = [
+            job
+            for number, job in jobs.items()
+            if number not in self._ended and self._before.get(number) != job
+        ]
+        for job in news:
+            self._ended.add(job.number)
+            self._before.pop(job.number, None)
+            own = self._own(job)
+            own = own if len(own) <= _MOST_WORDS else f"{own[:_MOST_WORDS]}..."
+            text = f"job {job.number}  {own}: {job.state} in {job.seconds:.1f} s"
+            print(f"{self._place(known)}{text}{self._left(known)}", file=self._out, flush=True)
+
+    def _place(self, known: int) -> str:
+        of = "" if self._total is None else f" of {self._total}"
+        return f"{len(self._ended)}{of}  "
+
+    def _left(self, known: int) -> str:
+        """Return the time left by the pace so far."""
+        fresh = len(self._ended) - known
+        if self._total is None or fresh == 0 or len(self._ended) >= self._total:
+            return ""
+        pace = (time.perf_counter() - self._start) / fresh
+        return f"; {spoken(pace * (self._total - len(self._ended)))} left"
+
+    def _own(self, job: Job) -> str:
+        """Return the words by which a job differs from its sweep."""
+        return " ".join(word for word in job.words if word not in self.words)
+
+    def stop(self) -> None:
+        """End the watch after a last look."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._tell(0)
+
+    def discard(self) -> None:
+        """Remove what a sweep wrote in which every job was refused, or none began."""
+        if self.resumed or self.folder is None:
+            return
+        for name in (NOTE, TABLE, LOCK, HYDRAS):
+            (self.folder / name).unlink(missing_ok=True)
+
+    def report(self) -> int:
+        """Print how the sweep ended and return its exit code.
+
+        0 when all jobs are done, 2 when every one was refused, 1 when some failed.
+        """
+        if self.folder is None:
+            return 0
+        jobs = read_jobs(self.folder)
+        bad = [job for job in jobs.values() if job.state != DONE]
+        seconds = time.perf_counter() - self._start
+        counts = f"{len(jobs) - len(bad)} done" + (f", {len(bad)} failed" if bad else "")
+        print(f"{len(jobs)} jobs: {counts}, in {spoken(seconds)}", file=self._out)
+        if not bad:
+            print(f"table: seals runs {self.folder}", file=self._out)
+            return 0
+        for job in sorted(bad):
+            print(f"job {job.number}  {self._own(job)}: {job.message}", file=sys.stderr)
+        if len(bad) == len(jobs) and all(job.state == REFUSED for job in bad):
+            self.discard()
+            return 2
+        print("Once mended, the same command with --resume runs these again.", file=sys.stderr)
+        return 1
+
+
+_PRESENT: ContextVar[Sweep | None] = ContextVar("present sweep", default=None)
+
+
+@contextlib.contextmanager
+def watched(sweep: Sweep) -> Iterator[None]:
+    """Let Hydra's callback find the sweep of this process."""
+    token = _PRESENT.set(sweep)
+    try:
+        yield
+    finally:
+        _PRESENT.reset(token)
+        sweep.stop()
+
+
+class Watch(Callback):
+    """Tells the present sweep, if there is one, where Hydra put it."""
+
+    def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
+        """Begin watching; called before the first job is composed."""
+        sweep = _PRESENT.get()
+        if sweep is not None:
+            sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
+
+
+def count_of(config: Any) -> int | None:
+    """Return the number of jobs of a composed sweep; None when its sweeper alone knows."""
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    if not str(config.hydra.sweeper.get("_target_")).endswith(".BasicSweeper"):
+        return None
+    extra = [f"{key}={value}" for key, value in (config.hydra.sweeper.params or {}).items()]
+    words = [*extra, *(str(word) for word in config.hydra.overrides.task)]
+    found = OverridesParser.create().parse_overrides(words)
+    # a key that is given twice counts by its last value, as for the sweeper
+    last = {override.get_key_element(): override for override in found}
+    several = [o for o in last.values() if o.is_discrete_sweep()]
+    return math.prod(len(list(o.sweep_string_iterator())) for o in several)
+
+
+def spoken(seconds: float) -> str:
+    """Return a duration in words.
+
+    Example:
+        >>> spoken(42.0), spoken(252.0), spoken(9000.0)
+        ('42 s', '4.2 min', '2.5 h')
+    """
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.1f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
