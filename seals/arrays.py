@@ -41,12 +41,60 @@ def columns(*parts: Array) -> Array:
     return namespace(*parts).stack(parts, axis=0).T
 
 
+def some(flags: Array) -> bool:
+    """Return whether any flag is set; on an accelerator always yes.
+
+    There the answer would have to be waited for, and work that is decided by it could not be
+    recorded once and replayed. Whoever asks must be right, if slower, with yes.
+
+    Example:
+        >>> some(np.zeros(3) > 1.0)
+        False
+    """
+    if type(flags) is np.ndarray:
+        # a fifth of the time of ``any``
+        return bool(np.count_nonzero(flags))
+    return on_accelerator(flags) or bool(namespace(flags).any(flags))
+
+
+def on_accelerator(array: Array) -> bool:
+    """Return whether an array lies on an accelerator of PyTorch.
+
+    Example:
+        >>> on_accelerator(np.zeros(3))
+        False
+    """
+    return getattr(getattr(array, "device", None), "type", "cpu") != "cpu"
+
+
 def as_like(value: Any, like: Array) -> Array:
     """Return ``value`` as an array of the library, type and device of ``like``."""
     if type(like) is np.ndarray:
         return np.asarray(value, dtype=like.dtype)
     xp = namespace(like)
     return xp.asarray(value, dtype=like.dtype, device=like.device)
+
+
+_FIXED: dict[tuple[int, Any, Any], tuple[Floats, Array]] = {}
+
+
+def fixed(value: Floats, like: Array) -> Array:
+    """Return a constant that lives as long as the program as an array of the kind of ``like``.
+
+    It is converted once for every library, type and device, so that an accelerator, which works
+    ahead of the processor, does not wait for the same few numbers again and again.
+
+    Example:
+        >>> fixed(np.eye(2), np.zeros(1)).shape
+        (2, 2)
+    """
+    if type(like) is np.ndarray:
+        return np.asarray(value, dtype=like.dtype)
+    key = (id(value), like.dtype, like.device)
+    if key not in _FIXED:
+        # the constant is kept beside it: its address must not come to mean another one
+        _FIXED[key] = (value, as_like(value, like))
+    return _FIXED[key][1]
 
 
 def column_of(value: Any, like: Array) -> Array:

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, columns, namespace
+from seals.arrays import Array, Floats, as_like, columns, fixed, namespace
 
 # R = sum_ij K[r, 4 i + j] q_i q_j: nine entries of the rotation matrix as quadratic forms of (x,
 # y, z, w).
@@ -59,7 +59,7 @@ def matrix_of(quaternion: Array) -> Array:
         return (_FORMS @ forms).reshape(3, 3, rows).transpose(2, 0, 1)
     xp = namespace(quaternion)
     outer = xp.reshape(q[:, None, :] * q[None, :, :], (16, rows))
-    entries = xp.reshape(xp.matmul(as_like(_FORMS, quaternion), outer), (3, 3, rows))
+    entries = xp.reshape(xp.matmul(fixed(_FORMS, quaternion), outer), (3, 3, rows))
     return xp.permute_dims(entries, (2, 0, 1))
 
 
@@ -116,7 +116,7 @@ def cross(a: Array, b: Array) -> Array:
     if type(outer) is np.ndarray:
         return (_LEVI_CIVITA @ outer.reshape(9, -1)).T
     xp = namespace(a)
-    return xp.matmul(as_like(_LEVI_CIVITA, a), xp.reshape(outer, (9, outer.shape[2]))).T
+    return xp.matmul(fixed(_LEVI_CIVITA, a), xp.reshape(outer, (9, outer.shape[2]))).T
 
 
 def cross_last(a: Array, b: Array) -> Array:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, namespace
+from seals.arrays import Array, Floats, fixed, namespace
 from seals.dynamics.spatial import momentum
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.errors import ConfigError
@@ -144,4 +144,4 @@ def _matrix(params: Parameters) -> Array:
         # one of them is batched, the other stands for all
         mass, inertia = mass + 0.0 * inertia, inertia + 0.0 * mass
     diagonal = xp.concat((mass, inertia), axis=1)
-    return diagonal[:, :, None] * as_like(_EYE, diagonal) + params["coupling"]
+    return diagonal[:, :, None] * fixed(_EYE, diagonal) + params["coupling"]

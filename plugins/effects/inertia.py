@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Body
 from seals.schema import param
@@ -63,4 +63,4 @@ class InertiaChange(Effect):
         x, y, z = params["delta_xx"], params["delta_yy"], params["delta_zz"]
         rows = x * 0.0 + y * 0.0 + z * 0.0 + body.mass * 0.0
         diagonal = namespace(x).concat((rows, rows, rows, x + rows, y + rows, z + rows), axis=1)
-        return diagonal[:, :, None] * as_like(_ANGULAR, diagonal)
+        return diagonal[:, :, None] * fixed(_ANGULAR, diagonal)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.rigid import skew
 from seals.motion import Body
@@ -68,7 +68,7 @@ class Payload(Effect):
         """Inertia of the point mass about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(params["mass"])
         arm = skew(params["position"] + body.centre_of_mass * 0.0)
-        one = arm * 0.0 + as_like(_EYE, arm)
+        one = arm * 0.0 + fixed(_EYE, arm)
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)
         return params["mass"][:, :, None] * xp.concat((upper, lower), axis=1)

@@ -6,14 +6,21 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, as_like, columns, namespace, on_accelerator, some
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.plant import ROTOR, Plant
+from seals.dynamics.linear import solve_symmetric
 
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""
+AHEAD = 3
+"""Changes a drive on an accelerator, all of them always made: nobody waits to see whether more are
+needed. Of 200,000 wrenches, most of them far beyond the drives, 99.5 % (four drives) and 99.2 %
+(six) are settled by then; commands of the rest are within their bounds, and not the best ones."""
 SOFT = 1e-9
 """Stiffness that makes the choice among equally good commands unique, share of the whole."""
+ROUNDING = 10.0
+"""Least stiffness in roundings of the numbers at hand, for arrays of single precision."""
 
 
 class View(NamedTuple):
@@ -103,7 +110,7 @@ class BatchAllocation:
             u = u / xp.maximum(excess, excess * 0.0 + 1.0)
         else:
             beyond = xp.any((u > high) | (u < least), axis=1)
-            if bool(xp.any(beyond)):
+            if some(beyond):
                 inside = self._within(wrench, view.gain, least, high)
                 u = xp.where(beyond[:, None], inside, u)
         u = xp.where(u < 0.0, u / self._reverse, u)
@@ -123,8 +130,8 @@ class BatchAllocation:
         xp = namespace(wrench)
         b = self._a[None] * gain[:, None, :] * self._level[None, :, None]
         across = xp.matmul(b, xp.permute_dims(b, (0, 2, 1)))
-        y = xp.linalg.solve(across, (wrench * self._level)[:, :, None])
-        return xp.matmul(xp.permute_dims(b, (0, 2, 1)), y)[:, :, 0]
+        y = _solved(across, wrench * self._level)
+        return xp.matmul(xp.permute_dims(b, (0, 2, 1)), y[:, :, None])[:, :, 0]
 
     def _within(self, wrench: Array, gain: Array, low: Array, high: Array) -> Array:
         """Weighted least squares within the bounds, see `seals.control.allocation.best_within`."""
@@ -150,15 +157,19 @@ def _box(h: Array, g: Array) -> Array:
     """
     xp = namespace(h)
     count = g.shape[1]
-    eye = as_like(np.eye(count), g)[None]
+    eye = xp.eye(count, dtype=g.dtype, device=g.device)[None]
     trace = sum(h[:, k, k] for k in range(count))
-    soft = h + SOFT * trace[:, None, None] * eye
+    fine = float(xp.finfo(g.dtype).eps)
+    soft = h + max(SOFT, ROUNDING * fine) * trace[:, None, None] * eye
+    # what counts as beyond a bound: in double precision 1e-12
+    least = max(1e-12, ROUNDING * fine * (fine > 1e-12))
+    ahead = on_accelerator(g)
     zero, one = g * 0.0, g * 0.0 + 1.0
     x = _solved(soft, g)
     bound = xp.minimum(xp.maximum(x, zero), one)
     free = xp.where(bound == x, one, zero)
     fewest, patience = one[:, 0] * (count + 1.0), one[:, 0] * 3.0
-    for _ in range(ROUNDS * count):
+    for _ in range((AHEAD if ahead else ROUNDS) * count):
         held = bound * (1.0 - free)
         both = free[:, :, None] * free[:, None, :]
         system = soft * both + eye * (1.0 - free)[:, :, None]
@@ -167,9 +178,9 @@ def _box(h: Array, g: Array) -> Array:
         slope = _times(h, x) - g
         off = xp.where(bound > 0.5, slope, -slope)
         beyond = xp.abs(x - 0.5) - 0.5
-        wrong = xp.where(free > 0.0, beyond, off) > 1e-12
+        wrong = xp.where(free > 0.0, beyond, off) > least
         bad = xp.sum(xp.astype(wrong, g.dtype), axis=1)
-        if not bool(xp.any(wrong)):
+        if not ahead and not bool(xp.any(wrong)):
             break
         patience = xp.where(bad < fewest, patience * 0.0 + 3.0, patience - 1.0)
         fewest = xp.minimum(fewest, bad)
@@ -181,7 +192,12 @@ def _box(h: Array, g: Array) -> Array:
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    """Solve symmetric systems, shapes (B, n, n) and (B, n)."""
+    if not on_accelerator(matrix):
+        return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    size = range(right.shape[1])
+    lower = [[matrix[:, i, j] for j in range(i + 1)] for i in size]
+    return columns(*solve_symmetric(lower, [right[:, i] for i in size]))
 
 
 def _times(h: Array, x: Array) -> Array:

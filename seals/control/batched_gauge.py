@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, as_like, namespace, some
 from seals.control.plant import ROTOR, Plant
 from seals.control.thrust import KNOWN, SLOW, WET
 from seals.effects.binding import BoundEffect, EffectSet
@@ -59,7 +59,7 @@ class BatchThrust:
         """Return what the drives can do, rows of motion and sample link by link."""
         xp, one = namespace(self._ones), self._ones
         dry = BatchReach(one, one * self._limit, one * self._low * (1.0 - self._rotors))
-        if not self._wet or sample.depth is None or bool(xp.all(sample.depth < -self._far)):
+        if not self._wet or sample.depth is None or not some(sample.depth >= -self._far):
             return dry
         gains, shares = [], []
         for actuator in self._actuators:

@@ -50,6 +50,7 @@ class FusedBody(RigidBody):
         self.places = [as_like(p, bodies.mass) for p in places[0][:, None]]
         self.turns = [as_like(r, bodies.mass) for r in turns[0]]
         self._moved: dict[str, Array] = {}
+        self._patterns: dict[int, list[tuple[int, int]]] = {}
         whole = sum(x.T @ m @ x for x, m in zip(self._maps, robot.spatial_inertia, strict=True))
         self.links = len(robot.links)
         super().__init__(robot, evaluator, bodies, environment, None)
@@ -122,9 +123,14 @@ class FusedBody(RigidBody):
                     key = f"{b.name} {k}"
                     if key not in self._moved:
                         self._moved[key] = self._at_base(k, added.matrix)
+                        self._patterns[id(self._moved[key])] = pattern(self._moved[key])
                     moved = self._moved[key]
                 out.append((added.weight[rows], moved))
         return out
+
+    def _filled(self, matrix: Array) -> list[tuple[int, int]]:
+        # those of constant matrices were found when they were moved, and live as long as they do
+        return self._patterns.get(id(matrix)) or super()._filled(matrix)
 
     def _at_base(self, link: int, matrix: Array) -> Array:
         x = as_like(self._maps[link], matrix)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like, column_of, columns, namespace
+from seals.arrays import Array, as_like, column_of, columns, namespace, on_accelerator
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.added import added_terms
 from seals.dynamics.linear import solve_symmetric
@@ -134,12 +134,20 @@ class RigidBody:
             for i in range(6)
         ]
         for weight, more in self._added(found):
-            for i, j in pattern(more):
+            for i, j in self._filled(more):
                 before, part = matrix[i][j], weight[:, 0] * more[:, i, j]
                 matrix[i][j] = part if before is None else before + part
         right = [force[:, k] for k in range(3)] + [torque[:, k] for k in range(3)]
         x = solve_symmetric(matrix, right)
         return columns(*x[:3]), columns(*x[3:])
+
+    def _filled(self, matrix: Array) -> list[tuple[int, int]]:
+        """Entries of an added inertia that are not zero everywhere; on an accelerator all."""
+        return FULL if on_accelerator(matrix) else pattern(matrix)
+
+
+FULL = [(i, j) for i in range(6) for j in range(i + 1)]
+"""All entries of the lower triangle."""
 
 
 def pattern(matrix: Array) -> list[tuple[int, int]]:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, namespace
+from seals.arrays import Array, Floats, as_like, namespace, on_accelerator, some
 from seals.config.run import RunSettings
 from seals.dynamics.tree import forward
 from seals.errors import ConfigError
 from seals.frames import matrix_of, rotate
 from seals.learn.batched import Turn
-from seals.learn.environments.episodes import FARTHEST, Episodes
+from seals.learn.environments.ahead import Starts
+from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
 from seals.learn.environments.plain import plain, rebuilt
+from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.robot.model import RobotModel
 from seals.run.assembly import build_model
@@ -24,6 +26,28 @@ from seals.twin.piloted import Flight, PilotedTwin
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+    from seals.learn.environments.recorded import Recorded
+
+
+STARTING = ("position", "quaternion", "velocity")
+"""Fields of a state that differ from start to start."""
+
+
+class Scene(NamedTuple):
+    """Everything that changes in N environments.
+
+    Args:
+        flight: of the twins.
+        goal: numbers from which the task knows the target, shape (N, g).
+        now: what is the case.
+        books: of the episodes.
+    """
+
+    flight: Flight
+    goal: Array
+    now: Instant
+    books: Ledger
 
 
 class TwinEnvironments:
@@ -78,11 +102,15 @@ class TwinEnvironments:
         self.episodes = Episodes(task)
         self.observation_size = len(task.observation_names)
         self.action_size = len(task.action_names)
+        self._no_action = as_like(np.zeros((count, self.action_size)), self._like)
         self._rng = np.random.default_rng(seed)
-        self._flight: Any = None
-        self._goal: Array = None
-        self._now: Any = None
-        self._books: Any = None
+        self._generator: Any = None
+        if on_accelerator(self._like):
+            self._generator = generator_of(seed, device)
+        self._starts: Starts | None = None
+        self._recorded: Recorded | None = None
+        self._still: Any = None
+        self._scene: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
         """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
@@ -91,81 +119,122 @@ class TwinEnvironments:
         else:
             draws = [self.task.draw(np.random.default_rng(s), 1) for s in seeds]
             draw = Draw(*(np.concatenate(column) for column in zip(*draws, strict=True)))
-        self._flight, self._goal = self._begun(draw)
-        self._now = self._first(self._flight, self._goal)
-        self._books = self.episodes.start(self._now)
-        return self._seen(self._now)
+        self._set(self._opened(*self._begun(draw)))
+        return self._seen(self._scene.now)
 
     def step(self, action: Tensor) -> Turn:
         """Act once everywhere; see `seals.learn.batched.Batched`."""
         import torch
 
         with torch.no_grad():
-            before, asked = self._now, self._taken(action)
-            xp = namespace(asked)
-            velocity, yaw = self.task.command(asked, before)
-            self._flight = self._twin.fly(self._flight, velocity, yaw, self._steps)
-            now = self._instant(self._flight, self._goal, asked, before.start)
-            verdict, books = self.episodes.judge(now, before, self._books)
-            near = xp.all(xp.abs(now.position) < FARTHEST, axis=1)
-            # nothing compares with what is not a number
-            lost = ~near
-            terminated = verdict.terminated | lost
-            ended = terminated | verdict.truncated
-            final = self._seen(now)
-            self._now, self._books = now, books
-            if bool(xp.any(ended)):
-                self._renew(ended)
-            return Turn(
-                observation=self._seen(self._now),
-                reward=self._given(verdict.reward),
-                terminated=self._flag(terminated),
-                truncated=self._flag(verdict.truncated & ~lost),
-                final=final,
-                success=self._flag(verdict.success & ended),
-                facts={name: self._given(x) for name, x in verdict.facts.items()},
-            )
+            asked = self._taken(action)
+            if not on_accelerator(asked):
+                self._scene, turn = self._law(self._scene, asked)
+                return turn
+            recorded = self._recorded or self._record(asked)
+            told: Turn = recorded(asked)
+            self._scene = recorded.state
+            return told
+
+    def _law(self, scene: Scene, asked: Array) -> tuple[Scene, Turn]:
+        """One control step of all environments; no decision is taken on an accelerator's word."""
+        before, xp = scene.now, namespace(asked)
+        velocity, yaw = self.task.command(asked, before)
+        flight = self._twin.fly(scene.flight, velocity, yaw, self._steps)
+        now = self._instant(flight, scene.goal, asked, before.start)
+        verdict, books = self.episodes.judge(now, before, scene.books)
+        near = xp.all(xp.abs(now.position) < FARTHEST, axis=1)
+        # nothing compares with what is not a number
+        lost = ~near
+        terminated = verdict.terminated | lost
+        ended = terminated | verdict.truncated
+        final = self._seen(now)
+        after = Scene(flight, scene.goal, now, books)
+        if some(ended):
+            after = self._renewed(after, ended)
+        return after, Turn(
+            observation=self._seen(after.now),
+            reward=self._given(verdict.reward),
+            terminated=self._flag(terminated),
+            truncated=self._flag(verdict.truncated & ~lost),
+            final=final,
+            success=self._flag(verdict.success & ended),
+            facts={name: self._given(x) for name, x in verdict.facts.items()},
+        )
 
     def expert(self) -> Tensor:
         """Return what the task's scripted expert would do now, shape (N, a)."""
-        return self._given(self.task.expert(self._now))
+        return self._given(self.task.expert(self._scene.now))
 
     @property
     def now(self) -> Instant:
         """What is the case now."""
-        found: Instant = self._now
+        found: Instant = self._scene.now
         return found
 
     def snapshot(self) -> Any:
         """Return everything that changes, as plain data and tensors."""
-        random = json.dumps(self._rng.bit_generator.state)
-        parts = (self._flight, self._goal, self._now, self._books)
-        return {"random": random, "parts": plain(parts)}
+        kept = {"random": json.dumps(self._rng.bit_generator.state), "parts": plain(self._scene)}
+        if self._generator is not None:
+            kept["generator"] = self._generator.get_state()
+        return kept
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot of environments of the same settings back."""
-        if self._flight is None:
+        if self._scene is None:
             self.reset()
         self._rng.bit_generator.state = json.loads(kept["random"])
-        parts = (self._flight, self._goal, self._now, self._books)
-        self._flight, self._goal, self._now, self._books = rebuilt(kept["parts"], parts)
+        self._set(rebuilt(kept["parts"], self._scene))
+        if self._generator is not None:
+            self._generator.set_state(kept["generator"].cpu())
 
     def close(self) -> None:
         """Nothing is open."""
 
-    def _renew(self, ended: Tensor) -> None:
+    def _set(self, scene: Scene) -> None:
+        self._scene = scene
+        if self._recorded is not None:
+            self._recorded.begin(scene)
+
+    def _record(self, asked: Array) -> Recorded:
+        """Record a control step on the accelerator; starts are drawn ahead for it."""
+        from seals.learn.environments.ahead import AHEAD, joined
+        from seals.learn.environments.recorded import Recorded
+
+        parts = []
+        for _ in range(-(-AHEAD // self.count)):
+            flight, goal = self._begun(self.task.draw(self._rng, self.count))
+            parts.append((flight.state, flight.drive, goal))
+        self._still, self._starts = flight, joined(parts, STARTING)
+        self._recorded = Recorded(self._law, self._scene, asked, self._generator)
+        return self._recorded
+
+    def _renewed(self, scene: Scene, ended: Array) -> Scene:
         """Begin new episodes where one ended."""
-        index = np.flatnonzero(np.asarray(ended.tolist()))
-        few = self.task.draw(self._rng, len(index))
-        full = [np.zeros((self.count, x.shape[1])) for x in few]
-        for whole, part in zip(full, few, strict=True):
-            whole[index] = part
-        fresh, goal = self._begun(Draw(*full))
-        self._flight = self._twin.merged(fresh, self._flight, ended)
-        self._goal = namespace(ended).where(ended[:, None], goal, self._goal)
-        first = self._first(self._flight, self._goal)
-        self._now = picked(first, self._now, ended)
-        self._books = picked(self.episodes.start(first), self._books, ended)
+        if self._starts is not None:
+            opened = self._opened(*self._starts.picked(self._still, self._generator))
+        else:
+            index = np.flatnonzero(ended)
+            few = self.task.draw(self._rng, len(index))
+            full = [np.zeros((self.count, x.shape[1])) for x in few]
+            for whole, part in zip(full, few, strict=True):
+                whole[index] = part
+            opened = self._opened(*self._begun(Draw(*full)))
+        return Scene(
+            self._twin.merged(opened.flight, scene.flight, ended),
+            namespace(ended).where(ended[:, None], opened.goal, scene.goal),
+            picked(opened.now, scene.now, ended),
+            picked(opened.books, scene.books, ended),
+        )
+
+    def _opened(self, flight: Flight, goal: Array) -> Scene:
+        """Episodes at their first instant."""
+        still = self._no_action
+        now = self._instant(flight, goal, still, still[:, 0:1])
+        away = now.target - now.tool
+        xp = namespace(away)
+        now = now._replace(start=xp.sqrt(xp.sum(away * away, axis=1, keepdims=True)))
+        return Scene(flight, goal, now, self.episodes.start(now))
 
     def _begun(self, draw: Draw) -> tuple[Flight, Array]:
         """Flights and targets at their starts."""
@@ -178,14 +247,6 @@ class TwinEnvironments:
         wet = self._level is not None and draw.position[:, 2:3] < self._level
         drive = self._drive * as_like(1.0 - np.asarray(wet, dtype=float), self._like)
         return self._twin.start(state, drive), as_like(draw.goal, self._like)
-
-    def _first(self, flight: Flight, goal: Array) -> Instant:
-        """What is the case at the start."""
-        xp = namespace(self._like)
-        still = as_like(np.zeros((self.count, self.action_size)), self._like)
-        now = self._instant(flight, goal, still, still[:, 0:1])
-        away = now.target - now.tool
-        return now._replace(start=xp.sqrt(xp.sum(away * away, axis=1, keepdims=True)))
 
     def _instant(self, flight: Flight, goal: Array, action: Array, start: Array) -> Instant:
         state = flight.state

@@ -28,7 +28,8 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     seed = training_seed(int(config.seed))
     environment = batched_of(config, count=count, device=device, seed=seed)
     try:
-        judge = batched_of(config, count=min(judges, episodes), device=device, seed=seed)
+        # an accelerator takes as long for a hundred robots as for thousands
+        judge = batched_of(config, count=min(judges, episodes), device="cpu", seed=seed)
         try:
             yield environment, judge
         finally:

@@ -203,8 +203,9 @@ class Training:
 
     def _scores(self, judge: Batched) -> Scores:
         network, tensors = self.agent.policy()
-        actor = actor_of(network).to(self.environment.device)
-        actor.load_state_dict(tensors)
+        actor = actor_of(network)
+        actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
+        actor.to(judge.device)
         seeds = validation_seeds(self.course.episodes)
         return score(judge, NetworkPolicy(actor, self.card), seeds)
 

@@ -1,0 +1,57 @@
+"""Starts of episodes drawn ahead, so that an accelerator begins episodes by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from seals.arrays import Array
+from seals.twin.piloted import Flight
+
+if TYPE_CHECKING:
+    from torch import Generator
+
+AHEAD = 1 << 16
+"""Starts drawn ahead; an episode begins at any of them with equal chance."""
+
+
+class Starts(NamedTuple):
+    """Many starts, each array with a row each; flights of a batch take theirs from here.
+
+    Args:
+        state: fields of the bodies that differ from start to start, by name.
+        drive: states of the drives [rad/s or N].
+        goal: of the task's draw.
+    """
+
+    state: dict[str, Array]
+    drive: Array
+    goal: Array
+
+    def picked(self, flight: Flight, generator: Generator) -> tuple[Flight, Array]:
+        """Return a flight and goals with starts drawn at random.
+
+        Args:
+            flight: at any start; what does not differ is taken from it.
+            generator: on the device of the arrays.
+        """
+        import torch
+
+        count = flight.time.shape[0]
+        at = torch.rand(count, generator=generator, device=self.goal.device) * self.goal.shape[0]
+        rows = at.long()
+        state = flight.state._replace(**{name: x[rows] for name, x in self.state.items()})
+        return flight._replace(state=state, drive=self.drive[rows]), self.goal[rows]
+
+
+def joined(parts: list[tuple[Any, Array, Array]], names: tuple[str, ...]) -> Starts:
+    """Return starts of several batches as one store.
+
+    Args:
+        parts: states, drives and goals.
+        names: fields of the state that differ.
+    """
+    import torch
+
+    state = {name: torch.cat([getattr(part[0], name) for part in parts]) for name in names}
+    drive, goal = (torch.cat([part[k] for part in parts]) for k in (1, 2))
+    return Starts(state, drive, goal)

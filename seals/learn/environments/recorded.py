@@ -1,0 +1,95 @@
+"""A function of tensors, recorded once on an accelerator and replayed as one piece of work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from torch import Generator, Tensor
+
+ROUNDS = 3
+"""Calls before the recording: libraries choose their kernels in the first ones."""
+
+
+class Recorded:
+    """A law of motion whose thousands of small kernels are launched as one CUDA graph.
+
+    State and inputs lie in tensors of their own, which every replay reads and the state of which it
+    replaces; a replay takes no decision and no number from the host.
+
+    Args:
+        law: takes a state and an input, and returns the next state and what is told of it; nested
+            tuples and mappings of tensors, of the same form at every call.
+        state: nested tuples and mappings of tensors.
+        given: the input, a tensor.
+        generator: of all random numbers that the law draws.
+    """
+
+    def __init__(
+        self,
+        law: Callable[[Any, Tensor], tuple[Any, Any]],
+        state: Any,
+        given: Tensor,
+        generator: Generator,
+    ) -> None:
+        """Call the law a few times, record it, and put the state back."""
+        import torch
+
+        self.state, self._given = copied(state), given.clone()
+        before = generator.get_state()
+        aside = torch.cuda.Stream()  # type: ignore[no-untyped-call, unused-ignore]
+        aside.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(aside):
+            for _ in range(ROUNDS):
+                law(self.state, self._given)
+        torch.cuda.current_stream().wait_stream(aside)
+        self._graph = torch.cuda.CUDAGraph()
+        self._graph.register_generator_state(generator)
+        with torch.cuda.graph(self._graph):
+            after, self._told = law(self.state, self._given)
+            put(after, self.state)
+        generator.set_state(before)
+
+    def __call__(self, given: Tensor) -> Any:
+        """Return what is told of the step from the state that was kept under an input."""
+        self._given.copy_(given)
+        self._graph.replay()
+        return copied(self._told)
+
+    def begin(self, state: Any) -> None:
+        """Go on from another state."""
+        put(state, self.state)
+
+
+def leaves(value: Any) -> Iterator[Tensor]:
+    """Yield all tensors of nested tuples and mappings, in order.
+
+    Example:
+        >>> list(leaves((1, {"a": None, "b": (2,)})))
+        [1, 2]
+    """
+    if isinstance(value, Mapping):
+        for part in value.values():
+            yield from leaves(part)
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from leaves(part)
+    elif value is not None:
+        yield value
+
+
+def copied(value: Any) -> Any:
+    """Return nested tuples and mappings with tensors of their own."""
+    if isinstance(value, Mapping):
+        return {name: copied(part) for name, part in value.items()}
+    if isinstance(value, tuple):
+        parts = [copied(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value if value is None else value.clone()
+
+
+def put(source: Any, target: Any) -> None:
+    """Copy all tensors of one nest into those of another of the same form."""
+    for new, old in zip(leaves(source), leaves(target), strict=True):
+        old.copy_(new)
