@@ -43,11 +43,13 @@ def with_card(arguments: Sequence[str]) -> list[str]:
         ConfigError: the card cannot be read, or an override in it is none of a world.
     """
     from seals.learn.policy import read_policy_card
+    from seals.learn.shipped import shipped
 
     places = [w.partition("=")[2].strip("'\"") for w in arguments if w.startswith("policy=")]
-    if not places or not Path(places[-1]).is_dir():
+    folder = shipped().get(places[-1], Path(places[-1])) if places else Path()
+    if not places or not folder.is_dir():
         return list(arguments)
-    card = read_policy_card(places[-1])
+    card = read_policy_card(folder)
     given = card.get("overrides", [])
     if not isinstance(given, list) or not all(isinstance(word, str) for word in given):
         raise ConfigError(

@@ -19,6 +19,8 @@ from seals.control.plant import Plant
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 STILL = np.zeros(3)
 STILL.setflags(write=False)
+NO_LEGS = np.zeros(0)
+NO_LEGS.setflags(write=False)
 
 
 class Buoyancy(NamedTuple):
@@ -65,6 +67,8 @@ class Situation(NamedTuple):
         contacts: normal force on every gripper's tip, by link name [N].
         bodies: origins of the other bodies of the scene, by name, world [m]; those of the true
             world, for animals that see.
+        phase: of the legs of a robot that walks, as its gait remembers it [cycles], shape (legs,);
+            empty for others.
     """
 
     time: float
@@ -89,6 +93,7 @@ class Situation(NamedTuple):
     readings: Mapping[str, Mapping[str, Floats]] = NOTHING
     contacts: Mapping[str, float] = NOTHING
     bodies: Mapping[str, Floats] = NOTHING
+    phase: Floats = NO_LEGS
 
     @property
     def yaw(self) -> float:

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.control import Aim, Controller, Guide, Order, Plant, Situation
 from seals.control.estimate import Estimate, Estimator
 from seals.control.gauge import MassGauge, MassNow, WaterGauge
-from seals.control.protocols import Buoyancy
+from seals.control.protocols import NO_LEGS, Buoyancy
 from seals.control.thrust import Reach, ThrustGauge
 from seals.dynamics.kinematics import Kinematics, Moving
 from seals.errors import PhysicsError
@@ -126,10 +126,11 @@ class Pilot:
         if not self.due and kept.order is not None:
             self._kept = Kept(kept.calls + 1, *kept[1:])
             return kept.order
-        situation = self._situation(seen, kept)
         guide, controller, aim = kept.guide, kept.controller, kept.aim
-        if controller is None:
-            guide, controller = self.guide.start(situation), self.controller.start()
+        fresh = controller is None
+        controller = self.controller.start() if fresh else controller
+        situation = self._situation(seen, kept, getattr(controller, "phase", NO_LEGS))
+        guide = self.guide.start(situation) if fresh else guide
         if aim is None or kept.calls % self._guide_every == 0:
             aim, guide = self.guide.aim(situation, guide)
         order, controller = self.controller.command(situation, aim, controller)
@@ -146,7 +147,7 @@ class Pilot:
             estimate = self._estimator.update(time, fresh, kept.estimate)
             self._kept = Kept(*kept[:5], {**kept.readings, **fresh}, estimate)
 
-    def _situation(self, seen: Seen, kept: Kept) -> Situation:
+    def _situation(self, seen: Seen, kept: Kept, phase: Floats) -> Situation:
         mass, submersion, buoyancy, reach = self._weigh(seen)
         level = self.plant.environment.water_level
         truth = Estimate(
@@ -180,6 +181,7 @@ class Pilot:
             readings=kept.readings,
             contacts=seen.contacts,
             bodies=self.bodies,
+            phase=phase,
         )
 
     def _weigh(self, seen: Seen) -> tuple[MassNow, float, Buoyancy, Reach]:

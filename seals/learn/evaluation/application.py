@@ -151,8 +151,10 @@ def elsewhere(config: Any) -> str:
     """Return words where a policy is judged in another world than that of its training."""
     from seals.learn.cards import CARD
     from seals.learn.policy import read_policy_card
+    from seals.learn.shipped import shipped
 
-    place = Path(str(config.policy))
+    name = str(config.policy)
+    place = shipped().get(name, Path(name))
     trained = read_policy_card(place).get("world_hash") if (place / CARD).is_file() else None
     if trained in (None, world_hash(config)):
         return ""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError
 from seals.learn.evaluation.keys import SUFFIXES, policy_of_keys
+from seals.learn.shipped import policy_folder
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -89,8 +90,8 @@ def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
     """Return a policy by its name, or from its folder.
 
     Args:
-        name: ``scripted``, ``random``, ``still``, a folder that training wrote, or a script of
-            keys (YAML or CSV).
+        name: ``scripted``, ``random``, ``still``, a folder that training wrote, ``ROBOT/POLICY``
+            of one that is shipped, or a script of keys (YAML or CSV).
         environment: in which it shall act.
         device: where its network computes.
 
@@ -103,16 +104,11 @@ def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
         return PolicyRandom(environment.action_size, environment.device)
     if name == STILL:
         return PolicyStill(environment.action_size, environment.device)
-    if not Path(name).exists():
-        raise ConfigError(
-            f"policy={name}: there is no such folder.\n"
-            f"{suggestion(name, NAMED, label='Give a folder that training wrote, or one of')}"
-        )
-    if Path(name).suffix in SUFFIXES:
+    if Path(name).is_file() and Path(name).suffix in SUFFIXES:
         return policy_of_keys(Path(name), environment)
     from seals.learn.policy import load_policy
 
-    found = load_policy(name, device=device)
+    found = load_policy(policy_folder(name, besides=NAMED), device=device)
     wanted = (environment.observation_size, environment.action_size)
     given = (found.card["network"].get("observation"), found.card["network"].get("action"))
     if given != wanted:

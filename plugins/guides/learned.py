@@ -1,0 +1,168 @@
+"""A guide that does what a trained policy says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Aim, Plant, Situation
+from seals.errors import ConfigError
+from seals.learn.task import Instant
+from seals.plugins.guides.behaviour.over_ground import place_of
+
+KNOWN = ("phase", "power", "slip")
+"""Facts that a gait tells, and those that only rewards ask for."""
+
+
+class Memory(NamedTuple):
+    """Distance at the start [m]; last action; calls in a row at the target; whether it is there."""
+
+    start: float
+    action: tuple[float, ...]
+    streak: int
+    there: bool
+
+
+@dataclass(kw_only=True)
+class Learned:
+    """Leads a walking robot to a target as a trained policy does, at the policy's own rate.
+
+    Observation, meaning of the actions and success are those of the task that the policy was
+    trained for; the gait must turn as it is told: ``controller.facing=aim`` and
+    ``controller.turn_gain=0``.
+
+    Args:
+        policy: folder that ``seals train`` wrote, or ``ROBOT/POLICY`` of one that is shipped.
+        place: x and y of the target in the world [m].
+        target: name of a body of the scene in place of a place; empty for none.
+
+    Limitations:
+        Policies of tasks for legs alone: others see what only their environments know.
+
+    Example:
+        >>> Learned(policy="crab/walk", place=[0.4, 0.0]).place
+        [0.4, 0.0]
+    """
+
+    policy: str = "crab/walk"
+    place: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    target: str = ""
+
+    # of the task, once it is known [Hz]
+    rate = 5.0
+
+    def __post_init__(self) -> None:
+        """Refuse a target that is no place."""
+        if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
+            raise ConfigError(
+                f"learned.place={list(self.place)} is no place on the ground.\n"
+                "Allowed: two finite numbers [x, y]."
+            )
+
+    def bind(self, plant: Plant) -> None:
+        """Read the policy, and build its task for this robot.
+
+        Raises:
+            ConfigError: the policy cannot be used, or belongs to another robot or kind of task.
+            MissingExtra: the packages for learning are not installed.
+        """
+        from seals.learn.policy import load_policy
+        from seals.learn.shipped import policy_folder, task_of
+
+        folder = policy_folder(self.policy)
+        self._policy = load_policy(folder)
+        self._task: Any = task_of(self._policy.card, where=f"policy={self.policy}")
+        strange = [name for name in getattr(self._task, "knows", ("world",)) if name not in KNOWN]
+        if strange:
+            raise ConfigError(
+                f"guide learned: the task of policy={self.policy} looks at '{strange[0]}'.\n"
+                f"Allowed: tasks of robots that walk, such as env=crab_walk."
+            )
+        self._task.bind(plant.robot)
+        self._refuse_others()
+        self.rate = float(self._task.rate)
+
+    def start(self, situation: Situation) -> Memory:
+        """Remember how far it is.
+
+        Raises:
+            ConfigError: the robot has no gait, or the target is not there.
+        """
+        if not situation.phase.size:
+            raise ConfigError(
+                "guide learned looks at the phases of the legs, which this controller has not.\n"
+                "Say controller=gait or controller=cpg"
+            )
+        still = (0.0,) * len(self._task.action_names)
+        far = float(np.linalg.norm(self._goal(situation) - situation.position))
+        return Memory(far, still, 0, False)
+
+    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+        """Return what the policy wants now."""
+        import torch
+
+        now = self._instant(situation, memory)
+        near = float(self._task.distance(now)[0]) < self._task.success_distance
+        streak = memory.streak + 1 if near else 0
+        held = streak >= max(1, round(self._task.hold * self.rate))
+        seen = torch.as_tensor(self._task.observation(now), dtype=torch.float32)
+        said: Any = self._policy.act(seen)
+        action = np.clip(said.numpy().astype(float), -1.0, 1.0)
+        kept = Memory(memory.start, tuple(action[0].tolist()), streak, held)
+        aim: Aim = self._task.aim(action, now)
+        return aim, kept
+
+    def finished(self, memory: Memory) -> bool | None:
+        """Return True where a fixed target has been held; a body is followed for ever."""
+        return True if memory.there and not self.target else None
+
+    def stage(self, memory: Memory) -> str:
+        """Return what it does."""
+        return "there" if memory.there else "walking"
+
+    def _goal(self, situation: Situation) -> Floats:
+        """Place of the target, at the height of the body [m], shape (3,)."""
+        if self.target:
+            x, y, _ = place_of(situation, self.target, where="learned.target")
+        else:
+            x, y = self.place
+        return np.array([x, y, situation.position[2]])
+
+    def _instant(self, s: Situation, memory: Memory) -> Instant:
+        """What the task looks at: a batch of one."""
+        goal = self._goal(s)[None]
+        angle = 2.0 * np.pi * s.phase
+        nothing = np.zeros((1, 1))
+        return Instant(
+            time=np.array([[s.time]]),
+            position=s.position[None],
+            rotation=s.rotation[None],
+            velocity=s.velocity[None],
+            spin=s.spin[None],
+            tool=s.position[None],
+            target=goal,
+            target_velocity=np.zeros_like(goal),
+            submersion=np.array([[s.submersion]]),
+            action=np.array([memory.action]),
+            start=np.array([[memory.start]]),
+            facts={
+                "phase": np.concatenate((np.cos(angle), np.sin(angle)))[None],
+                "power": nothing,
+                "slip": nothing,
+            },
+        )
+
+    def _refuse_others(self) -> None:
+        """Refuse a policy that sees or says other things than its task does with this robot."""
+        for kind in ("observation", "action"):
+            given = list(self._policy.card.get(kind, ()))
+            wanted = list(getattr(self._task, f"{kind}_names"))
+            if given != wanted or self._policy.card["network"].get(kind) != len(wanted):
+                raise ConfigError(
+                    f"policy={self.policy} was trained with {len(given)} numbers of {kind}; this "
+                    f"robot has {len(wanted)}, or others.\nTake the robot of its training, or "
+                    "train a policy for this one: seals train env=crab_walk robot=NAME"
+                )

@@ -1,0 +1,76 @@
+"""Policies that come with a robot: ``crab/walk`` is the folder ``policies/walk`` of the crab."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from seals import registry
+from seals.errors import BrokenPlugin, ConfigError, suggestion
+from seals.learn.cards import CARD, entry
+
+POLICIES = "policies"
+"""Folder of a robot in which its policies lie."""
+_KINDS = ("robot", "animal")
+
+
+def policy_folder(name: str, *, besides: Sequence[str] = ()) -> Path:
+    """Return the folder of a policy: its path, or ``ROBOT/POLICY`` of one that is shipped.
+
+    Args:
+        name: of the policy.
+        besides: names that are allowed where it is asked for, for the words of a refusal.
+
+    Raises:
+        ConfigError: there is neither.
+    """
+    if Path(name).exists():
+        return Path(name)
+    known = shipped()
+    if name not in known:
+        names = [*besides, *known]
+        raise ConfigError(
+            f"policy={name or '(nothing)'}: there is no such folder.\n"
+            f"{suggestion(name, names, label='Give a folder that training wrote, or one of')}"
+        )
+    return known[name]
+
+
+def shipped() -> dict[str, Path]:
+    """Return the folders of all policies that installed robots and animals bring, by name."""
+    found = {}
+    for kind in _KINDS:
+        for robot in registry.names(kind):
+            try:
+                folder = registry.get(kind, robot).folder() / POLICIES
+            except BrokenPlugin:
+                # its own refusal comes when it is chosen; others must not suffer for it
+                continue
+            for card in sorted(folder.glob(f"*/{CARD}")):
+                found[f"{robot}/{card.parent.name}"] = card.parent
+    return found
+
+
+def task_of(card: Mapping[str, Any], *, where: str) -> Any:
+    """Build the task that a policy was trained for, not yet bound to a robot.
+
+    Args:
+        card: of the policy; of its overrides those of environment and task are taken.
+        where: what brought the card, for the words of a refusal.
+
+    Raises:
+        ConfigError: an override is none of a task, or makes more than values.
+    """
+    from seals.cli.words import refuse_dangerous
+    from seals.config.build import build
+    from seals.config.compose import compose
+
+    words = [w for w in entry(card, "overrides", list, where=where) if _of_task(w)]
+    refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
+    return build(compose(words, root="learn").task, where=f"{where}: task")
+
+
+def _of_task(word: Any) -> bool:
+    key = str(word).lstrip("+~").partition("=")[0]
+    return key == "env" or key.partition(".")[0] == "task"
