@@ -28,7 +28,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         tune(given.tune, out, budget=given.budget, seed=given.seed)
     elif given.reach:
-        print(reach(given.reach, out, seeds=given.seeds or 20, more=given.overrides))
+        seeds = given.seeds or 20
+        for case in given.only or [""]:
+            print(reach(given.reach, out, seeds=seeds, more=given.overrides, case=case), flush=True)
+    elif given.film is not None:
+        from seals.experiments.crab_gaits.filming import film
+
+        code = film(out, given.film, given.overrides)
+        if code:
+            return code
     elif given.seeds:
         _trials(out, given.seeds, given.only)
     else:
@@ -41,12 +49,13 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m seals.experiments.crab_gaits")
     parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_crab_gaits when left out")
     parser.add_argument("--seeds", type=int, default=0, help="walks of every case, as a table")
-    parser.add_argument("--only", nargs="*", default=[], help="cases, all when left out")
+    parser.add_argument("--only", nargs="*", default=[], choices=[*CASES], help="some cases")
     parser.add_argument("--tune", choices=sorted(GAITS), help="gait whose parameters to optimise")
     parser.add_argument("--reach", choices=sorted(TASKS), help="targets to go to, --seeds of them")
     parser.add_argument("--budget", type=int, default=300, help="walks of the optimiser")
     parser.add_argument("--seed", type=int, default=0, help="of the optimiser")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    parser.add_argument("--film", nargs="*", metavar="GAIT", help="film gaits, all when none named")
+    parser.add_argument("overrides", nargs="*", help="as for seals run; seals render for films")
     return parser.parse_args(arguments)
 
 

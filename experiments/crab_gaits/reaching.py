@@ -10,18 +10,28 @@ import numpy as np
 
 from seals.config.compose import compose
 from seals.config.run import build_run
+from seals.experiments.crab_gaits.cases import CASES
+from seals.experiments.crab_gaits.walks import standing
 from seals.experiments.trials import Outcome, run_trials, summary
 from seals.run.assembly import ROBOT, build_world
 
 TASKS = {
     "crab": ("experiment=crab_reach", 0.40, "guide.speed=0.2", 8.0),
     "crab_seabed": ("experiment=crab_reach_seabed", 0.40, "guide.speed=0.1", 14.0),
+    "crab_learned": ("experiment=crab_learned", 0.40, "", 8.0),
+    "crab_learned_seabed": (
+        "experiment=crab_learned water=fossen environment.ground_level=null "
+        "environment.tank_bottom=-1.0 initial.position=[0,0,-0.971]",
+        0.40,
+        "",
+        14.0,
+    ),
     "sea_spider": ("experiment=sea_spider_reach", 0.45, "guide.speed=0.03", 40.0),
 }
-"""Recipe, distance of the targets [m], speed, and time allowed [s]."""
+"""Recipe, distance of the targets [m], speed where the guide has one, and time allowed [s]."""
 
 
-def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = ()) -> str:
+def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = (), case: str = "") -> str:
     """Walk to many targets and return how many were reached.
 
     Args:
@@ -29,20 +39,26 @@ def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = ()) -> str:
         out: folder of the table.
         seeds: number of targets.
         more: overrides, for instance another controller.
+        case: circumstances by name, for a task on the ground that the case has.
     """
     recipe, far, speed, most = TASKS[name]
+    ground = CASES[case].words[1:] if case else ()
+    slope = CASES[case].slope if case else 0.0
 
     def words(seed: int) -> list[str]:
         rng = np.random.default_rng(10_000 + seed)
         yaw, way = rng.uniform(-math.pi, math.pi, 2)
         place = f"[{far * math.cos(way):.4f},{far * math.sin(way):.4f}]"
-        start = [f"initial.rpy=[0,0,{yaw:.4f}]", f"guide.place={place}"]
-        return [recipe, speed, *start, f"time.duration={most}", *more]
+        start = [f"initial.rpy={standing(yaw, slope)}", f"guide.place={place}"]
+        given = [*recipe.split(), *ground, *speed.split(), *start]
+        return [*given, f"time.duration={most}", *more]
 
-    rows = run_trials(out / f"reach_{name}.csv", range(seeds), words, reached)
+    title = f"{name}, {case}" if case else name
+    table = out / f"reach_{name}{f'_{case}' if case else ''}.csv"
+    rows = run_trials(table, range(seeds), words, reached)
     times = [float(row["seconds"]) for row in rows if row["success"] == "1"]
     mean = f", in {np.mean(times):.2f} s on average" if times else ""
-    return f"{name}: {summary(rows)}{mean}"
+    return f"{title}: {summary(rows)}{mean}"
 
 
 def reached(words: Sequence[str]) -> Outcome:

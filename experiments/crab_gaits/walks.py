@@ -90,14 +90,23 @@ def drawn(seed: int, slope: float) -> list[str]:
     """Return heading, direction and pause of a seed; on a slope it begins in the slope's plane."""
     rng = np.random.default_rng(seed)
     yaw, way, pause = rng.uniform(-math.pi, math.pi), rng.uniform(-math.pi, math.pi), rng.uniform()
-    # roll, pitch, yaw of a body that stands on the slope and is turned by yaw about its normal
+    turn = f"initial.rpy={standing(yaw, slope)}"
+    return [turn, f"guide.way={way:.5f}", f"guide.delay={0.1 + pause:.5f}"]
+
+
+def standing(yaw: float, slope: float) -> str:
+    """Return roll, pitch and yaw of a body that stands on a slope, as a word [rad].
+
+    Args:
+        yaw: by which it is turned about the normal of the slope [rad].
+        slope: of the ground, rising to the east [rad].
+    """
     c, s = math.cos(yaw), math.sin(yaw)
     cp, sp = math.cos(slope), math.sin(slope)
     turn = np.array([[cp * c, -cp * s, -sp], [s, c, 0.0], [sp * c, -sp * s, cp]])
     pitch = math.asin(-turn[2, 0])
     rpy = (math.atan2(turn[2, 1], turn[2, 2]), pitch, math.atan2(turn[1, 0], turn[0, 0]))
-    angles = ",".join(f"{angle:.5f}" for angle in rpy)
-    return [f"initial.rpy=[{angles}]", f"guide.way={way:.5f}", f"guide.delay={0.1 + pause:.5f}"]
+    return f"[{','.join(f'{angle:.5f}' for angle in rpy)}]"
 
 
 def _measured(world: Any, settings: RunSettings, slope: float) -> Walk:

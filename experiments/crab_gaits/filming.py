@@ -1,0 +1,59 @@
+"""A film of every gait: a run each, and a camera that goes along with the animal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from seals.cli.main import main as seals
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.errors import ConfigError, suggestion
+from seals.experiments.crab_gaits.cases import GAITS
+from seals.experiments.crab_gaits.walks import SIZES
+from seals.logs.native import TABLES
+
+FILMED: Mapping[str, Sequence[str]] = {**GAITS, "learned": ("experiment=crab_learned",)}
+"""Overrides of every gait that is filmed."""
+REACH = (1.6, -3.2, 2.2)
+"""From the animal to the camera, in sizes of the animal [1]."""
+
+
+def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
+    """Run and film gaits; what is there already is kept.
+
+    Args:
+        out: folder of the runs; films are ``NAME/render/*/film.mp4`` in it.
+        names: of the gaits, all when there are none; what has a sign of equality is a word.
+        words: further overrides of ``seals render``.
+
+    Returns:
+        0 when done, the exit code of the first command that was refused otherwise.
+
+    Raises:
+        ConfigError: there is no such gait.
+    """
+    words = [*words, *(name for name in names if "=" in name)]
+    for name in [name for name in names if "=" not in name] or FILMED:
+        if name not in FILMED:
+            raise ConfigError(f"there is no gait '{name}'.\n{suggestion(name, list(FILMED))}")
+        folder = out / name
+        if not (folder / TABLES[0]).is_file():
+            code = seals(["run", *FILMED[name], f"hydra.run.dir={folder}"])
+            if code:
+                return code
+        code = seals(["render", f"run={folder}", *_camera(FILMED[name]), *words])
+        if code:
+            return code
+    return 0
+
+
+def _camera(words: Sequence[str]) -> list[str]:
+    """Words for a camera beside the animal, which goes along with it."""
+    settings = build_run(compose(list(words)))
+    place = settings.initial.position
+    size = SIZES[settings.robot.name]
+    camera = [x + size * reach for x, reach in zip(place, REACH, strict=True)]
+    told = [f"{name}=[{','.join(f'{x:.3f}' for x in at)}]"
+            for name, at in (("camera", camera), ("look_at", place))]  # fmt: skip
+    return [*told, "follow=true"]
