@@ -9,6 +9,7 @@ from pathlib import Path
 from seals.errors import ConfigError, suggestion
 from seals.experiments.five_seeds.outcome import outcome, tell
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
+from seals.experiments.five_seeds.shipping import ship
 from seals.experiments.learning_study.arms import Training
 from seals.experiments.learning_study.running import run_all, run_verb
 
@@ -25,6 +26,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")
     parser.add_argument("--seeds", type=int, default=0, help="0: as the recipe has it")
     parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    parser.add_argument("--ship", default="", help="folder to copy the best policy to, when judged")
     parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")
     given = parser.parse_intermixed_args(words)
     if given.recipe not in RECIPES:
@@ -61,7 +63,11 @@ def main(words: Sequence[str] | None = None) -> int:
             beside = "[scripted,random]" if number == 0 else "[]"
             run_verb("evaluate", *world, f"policy={job.folder / 'policy'}", f"beside={beside}",
                      "episodes=100", f"out={judged}")  # fmt: skip
-    tell(outcome([job.folder for job in jobs]), out, enough=recipe.enough)
+    folders = [job.folder for job in jobs]
+    tell(outcome(folders), out, enough=recipe.enough)
+    if given.ship:
+        words = ["python -m seals.experiments.five_seeds", given.recipe, *given.more]
+        print(ship(folders, Path(given.ship), command=" ".join(words)))
     return 0
 
 

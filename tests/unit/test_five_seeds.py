@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.errors import ConfigError
 from seals.experiments.five_seeds.outcome import outcome, tell
 from seals.experiments.five_seeds.recipes import RECIPES
+from seals.experiments.five_seeds.shipping import ship
 from seals.learn.evaluation.judgement import Judgement
 from seals.learn.evaluation.page import write_judgements
 
@@ -38,7 +40,7 @@ def folders(tmp_path: Path) -> list[Path]:
         beside = [_judged("scripted", 10, 2.4), _judged("random", 0, 0.0)] if seed == 0 else []
         judged = [_judged(str(folder / "policy"), successes, 2.0), *beside]
         write_judgements(judged, folder / "held_out", facts={"env": "crab_walk"})
-        rows = ["step,seconds,success", "0,1.0,0.0", "800,60.0,0.9"]
+        rows = ["step,seconds,success,return", "0,1.0,0.0,-1.0", f"800,60.0,0.9,{10.0 + seed}"]
         (folder / "evaluation.csv").write_text("\n".join(rows) + "\n")
         made.append(folder)
     return made
@@ -59,6 +61,26 @@ def test_seeds_are_counted_against_what_is_asked(
     with (tmp_path / "seeds.csv").open(newline="") as file:
         assert [row["steps"] for row in csv.DictReader(file)] == ["800", "0", "0", "800"]
     assert (tmp_path / "seeds.png").stat().st_size > 0
+
+
+def test_the_best_on_validation_starts_is_shipped(folders: list[Path], tmp_path: Path) -> None:
+    """Not the one that held-out starts favour; its card has command, curve and judgement."""
+    for seed, folder in enumerate(folders):
+        (folder / "policy").mkdir()
+        card = {"format": "seals-policy", "version": 1, "seed": seed, "network": {}}
+        (folder / "policy" / "card.json").write_text(json.dumps(card))
+        (folder / "policy" / "policy.safetensors").write_bytes(bytes([seed]))
+    target = ship(folders, tmp_path / "policies" / "walk", command="python -m it")
+    card = json.loads((target / "card.json").read_text())
+    assert card["seed"] == 1
+    assert (target / "policy.safetensors").read_bytes() == b"\1"
+    assert card["command"] == "python -m it"
+    assert [look["step"] for look in card["curve"]] == [0.0, 800.0]
+    assert card["held_out"]["success"] == 0.8
+    assert card["held_out"]["medians"]["reached_after"] == 2.0
+    (folders[0] / "evaluation.csv").unlink()
+    with pytest.raises(ConfigError, match="is missing"):
+        ship(folders, target, command="python -m it")
 
 
 @pytest.mark.parametrize("name", RECIPES)

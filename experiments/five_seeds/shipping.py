@@ -1,0 +1,80 @@
+"""The best policy of a recipe, ready to be shipped: weights, and a card that says all of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.learn.cards import CARD
+from seals.learn.evaluation.judgement import QUANTILES
+from seals.learn.policy import WEIGHTS, read_policy_card
+from seals.logs.atomic import atomic_folder, write_json
+
+LOOKED = ("step", "seconds", "success", "return")
+"""Columns of the curve that the card keeps."""
+
+
+def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
+    """Copy the best policy of some trainings into a folder; one that is there is replaced.
+
+    The best is the one of the best last look at its validation starts; held-out starts judge it
+    and do not choose.
+
+    Args:
+        folders: of trainings that are done and judged.
+        target: folder to be made, ``policies/NAME`` of a robot.
+        command: that made the trainings.
+
+    Raises:
+        ConfigError: one of them has no curve, judgement or policy.
+    """
+    best = max(folders, key=lambda folder: _last(curve_of(folder)))
+    card = read_policy_card(best / "policy")
+    with atomic_folder(target, replace=True) as beside:
+        (beside / WEIGHTS).write_bytes((best / "policy" / WEIGHTS).read_bytes())
+        told = {"command": command, "chosen_of": len(folders), "curve": curve_of(best)}
+        write_json(beside / CARD, {**card, **told, "held_out": judged_of(best)})
+    return target
+
+
+def curve_of(folder: Path) -> list[dict[str, float]]:
+    """Return the looks of a training at its validation starts.
+
+    Raises:
+        ConfigError: there are none.
+    """
+    path = folder / "evaluation.csv"
+    if not path.is_file():
+        raise ConfigError(f"{path} is missing.\nRun the recipe first, to its end.")
+    with path.open(encoding="utf-8", newline="") as file:
+        return [{name: float(row[name]) for name in LOOKED} for row in csv.DictReader(file)]
+
+
+def judged_of(folder: Path) -> dict[str, Any]:
+    """Return how the policy of a training did from its held-out starts.
+
+    Raises:
+        ConfigError: it was not judged.
+    """
+    path = folder / "held_out" / "evaluation.json"
+    if not path.is_file():
+        raise ConfigError(f"{path} is missing.\nRun the recipe first, to its end.")
+    own = json.loads(path.read_text(encoding="utf-8"))["judgements"][0]
+    share, low, high = own["shares"]["success"][:3]
+    middle = QUANTILES.index(0.5)
+    medians = {name: values[middle] for name, values in own["quantiles"].items()}
+    return {
+        "episodes": own["episodes"],
+        "success": share,
+        "interval": [low, high],
+        "medians": {name: medians[name] for name in ("reached_after", "cost_of_transport")
+                    if name in medians},
+    }  # fmt: skip
+
+
+def _last(curve: Sequence[dict[str, float]]) -> tuple[float, float]:
+    return curve[-1]["success"], curve[-1]["return"]
