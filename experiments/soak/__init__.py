@@ -1,0 +1,117 @@
+"""A million steps of the manipulator in waves: nothing breaks, nothing grows, the books close."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seals.config.compose import compose
+from seals.config.run import build_run
+from seals.errors import ConfigError
+from seals.experiments.flights import markdown
+from seals.experiments.soak.flight import OVERRIDES
+from seals.experiments.soak.running import soaked
+from seals.report.figures import Chart, Mark, Series
+from seals.report.pictures import write_picture
+
+MILLION = 1_000_000
+GROWTH = 0.02
+"""Largest growth of memory after the start [1]."""
+GAP = 0.01
+"""Largest gap of the energy books, by the energy that was moved [1]."""
+WARM = 20_000
+"""Steps after which a process has what it needs."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiment from the command line; 0 when all bounds are kept."""
+    parser = argparse.ArgumentParser(prog="python -m seals.experiments.soak")
+    parser.add_argument("--out", type=Path, help="folder; one that was cut off is taken up there")
+    parser.add_argument("--steps", type=int, default=MILLION, help="of the engine")
+    parser.add_argument("overrides", nargs="*", help="as for seals run")
+    given = parser.parse_args(arguments)
+    if given.steps < 1:
+        raise ConfigError(f"--steps {given.steps} is not allowed.\nAllowed: one step or more.")
+    stamp = datetime.datetime.now().astimezone()
+    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_soak"
+    rows = soaked(out, build_run(compose([*OVERRIDES, *given.overrides])), given.steps)
+    found = figures(rows)
+    (out / "table.md").write_text(table(found), encoding="utf-8")
+    draw(out / "figure.png", rows)
+    print((out / "table.md").read_text(encoding="utf-8"))
+    return 0 if kept(found) else 1
+
+
+def figures(rows: Sequence[dict[str, float]]) -> dict[str, float]:
+    """Return what was found, unit in the name."""
+    last = rows[-1]
+    return {
+        "steps": last["step"],
+        "time [s]": last["time_s"],
+        "crossings of the surface": last["crossings"],
+        "rows that are not finite": sum(1.0 - row["finite"] for row in rows),
+        "growth of memory after the start [%]": 100.0 * growth(rows),
+        "energy moved [kJ]": 1e-3 * last["moved_J"],
+        "gap of the books [J]": last["gap_J"],
+        "gap of the books, by the energy moved [%]": 100.0 * last["gap_J"] / last["moved_J"],
+        "wall time of the last process [s]": last["wall_s"],
+    }
+
+
+def growth(rows: Sequence[dict[str, float]]) -> float:
+    """Return the largest growth of memory in one process, from its warm state to its end [1].
+
+    A process that ended before it was warm counts from its first row.
+    """
+    shares = [0.0]
+    for process in sorted({row["process"] for row in rows}):
+        own = [row for row in rows if row["process"] == process]
+        warm = [row for row in own if row["step"] - own[0]["step"] >= WARM] or own
+        shares.append(warm[-1]["rss_MB"] / warm[0]["rss_MB"] - 1.0)
+    return max(shares)
+
+
+def kept(found: dict[str, float]) -> bool:
+    """Whether all bounds are kept."""
+    return (
+        found["rows that are not finite"] == 0.0
+        and found["growth of memory after the start [%]"] <= 100.0 * GROWTH
+        and abs(found["gap of the books, by the energy moved [%]"]) <= 100.0 * GAP
+    )
+
+
+def table(found: dict[str, float]) -> str:
+    """Return the figures as a table in Markdown."""
+    bounds = {
+        "rows that are not finite": "0",
+        "growth of memory after the start [%]": f"{100.0 * GROWTH:g}",
+        "gap of the books, by the energy moved [%]": f"{100.0 * GAP:g}",
+    }
+    rows = [(name, f"{value:.6g}", bounds.get(name, "")) for name, value in found.items()]
+    return markdown(("figure", "value", "bound"), rows)
+
+
+def draw(path: Path, rows: Sequence[dict[str, float]]) -> None:
+    """Draw height, gap of the books and memory over the steps."""
+    steps = np.array([row["step"] for row in rows])
+    gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])
+    shown = (
+        ("Height of the robot, at every row", "height [m]", [row["height_m"] for row in rows], ()),
+        ("Gap of the energy books, by the energy moved", "gap [%]", gap, (100 * GAP, -100 * GAP)),
+        ("Memory in use", "resident [MB]", [row["rss_MB"] for row in rows], ()),
+    )
+    charts = [
+        Chart(
+            title=title,
+            y_label=label,
+            x_label="steps",
+            series=(Series(name=label.partition(" [")[0], x=steps, y=np.asarray(values)),),
+            marks=tuple(Mark(at=at, label=f"bound {at:g} %", level=True) for at in bounds),
+        )
+        for title, label, values, bounds in shown
+    ]
+    write_picture(path, charts)
