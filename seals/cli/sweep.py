@@ -49,6 +49,7 @@ def begun(root: str, words: Sequence[str]) -> Begun:
         MissingExtra: the launcher is not installed.
     """
     _refuse_absent_launcher(words)
+    _refuse_other_places(words)
     folder = _named(words)
     if folder is not None:
         return Begun(_taken_up(root, folder, words), resumed=True)
@@ -160,6 +161,16 @@ def _refuse_used(folder: Path | None) -> None:
             f"{_FOLDER}={folder} holds a sweep already.\n"
             f"Add {RESUME} to go on with it, or choose another folder."
         )
+
+
+def _refuse_other_places(words: Sequence[str]) -> None:
+    """Refuse folders of jobs that are not named by number: a sweep is found by them again."""
+    for word in words:
+        if word.startswith("hydra.sweep.subdir"):
+            raise ConfigError(
+                f"{word}: the jobs of a sweep lie in folders named by their numbers.\n"
+                "Choose the folder of them all: hydra.sweep.dir=FOLDER"
+            )
 
 
 def _refuse_absent_launcher(words: Sequence[str]) -> None:

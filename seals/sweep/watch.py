@@ -41,6 +41,8 @@ class Sweep:
         """Wait for Hydra to name the folder."""
         self.verb, self.words, self.resumed = verb, list(words), resumed
         self.folder: Path | None = None
+        self._fresh = False
+        self._before: dict[int, Job] = {}
         self._total: int | None = None
         self._ended: set[int] = set()
         self._out = sys.stdout
@@ -60,7 +62,9 @@ class Sweep:
         # a job that failed is run again: only those that are done are no news
         self._ended = {number for number, job in jobs.items() if job.state == DONE}
         self._before = {number: job for number, job in jobs.items() if job.state != DONE}
-        if not self.resumed:
+        # two sweeps may begin in one second: what the first wrote is not for the second to touch
+        self._fresh = not self.resumed and not (folder / NOTE).exists()
+        if self._fresh:
             started = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
             facts = {"verb": self.verb, "words": self.words, "jobs": total, "started": started}
             write_json(folder / NOTE, facts)
@@ -117,7 +121,7 @@ class Sweep:
 
     def discard(self) -> None:
         """Remove what a sweep wrote in which every job was refused, or none began."""
-        if self.resumed or self.folder is None:
+        if self.folder is None or not self._fresh:
             return
         for name in (NOTE, TABLE, LOCK, HYDRAS):
             (self.folder / name).unlink(missing_ok=True)

@@ -209,6 +209,18 @@ def _is_held(lock: Path, place: int) -> bool:
     return subprocess.run([sys.executable, "-c", code], check=False).returncode == 1
 
 
+def test_a_second_sweep_in_the_same_folder_touches_nothing(whole: Path, tmp_path: Path) -> None:
+    """Two that begin in one second: the second is refused, and the first stays whole."""
+    from seals.cli import sweep as words_of_sweeps
+
+    before = {path: path.read_bytes() for path in whole.glob("*.*") if path.name != "multirun.yaml"}
+    with pytest.MonkeyPatch.context() as patch:
+        # the check before Hydra sees nothing where the folder is named by the clock
+        patch.setattr(words_of_sweeps, "_refuse_used", lambda folder: None)
+        assert main(["run", "-m", "robot=box", "seed=0,1", f"hydra.sweep.dir={whole}"]) == 2
+    assert {path: path.read_bytes() for path in before} == before
+
+
 def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
     """What a kill left of a line is cut off before the next one."""
     with claimed(tmp_path, 0) as claim:
@@ -230,6 +242,7 @@ def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
         (["robot=ball", "--resume"], "belongs to a sweep"),
         (["-m", "robot=ball", "--resume"], "none of the 0 sweeps in runs/"),
         (["-m", "robot=ball", "--resume", "hydra.sweep.dir=nowhere"], "no sweep in this folder"),
+        (["-m", "robot=ball", "hydra.sweep.subdir=a"], "named by their numbers"),
         (["-m", "robot=ball", "hydra/launcher=jobli"], "Did you mean 'joblib'"),
         (["-m", "robot=ball", "hydra.sweep.dir=WHOLE"], "holds a sweep already"),
         (["-m", "robot=box", "--resume", "hydra.sweep.dir=WHOLE"], "begun by other words"),
