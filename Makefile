@@ -104,7 +104,7 @@ lint: .venv-test/installed
 	$$python -m venv $$venv; \
 	$$venv/$(PIP) -c $(CONSTRAINTS) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
 		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
-	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn,docs]'; touch $@
+	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn,docs,sweep]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

@@ -120,8 +120,13 @@ def claimed(folder: Path, number: int) -> Iterator[Claim]:
 @contextlib.contextmanager
 def _held(descriptor: int, place: int) -> Iterator[None]:
     """Lock one byte of a file among processes, those of other machines on one disk included."""
-    import fcntl
-
+    try:
+        import fcntl
+    except ImportError as cause:
+        raise ConfigError(
+            "a sweep needs file locks of POSIX, which this system does not have.\n"
+            "Run it on Linux or macOS, or its jobs one by one."
+        ) from cause
     fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
     try:
         yield

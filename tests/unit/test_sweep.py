@@ -276,6 +276,21 @@ def test_the_words_of_a_strangers_sweep_set_values_alone(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
+def test_processes_that_outlive_their_sweep_are_waited_for(whole: Path, tmp_path: Path) -> None:
+    """Killed alone, the first process leaves others at work; what they finish is not run again."""
+    pytest.importorskip("hydra_plugins.hydra_joblib_launcher")
+    folder = tmp_path / "sweep"
+    words = [*FOUR, f"hydra.sweep.dir={folder}", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    with subprocess.Popen([sys.executable, "-c", SEALS, *words], cwd=tmp_path) as first:
+        while not read_jobs(folder) and first.poll() is None:
+            time.sleep(0.01)
+        first.kill()
+    assert swept(folder, "--resume") == 0
+    assert sorted(row["number"] for row in lines(folder)) == ["0", "1", "2", "3"]
+    assert table(folder, tmp_path / "a.csv") == table(whole, tmp_path / "b.csv")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("launcher", ["joblib", "submitit_local"])
 def test_launchers_make_the_same_numbers(launcher: str, whole: Path, tmp_path: Path) -> None:
     """Jobs in processes of their own come out as those of this process."""
