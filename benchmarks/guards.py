@@ -22,6 +22,7 @@ BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_rec
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 FOUND, VIEW = "tests/unit/test_fuzz_findings.py", "tests/unit/test_view_session.py"
+SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
 BOUNDS, RUNNING = "tests/unit/test_guards_bounds.py", "tests/unit/test_learn_training.py"
 
 
@@ -316,6 +317,20 @@ GUARDS: dict[str, Guard] = {
         "    dict(",
         FILES,
         "policy_card",
+    ),
+    "words of a sweep": Guard(
+        "seals.cli.sweep",
+        '    refuse_dangerous(\n        note["words"],',
+        "    dict(",
+        SWEEP,
+        "strangers_sweep",
+    ),
+    "measures of a run": Guard(
+        "seals.sweep.metrics",
+        'return bool(name) and not set(name) & set("/\\\\\\0") and name != ".."',
+        "return True",
+        RUNS,
+        "stays_inside",
     ),
     "target of a plug-in": Guard(
         "seals.config.targets", "if key in SPECIAL:", "if False:", FILES, "target_must_be"
