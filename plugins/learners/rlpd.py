@@ -62,6 +62,9 @@ class RlpdAgent(SacAgent):
 
     learner: RLPD
 
+    def _recordable(self) -> bool:
+        return super()._recordable() and self.learner.subset == self.learner.critics
+
     def _lowest(self, values: Tensor) -> Tensor:
         import torch
 

@@ -10,6 +10,7 @@ from seals.learn import networks
 from seals.learn.gaussian import squashed
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import tensors, vector
+from seals.learn.recorded import Recorded
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
 from seals.learn.replay.samplers import Uniform, made
@@ -148,6 +149,7 @@ class SacAgent:
         )
         self.returns = self._fresh_returns()
         self.steps = self.updates = 0
+        self._recorded: Recorded | None = None
         self.norm = Running(spaces.observation_size, device) if learner.normalise else None
         with first_weights(seed):
             self.encoder = self._encoder()
@@ -179,6 +181,10 @@ class SacAgent:
         """Return those numbers; ``shift`` moves pictures about, where there are any."""
         norm = None if self.norm is None else self.norm.layer
         return networks.see(observation, norm=norm, encoder=None)
+
+    def _recordable(self) -> bool:
+        """Whether an improvement takes no number from the host: pictures are not tried yet."""
+        return self.encoder is None
 
     def _lowest(self, values: Tensor) -> Tensor:
         """Return the cautious value (batch,) of those of all slow critics (k, batch)."""
@@ -246,18 +252,38 @@ class SacAgent:
         if self.learner.settle:
             self.nets.pace(self._rate())
         batch = self.memory.sample(self.learner.batch)
+        told = self._improved(batch)
+        self.memory.learn(batch, told.pop("error"))
+        self.updates += 1
+        return {**told, "demonstration_share": self.memory.share(batch)}
+
+    def _improved(self, batch: Any) -> dict[str, Tensor]:
+        """Improve on a batch, on an accelerator by a recording of the first improvement."""
+        if self.device == "cpu" or not self._recordable():
+            return self._improve(batch)
+        given = dict(batch.items())
+        if self._recorded is None:
+            before = [tensor.detach().clone() for tensor in self.nets.moving()]
+            self._recorded = Recorded(
+                lambda state, rows: (state, self._improve(rows)), (), given, self.generator
+            )
+            # what was improved while it was recorded does not count
+            self.nets.put_back(before)
+        told: dict[str, Tensor] = self._recorded(given)
+        return told
+
+    def _improve(self, batch: Any) -> dict[str, Tensor]:
         seen = self._see(batch["observation"], shift=True)
-        critic_loss, value = self._improve_critics(batch, seen)
+        critic_loss, value, error = self._improve_critics(batch, seen)
         actor_loss, density = self._improve_actor(seen.detach())
         self.nets.follow(self.learner.tau)
-        self.updates += 1
         return {
             "critic_loss": critic_loss,
             "actor_loss": actor_loss,
             "temperature": self.nets.alpha,
             "entropy": -density,
             "value": value,
-            "demonstration_share": self.memory.share(batch),
+            "error": error,
         }
 
     def _rate(self) -> float:
@@ -265,7 +291,7 @@ class SacAgent:
         share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
         return self.learner.learning_rate * share
 
-    def _improve_critics(self, batch: Any, seen: Tensor) -> tuple[Tensor, Tensor]:
+    def _improve_critics(self, batch: Any, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         import torch
 
         values = self.nets.values(seen, batch["action"])
@@ -277,8 +303,7 @@ class SacAgent:
             loss = loss + share * squares.mean(-1).sum()
             error = error + share * gap.detach().abs().mean(0)
         self.nets.step("critics", loss)
-        self.memory.learn(batch, error)
-        return loss.detach(), values.detach().mean()
+        return loss.detach(), values.detach().mean(), error
 
     def _target(self, reward: Tensor, discount: Tensor, following: Any) -> Tensor:
         import torch

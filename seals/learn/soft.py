@@ -65,8 +65,15 @@ class SoftNetworks:
             "actor": list(self.actor.parameters()),
             "alpha": [self.log_alpha],
         }
+        # what is recorded on an accelerator reads its learning rate there
+        there = torch.device(device).type != "cpu"
         self.optimisers = {
-            name: torch.optim.Adam(learned, lr=learning_rate, fused=True)
+            name: torch.optim.Adam(
+                learned,
+                lr=torch.tensor(learning_rate, device=device) if there else learning_rate,
+                fused=True,
+                capturable=there,
+            )
             for name, learned in self._learned.items()
         }
 
@@ -95,7 +102,10 @@ class SoftNetworks:
         """Set the learning rate of the steps to come."""
         for optimiser in self.optimisers.values():
             for group in optimiser.param_groups:
-                group["lr"] = learning_rate
+                if isinstance(group["lr"], float):
+                    group["lr"] = learning_rate
+                else:
+                    group["lr"].fill_(learning_rate)
 
     def follow(self, tau: float) -> None:
         """Let the slow critics go a share ``tau`` of the way to the others."""
@@ -103,6 +113,27 @@ class SoftNetworks:
 
         with torch.no_grad():
             torch._foreach_lerp_(self._slow, self._fast, tau)
+
+    def moving(self) -> list[Tensor]:
+        """Return all tensors that an update changes, those of the optimisers at the end."""
+        known = [*self._fast, *self._slow, *self._learned["actor"], self.log_alpha]
+        if self.encoder is not None:
+            known += self.encoder.parameters()
+        for optimiser in self.optimisers.values():
+            for kept in optimiser.state.values():
+                known += (tensor for tensor in kept.values() if hasattr(tensor, "copy_"))
+        return known
+
+    def put_back(self, before: Sequence[Tensor]) -> None:
+        """Set all moving tensors to copies of earlier ones; what is new since then was zero."""
+        import torch
+
+        with torch.no_grad():
+            now = self.moving()
+            for tensor, earlier in zip(now, before, strict=False):
+                tensor.copy_(earlier)
+            for tensor in now[len(before) :]:
+                tensor.zero_()
 
     def _modules(self) -> dict[str, Any]:
         named = {"actor": self.actor, "critics": self.critics, "slow": self.slow}

@@ -27,7 +27,7 @@ from seals.twin.piloted import Flight, PilotedTwin
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.environments.recorded import Recorded
+    from seals.learn.recorded import Recorded
 
 
 STARTING = ("position", "quaternion", "velocity")
@@ -199,7 +199,7 @@ class TwinEnvironments:
     def _record(self, asked: Array) -> Recorded:
         """Record a control step on the accelerator; starts are drawn ahead for it."""
         from seals.learn.environments.ahead import AHEAD, joined
-        from seals.learn.environments.recorded import Recorded
+        from seals.learn.recorded import Recorded
 
         parts = []
         for _ in range(-(-AHEAD // self.count)):

@@ -22,21 +22,21 @@ class Recorded:
         law: takes a state and an input, and returns the next state and what is told of it; nested
             tuples and mappings of tensors, of the same form at every call.
         state: nested tuples and mappings of tensors.
-        given: the input, a tensor.
+        given: the input, likewise.
         generator: of all random numbers that the law draws.
     """
 
     def __init__(
         self,
-        law: Callable[[Any, Tensor], tuple[Any, Any]],
+        law: Callable[[Any, Any], tuple[Any, Any]],
         state: Any,
-        given: Tensor,
+        given: Any,
         generator: Generator,
     ) -> None:
         """Call the law a few times, record it, and put the state back."""
         import torch
 
-        self.state, self._given = copied(state), given.clone()
+        self.state, self._given = copied(state), copied(given)
         before = generator.get_state()
         aside = torch.cuda.Stream()  # type: ignore[no-untyped-call, unused-ignore]
         aside.wait_stream(torch.cuda.current_stream())
@@ -51,9 +51,9 @@ class Recorded:
             put(after, self.state)
         generator.set_state(before)
 
-    def __call__(self, given: Tensor) -> Any:
+    def __call__(self, given: Any) -> Any:
         """Return what is told of the step from the state that was kept under an input."""
-        self._given.copy_(given)
+        put(given, self._given)
         self._graph.replay()
         return copied(self._told)
 
