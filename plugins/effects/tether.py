@@ -64,6 +64,10 @@ class Tether(Effect):
     twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
     material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
 
+    def spring(self) -> float:
+        """Return K [N/m]."""
+        return self.stiffness
+
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters

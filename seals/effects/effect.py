@@ -94,6 +94,13 @@ class Effect:
         """Return the effect as it acts on the scene's other bodies; None for one of this robot."""
         return None
 
+    def spring(self) -> float:
+        """Return the stiffness that ties the robot to the world [N/m]: too long steps are refused.
+
+        Zero for none, and for springs that water or ground make.
+        """
+        return 0.0
+
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
         return {}

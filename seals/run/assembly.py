@@ -23,6 +23,7 @@ from seals.run.objects import add_objects, object_configuration
 from seals.run.origin import plugin_name
 from seals.run.resting import refuse_fluid, resting_effects, without
 from seals.run.sight import open_eyes
+from seals.run.stability import check_step
 from seals.twin import Twin, TwinState
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
@@ -68,6 +69,7 @@ def build_world(settings: RunSettings) -> World:
     """
     robot, effects = build_model(settings)
     check_gains(robot, effects, settings.time.step)
+    check_step(settings, robot)
     steps = step_count(settings)
     settings.backend.open(surroundings(settings), settings.time.step)
     actor = Actor(
