@@ -103,6 +103,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
     from seals.config.refusal import refusals
     from seals.config.source import install
+    from seals.sweep.checking import checked_by_value
     from seals.sweep.watch import Sweep, watched
 
     # Hydra's parser takes no flag between two overrides
@@ -118,7 +119,12 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     overrides = [word for word in arguments if not word.startswith("-")]
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
     try:
-        with _hydra_process(root, arguments), refusals(overrides, root=root), watched(sweep):
+        with (
+            _hydra_process(root, arguments),
+            refusals(overrides, root=root),
+            watched(sweep),
+            checked_by_value(),
+        ):
             application(outcome)()
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:

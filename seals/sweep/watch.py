@@ -42,6 +42,7 @@ class Sweep:
         self.verb, self.words, self.resumed = verb, list(words), resumed
         self.folder: Path | None = None
         self._fresh = False
+        self._size = 0
         self._before: dict[int, Job] = {}
         self._total: int | None = None
         self._ended: set[int] = set()
@@ -82,6 +83,11 @@ class Sweep:
     def _tell(self, known: int) -> None:
         """Print a line for every job that ended since the last look."""
         assert self.folder is not None
+        book = self.folder / TABLE
+        size = book.stat().st_size if book.is_file() else 0
+        if size == self._size:
+            return
+        self._size = size
         jobs = read_jobs(self.folder)
         news = [
             job
@@ -120,8 +126,13 @@ class Sweep:
             self._tell(0)
 
     def discard(self) -> None:
-        """Remove what a sweep wrote in which every job was refused, or none began."""
+        """Remove what a sweep wrote in which every job was refused, or none began.
+
+        It stays where some job ran.
+        """
         if self.folder is None or not self._fresh:
+            return
+        if any(job.state != REFUSED for job in read_jobs(self.folder).values()):
             return
         for name in (NOTE, TABLE, LOCK, HYDRAS):
             (self.folder / name).unlink(missing_ok=True)

@@ -8,6 +8,7 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -300,3 +301,47 @@ def test_launchers_make_the_same_numbers(launcher: str, whole: Path, tmp_path: P
     subprocess.run([sys.executable, "-c", SEALS, *words], check=True, cwd=tmp_path)
     assert sorted(read_jobs(folder)) == [0, 1, 2, 3]
     assert table(folder, tmp_path / "a.csv") == table(whole, tmp_path / "b.csv")
+
+
+def test_values_that_are_wrong_together_end_a_sweep_that_can_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A job that cannot be composed is refused when it begins; what ran before it stays."""
+    from seals.run import application
+    from seals.sweep import checking
+
+    monkeypatch.setattr(application, "execute", lambda config: 0)
+    monkeypatch.setattr(checking, "newcomers", lambda batch: batch[:1])
+    words = ["run", "-m", "robot=ball", "seed=1,b", f"hydra.sweep.dir={tmp_path / 's'}"]
+    assert main(words) == 2
+    assert "seed" in capsys.readouterr().err
+    assert [job.state for job in read_jobs(tmp_path / "s").values()] == ["done"]
+    assert main([*words, "--resume"]) == 2
+    assert [row["number"] for row in lines(tmp_path / "s")] == ["0"]
+
+
+def test_every_value_is_composed_once_before_the_first_job(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Six jobs of three and two values: four are composed; a wrong value stops them all."""
+    from hydra.plugins.sweeper import Sweeper
+
+    from seals.run import application
+
+    composed: list[Sequence[str]] = []
+    before = Sweeper.validate_batch_is_legal
+
+    def counted(self: Any, batch: Sequence[Sequence[str]]) -> None:
+        composed.extend(batch)
+        before(self, batch)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Sweeper, "validate_batch_is_legal", counted)
+    monkeypatch.setattr(application, "execute", lambda config: 0)
+    assert main(["run", "-m", "robot=ball", "seed=1,2,3", "time.duration=0.1,0.2"]) == 0
+    assert len(composed) == 4
+    assert Sweeper.validate_batch_is_legal is counted
+    (sweep,) = tmp_path.glob("runs/*/*")
+    assert len(read_jobs(sweep)) == 6
+    assert main(["run", "-m", "robot=ball", "seed=1,2", "time.duration=0.1,long"]) == 2
+    assert list(tmp_path.glob("runs/*/*")) == [sweep]
