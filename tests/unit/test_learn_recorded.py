@@ -1,0 +1,221 @@
+"""What is recorded for an accelerator does what the processor does."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from seals.arrays import fixed, some
+from seals.config.compose import compose
+from seals.control.batched import BatchAllocation, Saturation, View
+
+torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+
+
+class _Pair(NamedTuple):
+    a: Any
+    b: Any
+
+
+def _as_if_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take the ways that are taken on an accelerator, on the processor."""
+    for module in (
+        "arrays",
+        "control.batched",
+        "twin.rigid",
+        "learn.environments.twin",
+    ):
+        monkeypatch.setattr(f"seals.{module}.on_accelerator", lambda array: True)
+
+
+def _twins(count: int) -> Any:
+    from seals.learn.environments import batched_of
+
+    return batched_of(compose(["task.duration=1.0"], root="learn"), count=count)
+
+
+def test_copies_keep_the_form_and_share_nothing() -> None:
+    """Named tuples, mappings and None stay; a change of the copy is not one of the original."""
+    from seals.learn.recorded import copied, leaves, put
+
+    nest = _Pair(torch.ones(2), {"x": (torch.zeros(1).expand(3), None)})
+    copy = copied(nest)
+    put(_Pair(torch.full((2,), 5.0), {"x": (torch.ones(3), None)}), copy)
+    assert isinstance(copy, _Pair)
+    assert copy.b["x"][1] is None
+    assert [x.tolist() for x in leaves(copy)] == [[5.0, 5.0], [1.0, 1.0, 1.0]]
+    assert [x.tolist() for x in leaves(nest)] == [[1.0, 1.0], [0.0, 0.0, 0.0]]
+
+
+def test_nests_of_another_form_are_not_put() -> None:
+    """Fewer tensors than there are places for is a mistake, not a partial copy."""
+    from seals.learn.recorded import put
+
+    with pytest.raises(ValueError, match="zip"):
+        put((torch.ones(1),), (torch.ones(1), torch.ones(1)))
+
+
+def test_nobody_waits_for_an_accelerator() -> None:
+    """The answer is yes there, whatever the flags: they are not looked at."""
+    flags = torch.zeros(3, dtype=torch.bool)
+    assert not some(flags)
+    assert some(flags | True)
+    assert some(torch.zeros(3, dtype=torch.bool, device="meta"))
+
+
+def test_a_constant_is_converted_once() -> None:
+    """The same tensor comes back for the same constant, and another for another type."""
+    constant, like = np.arange(3.0), torch.zeros(1)
+    assert fixed(constant, like) is fixed(constant, like)
+    assert fixed(constant, like).tolist() == [0.0, 1.0, 2.0]
+    assert fixed(constant, like.double()).dtype == torch.float64
+    # equal numbers in another place are another constant
+    assert fixed(np.arange(3.0), like) is not fixed(constant, like)
+
+
+def test_the_way_of_an_accelerator_leads_where_the_other_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Flights over a second, episodes' ends included, agree to 1e-9 in double precision."""
+    plain = _twins(6)
+    seen = [plain.reset([1, 2, 3, 4, 5, 6])]
+    actions = [
+        torch.rand(6, 3, generator=torch.Generator().manual_seed(k)) - 0.8 for k in range(24)
+    ]
+    rewards = []
+    for action in actions:
+        turn = plain.step(action)
+        seen.append(turn.observation)
+        rewards.append(turn.reward)
+    monkeypatch.setattr(
+        "seals.learn.environments.twin._like_on",
+        lambda device, double: torch.zeros(1, dtype=torch.float64),
+    )
+    twins = _twins(6)
+    assert torch.equal(twins.reset([1, 2, 3, 4, 5, 6]), seen[0])
+    _as_if_there(monkeypatch)
+    scene = twins._scene
+    _drawn_ahead(twins)
+    with torch.no_grad():
+        for k, action in enumerate(actions):
+            scene, turn = twins._law(scene, twins._taken(action))
+            assert torch.allclose(turn.observation, seen[k + 1], atol=1e-6)
+            assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
+
+
+def _drawn_ahead(twins: Any) -> None:
+    from seals.learn.environments.ahead import joined
+    from seals.learn.environments.twin import STARTING
+
+    parts = []
+    for _ in range(20):
+        flight, goal = twins._begun(twins.task.draw(twins._rng, twins.count))
+        parts.append((flight.state, flight.drive, goal))
+    twins._still, twins._starts = flight, joined(parts, STARTING)
+    twins._generator = torch.Generator().manual_seed(0)
+
+
+def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What ended goes on from a start of the store, what did not is left alone."""
+    monkeypatch.setattr(
+        "seals.learn.environments.twin._like_on",
+        lambda device, double: torch.zeros(1, dtype=torch.float64),
+    )
+    twins = _twins(6)
+    twins.reset([1, 2, 3, 4, 5, 6])
+    _as_if_there(monkeypatch)
+    _drawn_ahead(twins)
+    ended = torch.tensor([True, False, True, False, False, True])
+    before = twins._scene
+    after = twins._renewed(before, ended)
+    goals = {tuple(row) for row in twins._starts.goal.tolist()}
+    for k, new in enumerate(ended.tolist()):
+        row = tuple(after.goal[k].tolist())
+        assert (row in goals) == new
+        assert (row == tuple(before.goal[k].tolist())) != new
+        place = after.flight.state.position[k]
+        assert bool((twins._starts.state["position"] == place).all(1).any()) == new
+        assert torch.equal(after.now.position[k], place)
+
+
+@pytest.mark.parametrize("rows", [4, 6])
+def test_commands_beyond_the_drives_are_the_best_in_most_cases(
+    rows: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The changes made ahead settle 97 of 100 wild wrenches; all are within their bounds."""
+    from seals.config.run import build_run
+    from seals.control.gauge import MassGauge
+    from seals.control.limbs import stowed
+    from seals.control.plant import build_plant
+    from seals.run.assembly import build_model
+
+    robot = {4: "aam", 6: "hexacopter"}[rows]
+    words = [f"robot={robot}", "water=fossen", "controller=cascade", "guide=hover"]
+    settings = build_run(compose(words))
+    model, effects = build_model(settings)
+    plant = build_plant(model, effects, settings.environment)
+    centre = MassGauge(plant.robot).at(stowed(model)).centre
+    like, rng = torch.zeros(1, dtype=torch.float64), np.random.default_rng(3)
+    allocation = BatchAllocation(
+        plant, centre, like, saturation=Saturation.priority, weights=np.array([1.0, 10, 10, 0.1])
+    )
+    limit = torch.from_numpy(np.tile(plant.layout.limit, (2000, 1)))
+    view = View(*[None] * 10)._replace(gain=limit * 0.0 + 1.0, limit=limit, low=-0.5 * limit)
+    wrench = torch.from_numpy(rng.normal(size=(2000, 4)) * [30.0, 3.0, 3.0, 0.3])
+    exact = allocation.commands(wrench, view)
+    _as_if_there(monkeypatch)
+    ahead = allocation.commands(wrench, view)
+    far = ((ahead - exact).abs() / limit).amax(1)
+    assert float((far > 1e-4).double().mean()) < 0.03
+    assert bool((ahead <= limit * (1.0 + 1e-9)).all())
+    assert bool((ahead >= -0.5 * limit * (1.0 + 1e-9)).all())
+
+
+def test_what_was_tried_can_be_undone() -> None:
+    """Networks and optimisers stand as before; what the optimisers began is zero."""
+    from seals.learn.soft import SoftNetworks
+
+    nets = SoftNetworks(
+        features=2,
+        actions=1,
+        hidden=[4],
+        layer_norm=False,
+        critics=2,
+        learning_rate=1e-2,
+        temperature=0.1,
+        encoder=None,
+        device="cpu",
+    )
+    before = [tensor.detach().clone() for tensor in nets.moving()]
+    for _ in range(2):
+        nets.step("critics", nets.values(torch.ones(3, 2), torch.ones(3, 1)).sum())
+        nets.follow(0.5)
+    assert not all(torch.equal(a, b) for a, b in zip(nets.moving(), before, strict=False))
+    nets.put_back(before)
+    now = nets.moving()
+    assert all(torch.equal(a, b) for a, b in zip(now, before, strict=False))
+    assert len(now) > len(before)
+    assert not any(bool(tensor.any()) for tensor in now[len(before) :])
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")
+def test_a_recording_replays_the_law() -> None:
+    """State, random numbers and what is told go on from replay to replay."""
+    from seals.learn.recorded import Recorded
+
+    noise = torch.Generator(device="cuda").manual_seed(0)
+
+    def law(state: Any, given: Any) -> tuple[Any, Any]:
+        after = state[0] + given
+        return (after,), {
+            "twice": after * 2.0,
+            "noise": torch.rand(1, generator=noise, device="cuda"),
+        }
+
+    recorded = Recorded(law, (torch.zeros(1, device="cuda"),), torch.ones(1, device="cuda"), noise)
+    told = [recorded(torch.full((1,), float(k), device="cuda")) for k in (1, 2, 3)]
+    assert [float(each["twice"]) for each in told] == [2.0, 6.0, 12.0]
+    assert len({float(each["noise"]) for each in told}) == 3
+    assert float(recorded.state[0]) == 6.0
