@@ -1,4 +1,7 @@
-"""Policies that come with a robot: ``crab/walk`` is the folder ``policies/walk`` of the crab."""
+"""What comes with a robot: ``crab/walk`` is the folder ``policies/walk`` of the crab.
+
+Likewise ``aam/reach`` is the folder ``demonstrations/reach`` of the manipulator.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,8 @@ from seals.learn.cards import CARD, entry
 
 POLICIES = "policies"
 """Folder of a robot in which its policies lie."""
+DEMONSTRATIONS = "demonstrations"
+"""Folder of a robot in which what was shown with it lies."""
 _KINDS = ("robot", "animal")
 
 
@@ -37,13 +42,37 @@ def policy_folder(name: str, *, besides: Sequence[str] = ()) -> Path:
     return known[name]
 
 
-def shipped() -> dict[str, Path]:
-    """Return the folders of all policies that installed robots and animals bring, by name."""
+def demonstrations_folder(name: str) -> Path:
+    """Return the folder of demonstrations: its path, or ``ROBOT/NAME`` of some that are shipped.
+
+    Args:
+        name: of the demonstrations.
+
+    Raises:
+        ConfigError: there is neither.
+    """
+    if Path(name).exists():
+        return Path(name)
+    known = shipped(DEMONSTRATIONS)
+    if name not in known:
+        raise ConfigError(
+            f"demonstrations={name or '(nothing)'}: there is no such folder.\n"
+            f"{suggestion(name, known, label='Give a folder that seals record wrote, or one of')}"
+        )
+    return known[name]
+
+
+def shipped(what: str = POLICIES) -> dict[str, Path]:
+    """Return the folders that installed robots and animals bring, by name.
+
+    Args:
+        what: ``POLICIES`` or ``DEMONSTRATIONS``.
+    """
     found = {}
     for kind in _KINDS:
         for robot in registry.names(kind):
             try:
-                folder = registry.get(kind, robot).folder() / POLICIES
+                folder = registry.get(kind, robot).folder() / what
             except BrokenPlugin:
                 # its own refusal comes when it is chosen; others must not suffer for it
                 continue

@@ -82,8 +82,9 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
 def _shown(config: Any, environment: Any) -> tuple[dict[str, Any], list[str]]:
     """Read the demonstrations and see that they are of this environment."""
     from seals.learn.demonstrations.folder import read
+    from seals.learn.shipped import demonstrations_folder
 
-    found = read(str(config.demonstrations))
+    found = read(demonstrations_folder(str(config.demonstrations)))
     if config.shown:
         found = found.first(int(config.shown))
     if config.shuffled:

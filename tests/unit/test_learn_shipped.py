@@ -1,0 +1,63 @@
+"""The demonstrations that come with a robot: named, whole, and repeated by their own actions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seals.cli.main import main
+from seals.config.compose import compose
+from seals.errors import ConfigError
+from seals.learn.shipped import DEMONSTRATIONS, demonstrations_folder, shipped
+from seals.learn.worlds import world_hash
+
+pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+
+
+def test_ten_episodes_of_the_script_come_with_the_manipulator() -> None:
+    """All succeed, no hand was at it, and they are small."""
+    from seals.learn.demonstrations.episode import Who
+    from seals.learn.demonstrations.folder import read
+
+    assert "aam/reach" in shipped(DEMONSTRATIONS)
+    folder = demonstrations_folder("aam/reach")
+    found = read(folder)
+    assert len(found.episodes) == 10
+    assert all(episode.success for episode in found.episodes)
+    assert found.origin.who is Who.scripted
+    assert '"human": false' in (folder / "card.json").read_text()
+    assert sum(file.stat().st_size for file in folder.rglob("*")) < 1_000_000
+
+
+def test_they_are_of_the_environment_as_it_stands_and_repeat() -> None:
+    """The same actions from the same seeds lead to the same numbers, in single precision."""
+    from seals.learn.demonstrations.folder import read
+    from seals.learn.demonstrations.recording import replayed
+    from seals.learn.environments import batched_of
+
+    found = read(demonstrations_folder("aam/reach"))
+    config = compose(["env=reach"], root="record")
+    assert found.origin.config_hash == world_hash(config)
+    episodes = [*found.episodes]
+    with_same = replayed(batched_of(config, count=len(episodes)), episodes)
+    for old, new in zip(episodes, with_same, strict=True):
+        # another processor may round the last digit otherwise
+        np.testing.assert_allclose(new.observation, old.observation, rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(new.reward, old.reward, rtol=1e-6, atol=1e-6)
+        assert new.success
+
+
+def test_a_name_that_nobody_ships_is_refused_with_the_nearest() -> None:
+    """The words name what there is."""
+    with pytest.raises(ConfigError, match=r"no such folder[\s\S]*aam/reach"):
+        demonstrations_folder("aam/reech")
+
+
+def test_a_learner_is_shown_them_by_name(tmp_path: Path) -> None:
+    """Behaviour cloning needs nothing else."""
+    words = ["train", "learner=bc", "demonstrations=aam/reach", "learner.updates=5"]
+    course = ["course.steps=10", "course.episodes=2", f"hydra.run.dir={tmp_path}"]
+    assert main([*words, *course]) == 0
+    assert (tmp_path / "policy" / "policy.safetensors").is_file()
