@@ -36,6 +36,19 @@ RECIPES = {
             "course.episodes=100",
         ),
     ),
+    "reach_many": Recipe(
+        ("env=reach",),
+        (
+            "learner=sac_many",
+            "device=cuda",
+            "count=8192",
+            "course.steps=11000000",
+            "course.look_every=2200000",
+            "course.log_every=200000",
+            "course.episodes=100",
+            "course.checkpoint=0",
+        ),
+    ),
     "crab_walk": Recipe(
         ("env=crab_walk",),
         (
@@ -54,4 +67,4 @@ RECIPES = {
     "reach_shuffled": Recipe(("env=reach", "task.shuffled=true"), _SHORT, 1),
     "reach_untrained": Recipe(("env=reach",), ("learner=sac_reach", "course.steps=0"), 1),
 }
-"""The recipes by name. Those of `reach_` are controls: none of them can have learned to reach."""
+"""The recipes by name. The last three are controls: none of them can have learned to reach."""

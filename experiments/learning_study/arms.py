@@ -59,6 +59,18 @@ ARMS = {
 }
 """All arms by name; the last is the negative control, whose demonstrations have wrong actions."""
 
+COMPARISONS = {
+    "learners": ("sac", "sac_demonstrations", "sacfd", "rlpd", "bc"),
+    "ablations": (
+        "sacfd",
+        "sacfd_no_priorities",
+        "sacfd_one_step",
+        "sacfd_no_pretraining",
+        "sacfd_shuffled",
+    ),
+}
+"""What is held against what: the first arm of each is the reference."""
+
 
 class Training(NamedTuple):
     """One training: its folder, and what follows ``seals``."""

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.experiments.learning_study.arms import Training
+from seals.experiments.learning_study.arms import COMPARISONS, Training
 from seals.run.progress import progress
 
 EPISODES = 10
@@ -69,8 +69,19 @@ def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
 
 
 def compare(out: Path) -> int:
-    """Compare all arms of a study that is complete."""
-    return subprocess.run([*SEALS, "evaluate", "--compare", str(out)], check=False).returncode
+    """Compare the arms of a study that is complete: learners with SAC, ablations with SACfD."""
+    there = {folder.name for folder in out.iterdir() if folder.is_dir()}
+    worst = 0
+    for name, arms in COMPARISONS.items():
+        chosen = [arm for arm in arms if arm in there]
+        if len(chosen) > 1:
+            words = [f"{arm}='{(out / arm).resolve()}/*'" for arm in chosen]
+            target = out.with_name(f"{out.name}_{name}")
+            code = subprocess.run(
+                [*SEALS, "evaluate", "--compare", *words, f"out={target}"], check=False
+            ).returncode
+            worst = max(worst, code)
+    return worst
 
 
 def _started(job: Training) -> subprocess.Popen[bytes]:

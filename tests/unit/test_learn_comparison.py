@@ -197,3 +197,23 @@ def test_runs_are_sorted_by_number(study: Path) -> None:
     """Run 2 comes before run 10."""
     lay(study / "slow" / "10", STEPS / 1000, seed=10)
     assert [run.seed for run in runs(study)["slow"]] == [0, 1, 2, 3, 4, 5, 10]
+
+
+def test_a_study_holds_learners_and_ablations_against_their_references(tmp_path: Path) -> None:
+    """Two comparisons lie beside it: with SAC, and with SACfD; arms that are not there are not."""
+    from seals.experiments.learning_study.arms import ARMS, COMPARISONS
+    from seals.experiments.learning_study.running import compare as compare_study
+
+    assert {arm for arms in COMPARISONS.values() for arm in arms} == set(ARMS)
+    out = tmp_path / "study"
+    for arm, height in (("rlpd", 0.9), ("sac", 0.6), ("sacfd", 0.8), ("sacfd_shuffled", 0.5)):
+        for seed in range(4):
+            lay(out / arm / str(seed), np.clip(STEPS / 900, 0, height), seed=seed)
+    assert compare_study(out) == 0
+    for name, reference, arms in (
+        ("learners", "sac", {"sac", "sacfd", "rlpd"}),
+        ("ablations", "sacfd", {"sacfd", "sacfd_shuffled"}),
+    ):
+        told = json.loads((tmp_path / f"study_{name}" / "comparison.json").read_text())
+        assert told["terms"]["reference"] == reference
+        assert set(told["arms"]) == arms
