@@ -91,7 +91,7 @@ class SensorCamera(Carried):
                 )
         if not self.what:
             raise ConfigError(f"a camera gives no images: what=[].\n{suggestion('', WHAT)}")
-        self._mount = Mount("camera", self.position, self.rpy)
+        self.mount = Mount("camera", self.position, self.rpy)
         self.lens = Lens(
             width=self.width,
             height=self.height,
@@ -116,7 +116,7 @@ class SensorCamera(Carried):
         if not due:
             return None, memory
         if felt.eye is not None:
-            here = self._mount.felt(felt)
+            here = self.mount.felt(felt)
             axes = here.rotation @ OPTICAL
             camera = here.position, axes
             picture = felt.eye.see(

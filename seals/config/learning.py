@@ -9,6 +9,7 @@ from seals.config.build import build
 from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, suggestion
 from seals.registry import names
+from seals.schema import param
 
 
 @dataclass(kw_only=True)
@@ -17,9 +18,20 @@ class LearnSettings(RunSettings):
 
     Args:
         task: what is to be learned: starts, observation, reward, success.
+        frames: control steps whose pictures lie in one observation, where there are cameras.
+        ball: radius of the ball that shows the target to cameras [m].
     """
 
     task: Any = None
+    frames: int = 3
+    ball: float = param(
+        0.05,
+        "m",
+        bounds=(1e-3, 10.0),
+        tolerance=0.0,
+        source="chosen: opening of the hand",
+        fit=False,
+    )
 
 
 def build_learning(config: Any) -> tuple[RunSettings, Any]:

@@ -109,12 +109,16 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     Args:
         pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``; the
             policy also reads ``use_pixels`` and ``use_state``.
+
+    Raises:
+        ConfigError: nothing would be left of a picture so small.
     """
     import torch
     from torchrl.modules import ConvNet
 
     channels, height, width = pixels["shape"]
     strides = list(pixels["strides"])
+    _refuse_small(min(height, width), strides)
     convolutions = ConvNet(
         in_features=channels,
         num_cells=[pixels["channels"]] * len(strides),
@@ -130,6 +134,18 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
         torch.nn.LayerNorm(pixels["features"]),
         torch.nn.Tanh(),
     )
+
+
+def _refuse_small(size: int, strides: list[int]) -> None:
+    """Refuse pictures that the layers, each of 3 by 3 pixels, shrink to nothing."""
+    least = 1
+    for stride in reversed(strides):
+        least = (least - 1) * stride + 3
+    if size < least:
+        raise ConfigError(
+            f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
+            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
+        )
 
 
 def see(

@@ -10,6 +10,9 @@ from seals.learn.cards import config_hash
 FREE = ("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles")
 """Keys of a run that leave its world as it is."""
 
+SEEN = ("frames", "ball")
+"""Keys that mean nothing to a robot without cameras."""
+
 
 def world_config(config: Any) -> dict[str, Any]:
     """Return what makes the world and the task of a composed configuration, as plain values.
@@ -24,6 +27,9 @@ def world_config(config: Any) -> dict[str, Any]:
     shared = {field.name for field in dataclasses.fields(LearnSettings)} - set(FREE)
     kept: Any = OmegaConf.masked_copy(config, [key for key in config if key in shared])
     plain: Any = OmegaConf.to_container(kept, resolve=True, enum_to_str=True)
+    # a camera is what has a field of view
+    if not any("fov" in (sensor or {}) for sensor in plain.get("sensors", {}).values()):
+        plain = {key: value for key, value in plain.items() if key not in SEEN}
     return {str(key): value for key, value in plain.items()}
 
 

@@ -36,9 +36,10 @@ def batched_of(
     if hasattr(settings.backend, "interval"):
         from seals.learn.environments.twin import TwinEnvironments
 
-        return TwinEnvironments(
+        twins = TwinEnvironments(
             settings, task, count=count, device=device, seed=seed, values=values
         )
+        return _seeing(twins, settings, config, seed=seed)
     from seals.learn.environments.world import WorldEnvironment
     from seals.learn.environments.worlds import WorldEnvironments
 
@@ -47,3 +48,24 @@ def batched_of(
         # a scene belongs to one backend object: each world is built from the configuration anew
         worlds.append(WorldEnvironment(*build_learning(config)))
     return WorldEnvironments(worlds, device=device, seed=seed)
+
+
+def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
+    """Return twins with the pictures of the cameras of the run, where there are any."""
+    from seals.run.sight import sees
+
+    found: Batched = twins
+    if any(map(sees, settings.sensors.values())):
+        from seals.learn.environments.eyes import Eyes
+        from seals.learn.environments.seeing import SeeingEnvironments
+
+        eyes = Eyes(
+            settings,
+            twins.robot,
+            twins.task.posture,
+            ball=float(config.ball),
+            device=twins.device,
+            seed=seed,
+        )
+        found = SeeingEnvironments(twins, eyes, frames=int(config.frames))
+    return found

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seals.learn.environments.build import batched_of
 from seals.learn.environments.episodes import FARTHEST
+from seals.learn.observations import each
 
 Numbers = NDArray[np.float32]
 
@@ -58,7 +59,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         """Begin an episode; the seed decides where it starts."""
         super().reset(seed=seed)
         start = int(self.np_random.integers(1_000_000_000)) if seed is None else seed
-        return self._batched.reset([start]).numpy()[0], {}
+        return _numbers(self._batched.reset([start]), 0), {}
 
     def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Act for one period of control; a fact that is not known yet is left out."""
@@ -68,7 +69,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         told = {name: float(x[0]) for name, x in turn.facts.items()}
         facts = {name: value for name, value in told.items() if not math.isnan(value)}
         ended = bool(turn.terminated[0]), bool(turn.truncated[0])
-        return turn.final.numpy()[0], float(turn.reward[0]), *ended, facts
+        return _numbers(turn.final, 0), float(turn.reward[0]), *ended, facts
 
     def expert(self) -> Numbers:
         """Return what the task's scripted expert would do now."""
@@ -123,7 +124,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             seeds = self.np_random.integers(1_000_000_000, size=self.num_envs).tolist()
         else:
             seeds = [int(s or 0) for s in seed]
-        return self.batched.reset(seeds).cpu().numpy(), {}
+        return _numbers(self.batched.reset(seeds)), {}
 
     def step(
         self, actions: Numbers
@@ -136,9 +137,9 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         infos: dict[str, Any] = {name: x.cpu().numpy() for name, x in turn.facts.items()}
         ended = terminated | truncated
         if ended.any():
-            infos |= {"final_obs": turn.final.cpu().numpy(), "_final_obs": ended}
+            infos |= {"final_obs": _numbers(turn.final), "_final_obs": ended}
         reward = turn.reward.cpu().numpy().astype(np.float64)
-        return turn.observation.cpu().numpy(), reward, terminated, truncated, infos
+        return _numbers(turn.observation), reward, terminated, truncated, infos
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release all worlds."""
@@ -147,5 +148,13 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
 
 def _spaces(batched: Any) -> tuple[Any, Any]:
     """Spaces of one observation and of one action."""
-    seen = spaces.Box(-FARTHEST, FARTHEST, (batched.observation_size,), np.float32)
+    seen: Any = spaces.Box(-FARTHEST, FARTHEST, (batched.observation_size,), np.float32)
+    if batched.pixels is not None:
+        pixels = spaces.Box(0, 255, batched.pixels, np.uint8)
+        seen = spaces.Dict({"state": seen, "pixels": pixels})
     return seen, spaces.Box(-1.0, 1.0, (batched.action_size,), np.float32)
+
+
+def _numbers(observation: Any, row: int | None = None) -> Any:
+    """An observation as NumPy has it, of all environments or of one."""
+    return each(lambda leaf: leaf.cpu().numpy()[() if row is None else row], observation)

@@ -61,6 +61,9 @@ class TwinEnvironments:
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, in place of the settings.
 
+    Attributes:
+        reached: what the last step reached, before episodes that ended began anew.
+
     Raises:
         ConfigError: the run holds what a batch of twins does not know: objects, a fluid.
     """
@@ -97,6 +100,7 @@ class TwinEnvironments:
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
         self._offset = as_like(tool_offset(robot, joints), self._like)
         self._level = settings.environment.water_level
+        self.robot = robot
         speeds = carrying_speeds(self._twin.plant, joints)
         self._drive = as_like(speeds, self._like)
         self.episodes = Episodes(task)
@@ -111,6 +115,7 @@ class TwinEnvironments:
         self._recorded: Recorded | None = None
         self._still: Any = None
         self._scene: Any = None
+        self.reached: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
         """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
@@ -129,14 +134,15 @@ class TwinEnvironments:
         with torch.no_grad():
             asked = self._taken(action)
             if not on_accelerator(asked):
-                self._scene, turn = self._law(self._scene, asked)
+                self._scene, (turn, self.reached) = self._law(self._scene, asked)
                 return turn
             recorded = self._recorded or self._record(asked)
-            told: Turn = recorded(asked)
+            told, self.reached = recorded(asked)
             self._scene = recorded.state
-            return told
+            found: Turn = told
+            return found
 
-    def _law(self, scene: Scene, asked: Array) -> tuple[Scene, Turn]:
+    def _law(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[Turn, Instant]]:
         """One control step of all environments; no decision is taken on an accelerator's word."""
         before, xp = scene.now, namespace(asked)
         velocity, yaw = self.task.command(asked, before)
@@ -152,7 +158,7 @@ class TwinEnvironments:
         after = Scene(flight, scene.goal, now, books)
         if some(ended):
             after = self._renewed(after, ended)
-        return after, Turn(
+        turn = Turn(
             observation=self._seen(after.now),
             reward=self._given(verdict.reward),
             terminated=self._flag(terminated),
@@ -161,6 +167,7 @@ class TwinEnvironments:
             success=self._flag(verdict.success & ended),
             facts={name: self._given(x) for name, x in verdict.facts.items()},
         )
+        return after, (turn, now)
 
     def expert(self) -> Tensor:
         """Return what the task's scripted expert would do now, shape (N, a)."""

@@ -1,0 +1,99 @@
+"""Twins that see: pictures of the last few control steps beside the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError
+from seals.learn.batched import Turn
+from seals.learn.environments.eyes import Eyes
+from seals.learn.environments.twin import TwinEnvironments
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class SeeingEnvironments:
+    """Environments whose observations are a mapping of ``state`` and ``pixels``.
+
+    A picture holds the colours of all cameras at this control step and those before: velocities
+    cannot be seen in one.
+
+    Args:
+        twins: the environments.
+        eyes: their cameras.
+        frames: control steps in an observation; at a start all of them show it.
+
+    Raises:
+        ConfigError: fewer than one.
+    """
+
+    def __init__(self, twins: TwinEnvironments, eyes: Eyes, *, frames: int) -> None:
+        """Take over the sizes."""
+        if frames < 1:
+            raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
+        self.twins, self.eyes, self._frames = twins, eyes, frames
+        self.count, self.device = twins.count, twins.device
+        self.observation_size, self.action_size = twins.observation_size, twins.action_size
+        channels, height, width = eyes.shape
+        self.pixels: tuple[int, int, int] | None = (channels * frames, height, width)
+        self.task = twins.task
+        self._film: Any = None
+
+    def reset(self, seeds: Sequence[int] | None = None) -> Any:
+        """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
+        state = self.twins.reset(seeds)
+        if seeds is not None:
+            self.eyes.seed(seeds[0])
+        self._film = self._still(self.eyes.look(self.twins.now))
+        return self._observed(state, self._film)
+
+    def step(self, action: Tensor) -> Turn:
+        """Act once everywhere; see `seals.learn.batched.Batched`."""
+        import torch
+
+        turn = self.twins.step(action)
+        image = self.eyes.look(self.twins.reached)
+        film = torch.cat([self._film[:, image.shape[1] :], image], 1)
+        final = self._observed(turn.final, film)
+        ended = (turn.terminated | turn.truncated)[:, None, None, None]
+        if bool(ended.any()):
+            film = torch.where(ended, self._still(self.eyes.look(self.twins.now)), film)
+        self._film = film
+        return turn._replace(observation=self._observed(turn.observation, film), final=final)
+
+    def expert(self) -> Tensor:
+        """Return what the task's scripted expert would do now, who need not look."""
+        return self.twins.expert()
+
+    @property
+    def now(self) -> Any:
+        """What is the case now."""
+        return self.twins.now
+
+    def snapshot(self) -> Any:
+        """Return everything that changes, as plain data and tensors."""
+        return {
+            "twins": self.twins.snapshot(),
+            "film": self._film.clone(),
+            "noise": self.eyes.snapshot(),
+        }
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot of environments of the same settings back."""
+        self.twins.restore(kept["twins"])
+        self._film = kept["film"].to(self.device)
+        self.eyes.restore(kept["noise"])
+
+    def close(self) -> None:
+        """Release the renderer."""
+        self.eyes.close()
+        self.twins.close()
+
+    def _still(self, image: Tensor) -> Tensor:
+        return image.repeat(1, self._frames, 1, 1)
+
+    @staticmethod
+    def _observed(state: Tensor, film: Tensor) -> dict[str, Tensor]:
+        return {"state": state, "pixels": film}
