@@ -7,6 +7,7 @@ from typing import Any
 
 from seals.config.learning import LearnSettings
 from seals.learn.training.course import Course
+from seals.schema import param
 
 OWN = (
     "learner",
@@ -18,6 +19,7 @@ OWN = (
     "demonstrations",
     "shown",
     "shuffled",
+    "varied",
 )
 """Keys of a training that its environment does not have."""
 
@@ -37,6 +39,9 @@ class TrainSettings(LearnSettings):
         demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
         shown: how many of its episodes are shown, from the first on; 0 for all.
         shuffled: whether their actions are dealt anew among all steps, as a negative control.
+        varied: by how many standard deviations of their tolerances the parameters of the training's
+            environments differ from those configured, each environment by its own draw; twins
+            only. Evaluations keep to what is configured [1].
     """
 
     name: str = "train"
@@ -49,3 +54,6 @@ class TrainSettings(LearnSettings):
     demonstrations: str | None = None
     shown: int = 0
     shuffled: bool = False
+    varied: float = param(
+        0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: alike", fit=False
+    )

@@ -47,6 +47,7 @@ class FusedBody(RigidBody):
         still = np.zeros((1, 0))
         places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], still)
         self._maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]
+        self._lifts = [as_like(x, bodies.mass) for x in self._maps]
         self.places = [as_like(p, bodies.mass) for p in places[0][:, None]]
         self.turns = [as_like(r, bodies.mass) for r in turns[0]]
         self._moved: dict[str, Array] = {}
@@ -133,7 +134,7 @@ class FusedBody(RigidBody):
         return self._patterns.get(id(matrix)) or super()._filled(matrix)
 
     def _at_base(self, link: int, matrix: Array) -> Array:
-        x = as_like(self._maps[link], matrix)
+        x = self._lifts[link]
         return namespace(matrix).matmul(x.T, matrix) @ x
 
 

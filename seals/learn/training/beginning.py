@@ -6,11 +6,15 @@ import contextlib
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from seals.config.build import build
+from seals.config.train import TrainSettings
 from seals.errors import ConfigError
 from seals.learn.learner import Agent, Spaces, one_of
 from seals.learn.starts import training_seed
 from seals.learn.worlds import world_hash
+from seals.schema import check_value, parameters_of
 
 
 @contextlib.contextmanager
@@ -26,7 +30,8 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
         )
     judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
     seed = training_seed(int(config.seed))
-    environment = batched_of(config, count=count, device=device, seed=seed)
+    values = _varied(config, count, seed)
+    environment = batched_of(config, count=count, device=device, seed=seed, values=values)
     try:
         # an accelerator takes as long for a hundred robots as for thousands
         judge = batched_of(config, count=min(judges, episodes), device="cpu", seed=seed)
@@ -36,6 +41,27 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
             judge.close()
     finally:
         environment.close()
+
+
+def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
+    """Parameters by which the environments of the training differ; evaluations are as configured.
+
+    Raises:
+        ConfigError: an engine holds one robot a world, whose parameters are those configured.
+    """
+    share = float(config.varied)
+    check_value("varied", share, parameters_of(TrainSettings)["varied"])
+    if share == 0.0:
+        return None
+    if "interval" not in config.backend:
+        raise ConfigError(
+            f"varied={share:g}: only twins differ from one another.\nSay backend=twin, or varied=0"
+        )
+    from seals.config.learning import build_learning
+    from seals.learn.environments.varied import drawn
+
+    settings, _ = build_learning(config)
+    return dict(drawn(settings.effects, count, share=share, rng=np.random.default_rng(seed)))
 
 
 def _device(config: Any) -> str:

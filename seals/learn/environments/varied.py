@@ -1,0 +1,54 @@
+"""Environments that differ in what is not known exactly: parameters within their tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.schema import Parameter, parameters_of
+
+
+def drawn(
+    effects: Mapping[str, Any], count: int, *, share: float, rng: np.random.Generator
+) -> dict[str, Floats]:
+    """Return parameters of N environments, normal about those configured, within their bounds.
+
+    Whoever learns in all of them at once learns what works for any robot that the model may mean.
+
+    Args:
+        effects: of the run by name.
+        count: N.
+        share: of the tolerances that is one standard deviation; 0 for no difference.
+        rng: decides the draws, effect by effect.
+
+    Returns:
+        ``"effect.parameter"`` to values, shape (N,), as twins take them.
+
+    References:
+        Tobin et al. 2017, arXiv 1703.06907 (randomised worlds); here they are as wide as the
+        tolerances of the model, and no wider.
+    """
+    found = {}
+    for name, effect in effects.items():
+        for field, known in parameters_of(effect).items():
+            value = getattr(effect, field)
+            size = deviation(known, value)
+            if share > 0.0 and size > 0.0:
+                values = value + share * size * rng.standard_normal(count)
+                found[f"{name}.{field}"] = np.clip(values, *known.bounds)
+    return found
+
+
+def deviation(known: Parameter, value: Any) -> float:
+    """Return one standard deviation of a parameter, in its own unit; 0 where none is known.
+
+    Args:
+        known: what is declared of it.
+        value: configured; what is no number does not vary.
+    """
+    if not known.fit or isinstance(value, bool) or not isinstance(value, int | float):
+        return 0.0
+    return known.tolerance * (abs(float(value)) if known.relative else 1.0)
