@@ -10,13 +10,14 @@ from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.errors import ConfigError, suggestion
 from seals.experiments.crab_gaits.cases import GAITS
-from seals.experiments.crab_gaits.walks import SIZES
 from seals.logs.native import TABLES
 
 FILMED: Mapping[str, Sequence[str]] = {**GAITS, "learned": ("experiment=crab_learned",)}
 """Overrides of every gait that is filmed."""
 REACH = (1.6, -3.2, 2.2)
-"""From the animal to the camera, in sizes of the animal [1]."""
+"""From the animal to the camera, in the lengths below [1]."""
+SHOWN = {"crab": 0.08, "sea_spider": 0.11}
+"""About half of what the legs span [m]."""
 
 
 def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
@@ -52,7 +53,7 @@ def _camera(words: Sequence[str]) -> list[str]:
     """Words for a camera beside the animal, which goes along with it."""
     settings = build_run(compose(list(words)))
     place = settings.initial.position
-    size = SIZES[settings.robot.name]
+    size = SHOWN[settings.robot.name]
     camera = [x + size * reach for x, reach in zip(place, REACH, strict=True)]
     told = [f"{name}=[{','.join(f'{x:.3f}' for x in at)}]"
             for name, at in (("camera", camera), ("look_at", place))]  # fmt: skip
