@@ -76,9 +76,12 @@ def compare(out: Path) -> int:
         chosen = [arm for arm in arms if arm in there]
         if len(chosen) > 1:
             words = [f"{arm}='{(out / arm).resolve()}/*'" for arm in chosen]
-            target = out.with_name(f"{out.name}_{name}")
+            target = out.resolve().with_name(f"{out.name}_{name}")
             code = subprocess.run(
-                [*SEALS, "evaluate", "--compare", *words, f"out={target}"], check=False
+                [*SEALS, "evaluate", "--compare", *words, f"out={target}"],
+                # a checkout in the working folder would stand in for what is installed
+                cwd=out,
+                check=False,
             ).returncode
             worst = max(worst, code)
     return worst

@@ -30,7 +30,14 @@ def world_config(config: Any) -> dict[str, Any]:
     # a camera is what has a field of view
     if not any("fov" in (sensor or {}) for sensor in plain.get("sensors", {}).values()):
         plain = {key: value for key, value in plain.items() if key not in SEEN}
-    return {str(key): value for key, value in plain.items()}
+    return {str(key): _placeless(value) for key, value in plain.items()}
+
+
+def _placeless(value: Any) -> Any:
+    """Leave out where a robot's folder lies: it is another one on every machine."""
+    if isinstance(value, dict):
+        return {k: _placeless(v) for k, v in value.items() if k != "folder"}
+    return value
 
 
 def world_hash(config: Any) -> str:

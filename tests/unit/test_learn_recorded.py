@@ -100,7 +100,7 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
     _drawn_ahead(twins)
     with torch.no_grad():
         for k, action in enumerate(actions):
-            scene, turn = twins._law(scene, twins._taken(action))
+            scene, (turn, _) = twins._law(scene, twins._taken(action))
             assert torch.allclose(turn.observation, seen[k + 1], atol=1e-6)
             assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
 
