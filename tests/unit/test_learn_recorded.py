@@ -78,15 +78,16 @@ def test_a_constant_is_converted_once() -> None:
 def test_the_way_of_an_accelerator_leads_where_the_other_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Flights over a second, episodes' ends included, agree to 1e-9 in double precision."""
+    """Places agree to 1e-9 over a second in double precision; what is told is single."""
     plain = _twins(6)
     seen = [plain.reset([1, 2, 3, 4, 5, 6])]
     actions = [
         torch.rand(6, 3, generator=torch.Generator().manual_seed(k)) - 0.8 for k in range(24)
     ]
-    rewards = []
+    rewards, places = [], []
     for action in actions:
         turn = plain.step(action)
+        places.append(plain.now.position.copy())
         seen.append(turn.observation)
         rewards.append(turn.reward)
     monkeypatch.setattr(
@@ -101,6 +102,7 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
     with torch.no_grad():
         for k, action in enumerate(actions):
             scene, (turn, _) = twins._law(scene, twins._taken(action))
+            np.testing.assert_allclose(scene.now.position.numpy(), places[k], rtol=0.0, atol=1e-9)
             assert torch.allclose(turn.observation, seen[k + 1], atol=1e-6)
             assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
 
@@ -115,6 +117,24 @@ def _drawn_ahead(twins: Any) -> None:
         parts.append((flight.state, flight.drive, goal))
     twins._still, twins._starts = flight, joined(parts, STARTING)
     twins._generator = torch.Generator().manual_seed(0)
+
+
+def test_what_is_kept_does_not_go_on_with_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A snapshot stays as it was when the tensors of the environments are written over."""
+    from seals.learn.recorded import leaves
+
+    monkeypatch.setattr(
+        "seals.learn.environments.twin._like_on",
+        lambda device, double: torch.zeros(1, dtype=torch.float64),
+    )
+    twins = _twins(2)
+    first = twins.reset([1, 2])
+    twins._generator = torch.Generator().manual_seed(0)
+    kept = twins.snapshot()
+    for tensor in leaves(twins._scene):
+        tensor.zero_()
+    twins.restore(kept)
+    assert torch.equal(twins._seen(twins.now), first)
 
 
 def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from seals.learn.batched import Turn
 from seals.learn.environments.ahead import Starts
 from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
 from seals.learn.environments.plain import plain, rebuilt
+from seals.learn.recorded import copied
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.robot.model import RobotModel
@@ -181,10 +182,12 @@ class TwinEnvironments:
 
     def snapshot(self) -> Any:
         """Return everything that changes, as plain data and tensors."""
-        kept = {"random": json.dumps(self._rng.bit_generator.state), "parts": plain(self._scene)}
-        if self._generator is not None:
-            kept["generator"] = self._generator.get_state()
-        return kept
+        random = json.dumps(self._rng.bit_generator.state)
+        if self._generator is None:
+            return {"random": random, "parts": plain(self._scene)}
+        # what is recorded goes on in the same tensors
+        parts = plain(copied(self._scene))
+        return {"random": random, "parts": parts, "generator": self._generator.get_state()}
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot of environments of the same settings back."""
