@@ -25,6 +25,19 @@ class Recipe(NamedTuple):
     enough: float = 0.95
 
 
+_SEEN = ("env=reach_seen", "backend=twin")
+_SIGHTED = (
+    "learner=visual_many",
+    "device=cuda",
+    "count=512",
+    "course.steps=600000",
+    "course.look_every=150000",
+    "course.log_every=20000",
+    "course.episodes=100",
+    "course.checkpoint=0",
+)
+_NO_EYES = "learner.use_pixels=false"
+_NO_TARGET = "task.sight=blind"
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
 RECIPES = {
     "reach": Recipe(
@@ -49,6 +62,10 @@ RECIPES = {
             "course.checkpoint=0",
         ),
     ),
+    "sight_image": Recipe(_SEEN, (*_SIGHTED, "learner.use_state=false"), 3, enough=0.6),
+    "sight_both": Recipe((*_SEEN, _NO_TARGET), _SIGHTED, 3, enough=0.6),
+    "sight_pose": Recipe(_SEEN, (*_SIGHTED, _NO_EYES), 3, enough=0.6),
+    "sight_blind": Recipe((*_SEEN, _NO_TARGET), (*_SIGHTED, _NO_EYES), 3, enough=0.6),
     "crab_walk": Recipe(
         ("env=crab_walk",),
         (

@@ -33,8 +33,9 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     values = _varied(config, count, seed)
     environment = batched_of(config, count=count, device=device, seed=seed, values=values)
     try:
-        # an accelerator takes as long for a hundred robots as for thousands
-        judge = batched_of(config, count=min(judges, episodes), device="cpu", seed=seed)
+        # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
+        where = "cpu" if environment.pixels is None else device
+        judge = batched_of(config, count=min(judges, episodes), device=where, seed=seed)
         try:
             yield environment, judge
         finally:
