@@ -39,6 +39,20 @@ class Parameter:
     source: str
     fit: bool
 
+    @property
+    def span(self) -> str:
+        """The bounds in words, with their unit; a pure number has none to tell.
+
+        Example:
+            >>> known = {"tolerance": 0.0, "relative": False, "source": "chosen", "fit": False}
+            >>> Parameter(unit="m/s", bounds=(0.0, 2.5), **known).span
+            'from 0 to 2.5 m/s'
+            >>> Parameter(unit="1", bounds=(0.0, 10.0), **known).span
+            'from 0 to 10'
+        """
+        low, high = self.bounds
+        return f"from {low:g} to {high:g}" + ("" if self.unit == "1" else f" {self.unit}")
+
 
 def param(
     default: float,
@@ -107,8 +121,7 @@ def check_value(key: str, value: Any, meta: Parameter) -> None:
     if not number or not math.isfinite(value) or not low <= value <= high:
         raise ConfigError(
             f"{key}={value} is not allowed.\n"
-            f"Allowed: a finite number from {low:g} to {high:g} {meta.unit} "
-            f"(default source: {meta.source})"
+            f"Allowed: a finite number {meta.span} (default source: {meta.source})"
         )
 
 

@@ -141,9 +141,8 @@ def _allowed(parent: Any, key: str, text: str) -> str:
     if isinstance(schema, type) and dataclasses.is_dataclass(schema):
         meta = parameters_of(schema).get(key)
         if meta is not None:
-            low, high = meta.bounds
             kind = "numbers in brackets, each" if "ListConfig" in text else "a finite number"
-            return f"Allowed: {kind} from {low:g} to {high:g} {meta.unit}"
+            return f"Allowed: {kind} {meta.span}"
     names = re.search(r"Invalid value '(.*)', expected one of \[(.*)\]", text)
     if names:
         return suggestion(names.group(1), names.group(2).split(", "))

@@ -95,6 +95,26 @@ def test_wrong_line_gets_two_lines(
     assert not list(elsewhere.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("line", "advice"),
+    [
+        ("train varied=x", "Allowed: a finite number from 0 to 10"),
+        ("train varied=11", "Allowed: a finite number from 0 to 10 (default source: "),
+        ("run ROBOT environment.friction=x", "Allowed: a finite number from 0 to 10"),
+        ("run ROBOT environment.friction=-1", "Allowed: a finite number from 0 to 10 (default"),
+        ("run ROBOT time.step=x", "Allowed: a finite number from 1e-05 to 0.1 s"),
+        ("run ROBOT time.step=-1", "Allowed: a finite number from 1e-05 to 0.1 s (default"),
+    ],
+)
+def test_the_bounds_of_a_pure_number_carry_no_unit(
+    line: str, advice: str, pebble: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A number out of bounds, and a word in its place: the unit is told where there is one."""
+    assert main([f"robot={pebble}" if word == "ROBOT" else word for word in line.split()]) == 2
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last == advice or (last.startswith(advice) and "(default" in advice)
+
+
 @pytest.mark.parametrize("line", ["run robot=bal", "run robot=FOLDER time.step=nan"])
 def test_the_installed_command_refuses_the_same_way(
     line: str, pebble: Path, elsewhere: Path
