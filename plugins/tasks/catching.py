@@ -24,8 +24,18 @@ AT = 0.013
 """Distance, horizontal and vertical, at which the hand closes [m]."""
 EMPTY = 0.95
 """Closure of fingers that have met each other [1]."""
+LEAD = 0.2
+"""Lead of the wanted grip over the fingers' own at which the animal is held [1]."""
+HOLDING = 0.02
+"""Action of the grip that holds on: it goes on to close, and hardly does [1]."""
 SLOW = 0.15
 """Largest speed down to the animal near it [m/s]."""
+PACE = 0.12
+"""Speed of an animal that is followed; what a hand jostles moves faster and is not [m/s]."""
+CALM = 0.1
+"""Lean, as the sine of it, above which a hand swings too far to close [1]."""
+SWING = 0.25
+"""Spin of the body above which it swings too fast to close [rad/s]."""
 LIFT = 0.35
 """Speed of the lift [m/s]."""
 JERK = 0.08
@@ -76,28 +86,61 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     far = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
     there = seen > 0.5
     below = xp.abs(away[:, 2:3] + LOW) < AT
-    ready = there & (grip < 1.0 / plan.steps) & (flat < AT) & below
+    ready = there & (grip < 1.0 / plan.steps) & (flat < AT) & below & _calm(now)
     begun = now.action[:, 3:4] > 0.0
     # the fingers have come to something, or to each other
-    shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > plan.squeeze - 0.02)
+    lead, most = grip - now.facts["closed"], min(LEAD, plan.squeeze)
+    shut = (grip > 1.0 - 1e-6) | (lead > most - 0.02)
     empty = now.facts["closed"] > EMPTY
     closing = ready | (begun & ~(shut & ((far > plan.grasp) | empty)))
     firm = xp.astype(now.facts["touch"] > plan.firm, far.dtype)
     # one finger alone would push it over
     lifting = closing & shut & (xp.sum(firm, axis=1, keepdims=True) > 1.5)
-    velocity = xp.where(there, _follow(level, grip, closing) + now.target_velocity, away * 0.0)
+    follow = _follow(level, flat, grip, closing) + _pace(now, closing)
+    velocity = xp.where(there, follow, away * 0.0)
     velocity = xp.where(there | closing, velocity, _search(now))
     velocity = xp.where(lifting, _lift(now, plan), velocity)
     one = grip * 0.0 + 1.0
-    wanted = xp.concat((velocity / plan.speed, xp.where(closing, one, -one)), axis=1)
-    most = wanted * 0.0 + 1.0
-    return xp.minimum(xp.maximum(wanted, -most), most)
+    # what is squeezed harder slips out
+    press = xp.maximum(plan.steps * (most - lead), one * HOLDING)
+    wanted = xp.concat((velocity / plan.speed, xp.where(closing, press, -one)), axis=1)
+    bound = wanted * 0.0 + 1.0
+    return xp.minimum(xp.maximum(wanted, -bound), bound)
 
 
-def _follow(away: Array, grip: Array, closing: Array) -> Array:
-    """Velocity against the animal: over it, then down on it in a funnel [m/s]."""
+def _calm(now: Instant) -> Array:
+    """Whether the body hangs so quietly that the hand stays where it is, shape (N, 1)."""
+    xp = namespace(now.position)
+    lean, turn = now.rotation[:, 2, 0:2], now.spin[:, 0:2]
+    level = xp.sum(lean * lean, axis=1, keepdims=True) < CALM * CALM
+    return level & (xp.sum(turn * turn, axis=1, keepdims=True) < SWING * SWING)
+
+
+def _pace(now: Instant, closing: Array) -> Array:
+    """Velocity that is kept up with: the animal's; of a hand that closes, its own [m/s].
+
+    A hand that went along with what it jostles would jostle it the more, and one that changed its
+    pace while it closes would swing.
+    """
+    xp = namespace(now.position)
+    own = xp.concat((now.velocity[:, :2], now.velocity[:, 2:3] * 0.0), axis=1)
+    pace = xp.where(closing, own, now.target_velocity)
+    most = pace * 0.0 + PACE
+    return xp.minimum(xp.maximum(pace, -most), most)
+
+
+def _follow(away: Array, aside: Array, grip: Array, closing: Array) -> Array:
+    """Velocity against the animal: over it, then down on it in a funnel [m/s].
+
+    Args:
+        away: way of the level hand to it [m], shape (N, 3).
+        aside: horizontal distance of the hand itself [m], shape (N, 1).
+        grip: that is wanted [1], shape (N, 1).
+        closing: whether the hand closes, shape (N, 1).
+    """
     xp = namespace(away)
-    flat = xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True))
+    # open fingers of a hand that swings would knock it over
+    flat = xp.maximum(xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True)), aside)
     zero = flat * 0.0
     above = xp.minimum(xp.maximum(FUNNEL * (flat - OVER), zero), zero + CLEAR)
     # a hand that opens goes up first

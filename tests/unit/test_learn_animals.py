@@ -139,6 +139,45 @@ def test_a_leaning_body_is_led_by_where_its_hand_will_hang() -> None:
     np.testing.assert_allclose(TaskCatch().expert(leaning)[0, :2], 0.0, atol=1e-12)
 
 
+def test_a_hand_that_swings_does_not_close() -> None:
+    """At the animal it closes when the body hangs quietly, neither leaning much nor turning."""
+    task, calm = TaskCatch(), _diver([0.0, 0.0, -0.796])
+    c, s = np.cos(0.15), np.sin(0.15)
+    turn = np.array([[[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]])
+    assert task.expert(calm)[0, 3] > 0.0
+    assert task.expert(calm._replace(rotation=turn))[0, 3] < 0.0
+    assert task.expert(calm._replace(spin=np.array([[0.3, 0.0, 0.0]])))[0, 3] < 0.0
+
+
+def test_a_hand_comes_down_only_over_the_animal() -> None:
+    """Open fingers beside the animal stay above it, even if the level hand would hang over it."""
+    task, over = TaskCatch(), _diver([0.0, 0.0, -0.85])
+    beside = over._replace(tool=over.tool + np.array([[0.05, 0.0, 0.0]]))
+    assert task.expert(over)[0, 2] < 0.0
+    assert task.expert(beside)[0, 2] > 0.0
+
+
+def test_a_closing_hand_keeps_its_own_pace() -> None:
+    """What it jostles moves fast and is not followed; an open hand follows, up to a pace."""
+    task = TaskCatch()
+    jostled = np.array([[0.5, 0.0, 0.0]])
+    opened = _diver([0.0, 0.0, -1.0])._replace(target_velocity=jostled)
+    closing = _diver([0.0, 0.0, -0.796], grip=0.5, last=1.0)._replace(target_velocity=jostled)
+    assert task.expert(opened)[0, 0] * task.speed == pytest.approx(0.12)
+    assert task.expert(closing)[0, 0] == pytest.approx(0.0)
+    drifting = closing._replace(velocity=np.array([[0.03, 0.0, 0.0]]))
+    assert task.expert(drifting)[0, 0] * task.speed == pytest.approx(0.03)
+
+
+def test_a_full_hand_hardly_closes_on() -> None:
+    """The grip is asked for no more than holds the animal: what is squeezed slips out."""
+    task = TaskCatch()
+    loose = _diver([0.0, 0.0, -0.796], grip=0.5, closed=0.5, last=1.0)
+    held = _diver([0.0, 0.0, -0.796], grip=0.7, closed=0.5, touch=1.0, last=1.0)
+    assert task.expert(loose)[0, 3] == pytest.approx(1.0)
+    assert 0.0 < task.expert(held)[0, 3] < 0.1
+
+
 def test_a_walk_is_rewarded_for_its_terms() -> None:
     """Progress, power and lean each change the reward by what the equation says."""
     task = TaskWalk(bonus=0.0, smooth=0.0, heading=0.0)
