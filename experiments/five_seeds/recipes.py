@@ -29,15 +29,15 @@ _SEEN = ("env=reach_seen", "backend=twin")
 _SIGHTED = (
     "learner=visual_many",
     "device=cuda",
-    "count=512",
-    "course.steps=600000",
-    "course.look_every=150000",
+    "count=1024",
+    "course.steps=300000",
+    "course.look_every=100000",
     "course.log_every=20000",
     "course.episodes=100",
     "course.checkpoint=0",
 )
 _NO_EYES = "learner.use_pixels=false"
-_NO_TARGET = "task.sight=blind"
+_NO_TARGET = "learner.withheld=[target,drift]"
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
 RECIPES = {
     "reach": Recipe(
@@ -63,9 +63,9 @@ RECIPES = {
         ),
     ),
     "sight_image": Recipe(_SEEN, (*_SIGHTED, "learner.use_state=false"), 3, enough=0.6),
-    "sight_both": Recipe((*_SEEN, _NO_TARGET), _SIGHTED, 3, enough=0.6),
+    "sight_both": Recipe(_SEEN, (*_SIGHTED, _NO_TARGET), 3, enough=0.6),
     "sight_pose": Recipe(_SEEN, (*_SIGHTED, _NO_EYES), 3, enough=0.6),
-    "sight_blind": Recipe((*_SEEN, _NO_TARGET), (*_SIGHTED, _NO_EYES), 3, enough=0.6),
+    "sight_blind": Recipe(_SEEN, (*_SIGHTED, _NO_EYES, _NO_TARGET), 3, enough=0.6),
     "crab_walk": Recipe(
         ("env=crab_walk",),
         (

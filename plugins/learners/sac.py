@@ -129,6 +129,8 @@ class SacAgent:
     """
 
     interactive = True
+    sighted = "critics"
+    """With whom the layers of a picture learn."""
     reports = (
         "critic_loss",
         "actor_loss",
@@ -163,6 +165,8 @@ class SacAgent:
                 temperature=learner.temperature,
                 encoder=self.encoder,
                 device=device,
+                known=self._known_size(),
+                sighted=self.sighted,
             )
 
     # what relatives change
@@ -174,13 +178,20 @@ class SacAgent:
         """Return the layers of the picture; this agent sees none."""
 
     def _features(self) -> int:
-        """Return how many numbers actor and critics take beside an action."""
+        """Return how many numbers the actor takes."""
         return self.spaces.observation_size
+
+    def _known_size(self) -> int | None:
+        """Return how many numbers the critics take beside an action, None for as many."""
 
     def _see(self, observation: Any, *, shift: bool = False) -> Tensor:
         """Return those numbers; ``shift`` moves pictures about, where there are any."""
         norm = None if self.norm is None else self.norm.layer
         return networks.see(observation, norm=norm, encoder=None)
+
+    def _known(self, observation: Any, seen: Tensor) -> Tensor:
+        """Return what the critics take beside an action: what the actor sees."""
+        return seen
 
     def _recordable(self) -> bool:
         """Whether an improvement takes no number from the host."""
@@ -274,8 +285,9 @@ class SacAgent:
 
     def _improve(self, batch: Any) -> dict[str, Tensor]:
         seen = self._see(batch["observation"], shift=True)
-        critic_loss, value, error = self._improve_critics(batch, seen)
-        actor_loss, density = self._improve_actor(seen.detach())
+        known = self._known(batch["observation"], seen)
+        critic_loss, value, error = self._improve_critics(batch, known)
+        actor_loss, density = self._improve_actor(seen, known.detach())
         self.nets.follow(self.learner.tau)
         return {
             "critic_loss": critic_loss,
@@ -291,10 +303,10 @@ class SacAgent:
         share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
         return self.learner.learning_rate * share
 
-    def _improve_critics(self, batch: Any, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _improve_critics(self, batch: Any, known: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         import torch
 
-        values = self.nets.values(seen, batch["action"])
+        values = self.nets.values(known, batch["action"])
         weight = batch.get("weight", None)
         loss, error = torch.zeros((), device=self.device), torch.zeros((), device=self.device)
         for share, aim in self._aims(batch):
@@ -311,12 +323,15 @@ class SacAgent:
         with torch.no_grad():
             seen = self._see(following, shift=True)
             action, density = squashed(self.nets.actor(seen), self.generator)
-            later = self._lowest(self.nets.values(seen, action, slow=True))
+            known = self._known(following, seen)
+            later = self._lowest(self.nets.values(known, action, slow=True))
             return reward + discount * (later - self.nets.alpha * density)
 
-    def _improve_actor(self, seen: Tensor) -> tuple[Tensor, Tensor]:
-        action, density = squashed(self.nets.actor(seen), self.generator)
-        value = self.nets.values(seen, action).min(0).values
+    def _improve_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
+        # where the encoder learns with the critics, it has just done so
+        own = seen if self.sighted == "actor" else seen.detach()
+        action, density = squashed(self.nets.actor(own), self.generator)
+        value = self.nets.values(known, action).min(0).values
         loss = (self.nets.alpha * density - value).mean()
         self.nets.step("actor", loss)
         wanted = self.learner.entropy * self.spaces.action_size

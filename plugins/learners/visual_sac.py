@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, suggestion
 from seals.learn import networks
-from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.replay.samplers import Uniform, made
 from seals.learn.shifting import shifted
 from seals.plugins.learners.sac import SAC, SacAgent
@@ -16,6 +17,7 @@ from seals.schema import param
 if TYPE_CHECKING:
     from torch import Tensor
 
+CRITICS = ("same", "state")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 
 
@@ -23,8 +25,10 @@ SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 class VisualSAC(SAC):
     """Soft actor-critic on pictures, the cameras stacked as channels.
 
-    The encoder learns with the critics alone. Pictures are shifted by a few pixels, anew at each
-    update: without it critics on pictures overfit.
+    Pictures are shifted by a few pixels, anew at each update: without it critics on pictures
+    overfit. The encoder learns with the critics alone, unless they look at the numbers of the state
+    instead: then it learns with the actor. Critics are needed in training only; they may know what
+    a policy has to see for itself.
 
     Args:
         channels: of each convolution.
@@ -33,13 +37,17 @@ class VisualSAC(SAC):
         shift: most pixels that a picture is moved by, each way.
         use_pixels: whether the picture is looked at; false makes a blind policy.
         use_state: whether the numbers beside it are.
+        critics_see: ``same`` as the policy, or ``state``: all numbers and no picture.
+        withheld: numbers that the policy does not see, each by its name or by the first words of
+            it, as ``target`` for ``target_x``.
 
     Limitations:
         Memory holds every picture twice, before and after a step: capacity times 49 kB at
         64 x 64 x 6.
 
     References:
-        Yarats et al. 2021, arXiv 2107.09645 (shifts, encoder, three steps).
+        Yarats et al. 2021, arXiv 2107.09645 (shifts, encoder, three steps); Pinto et al. 2017,
+        arXiv 1710.06542 (critics that see the state).
     """
 
     hidden: list[int] = field(default_factory=lambda: [256, 256])
@@ -55,11 +63,14 @@ class VisualSAC(SAC):
     shift: int = 4
     use_pixels: bool = True
     use_state: bool = True
+    critics_see: str = "same"
+    withheld: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Refuse sizes and words that make no sense."""
         super().__post_init__()
         whole(channels=(self.channels, 1), features=(self.features, 1), shift=(self.shift, 0))
+        one_of("critics_see", self.critics_see, CRITICS)
         if not (self.use_pixels or self.use_state):
             raise ConfigError(
                 "learner.use_pixels and learner.use_state are both false: nothing is left to see.\n"
@@ -70,7 +81,7 @@ class VisualSAC(SAC):
         """Return a fresh agent.
 
         Raises:
-            ConfigError: the task shows no pictures.
+            ConfigError: the task shows no pictures, or has no number of a name that is withheld.
         """
         need_torch()
         if spaces.pixels is None:
@@ -82,10 +93,43 @@ class VisualSAC(SAC):
         return VisualSacAgent(self, spaces, device, seed, sampler=made(Uniform), wants=wants)
 
 
+def left(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
+    """Return the places of the numbers that are not withheld, None for all of them.
+
+    Raises:
+        ConfigError: there is no such name.
+
+    Example:
+        >>> left(["target_x", "target_y", "height"], ["target"])
+        [2]
+    """
+    hidden: set[int] = set()
+    for word in withheld:
+        found = {k for k, n in enumerate(names) if n == word or n.startswith(f"{word}_")}
+        if not found:
+            raise ConfigError(
+                f"learner.withheld: no number of an observation is named '{word}'.\n"
+                f"{suggestion(word, names, label='Names')}"
+            )
+        hidden |= found
+    return [k for k in range(len(names)) if k not in hidden] if withheld else None
+
+
 class VisualSacAgent(SacAgent):
     """Soft actor-critic with an encoder in front."""
 
     learner: VisualSAC
+
+    def __init__(
+        self, learner: VisualSAC, spaces: Spaces, device: str, seed: int, **more: Any
+    ) -> None:
+        """Find what is withheld, and with whom the encoder learns."""
+        import torch
+
+        self._left = left(spaces.names, learner.withheld)
+        self._columns = None if self._left is None else torch.tensor(self._left, device=device)
+        self.sighted = "critics" if learner.critics_see == "same" else "actor"
+        super().__init__(learner, spaces, device, seed, **more)
 
     def _sight(self) -> dict[str, Any]:
         learner = self.learner
@@ -96,6 +140,7 @@ class VisualSacAgent(SacAgent):
             "features": learner.features,
             "use_pixels": learner.use_pixels,
             "use_state": learner.use_state,
+            "columns": self._left,
         }
 
     def _encoder(self) -> Any:
@@ -114,8 +159,21 @@ class VisualSacAgent(SacAgent):
             )
             observation = {"state": observation["state"], "pixels": moved}
         return networks.see(
-            observation, norm=norm, encoder=self.encoder, use_state=self.learner.use_state
+            observation,
+            norm=norm,
+            encoder=self.encoder,
+            use_state=self.learner.use_state,
+            columns=self._columns,
         )
+
+    def _known(self, observation: Any, seen: Tensor) -> Tensor:
+        if self.sighted == "critics":
+            return seen
+        norm = None if self.norm is None else self.norm.layer
+        return networks.see(observation, norm=norm, encoder=None)
+
+    def _known_size(self) -> int | None:
+        return None if self.sighted == "critics" else self.spaces.observation_size
 
     def _description(self) -> dict[str, Any]:
         return networks.description(

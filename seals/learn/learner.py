@@ -31,12 +31,14 @@ class Spaces:
         action_size: numbers in an action, each from -1 to 1.
         count: environments that step at once.
         pixels: channels, height and width of the picture, or None.
+        names: of the numbers of an observation; empty where nobody named them.
     """
 
     observation_size: int
     action_size: int
     count: int = 1
     pixels: tuple[int, int, int] | None = None
+    names: tuple[str, ...] = ()
 
 
 @runtime_checkable

@@ -108,7 +108,8 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
 
     Args:
         pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``; the
-            policy also reads ``use_pixels`` and ``use_state``.
+            policy also reads ``use_pixels``, ``use_state`` and ``columns``, which are the numbers
+            that it looks at.
 
     Raises:
         ConfigError: nothing would be left of a picture so small.
@@ -149,16 +150,29 @@ def _refuse_small(size: int, strides: list[int]) -> None:
 
 
 def see(
-    observation: Any, *, norm: nn.Module | None, encoder: nn.Module | None, use_state: bool = True
+    observation: Any,
+    *,
+    norm: nn.Module | None,
+    encoder: nn.Module | None,
+    use_state: bool = True,
+    columns: Any = None,
 ) -> Tensor:
-    """Return what the dense layers take: normalised numbers, and features of the picture."""
+    """Return what the dense layers take: normalised numbers, and features of the picture.
+
+    Args:
+        observation: numbers (N, d), or a mapping of ``state`` and ``pixels``.
+        norm: layer that normalises numbers, or None.
+        encoder: layers of the picture, or None for a blind policy.
+        use_state: whether numbers are looked at.
+        columns: which of them, a list or a tensor of places; None for all.
+    """
     import torch
 
     parts = []
     if use_state:
         numbers = observation["state"] if isinstance(observation, Mapping) else observation
         scaled = numbers if norm is None else norm(numbers).clamp(-FARTHEST, FARTHEST)
-        parts.append(scaled)
+        parts.append(scaled if columns is None else scaled[:, columns])
     if encoder is not None:
         parts.append(encoder(observation["pixels"].float() / 255.0 - 0.5))
     return torch.cat(parts, -1) if len(parts) > 1 else parts[0]
@@ -167,7 +181,9 @@ def see(
 def features_of(observation: int, pixels: Mapping[str, Any]) -> int:
     """Return how many numbers `see` gives for a policy that may see a picture."""
     seen = int(pixels["features"]) if pixels["use_pixels"] else 0
-    return seen + (observation if pixels["use_state"] else 0)
+    columns = pixels.get("columns")
+    own = observation if columns is None else len(columns)
+    return seen + (own if pixels["use_state"] else 0)
 
 
 def _squash(network: Mapping[str, Any]) -> nn.Module:
@@ -207,6 +223,7 @@ def _pixel_actor(network: Mapping[str, Any]) -> nn.Module:
             super().__init__()
             pixels, size = network["pixels"], int(network["observation"])
             self.use_state = bool(pixels["use_state"])
+            self.columns = pixels.get("columns")
             self.norm = normaliser_of(size) if self.use_state and network["normalise"] else None
             self.encoder = encoder_of(pixels) if pixels["use_pixels"] else None
             inputs = features_of(size, pixels)
@@ -216,7 +233,11 @@ def _pixel_actor(network: Mapping[str, Any]) -> nn.Module:
 
         def forward(self, observation: Any) -> Any:
             features = see(
-                observation, norm=self.norm, encoder=self.encoder, use_state=self.use_state
+                observation,
+                norm=self.norm,
+                encoder=self.encoder,
+                use_state=self.use_state,
+                columns=self.columns,
             )
             return self.squash(self.body(features))
 

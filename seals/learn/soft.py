@@ -17,15 +17,17 @@ class SoftNetworks:
     Make it inside `seals.learn.seeding.first_weights`.
 
     Args:
-        features: numbers that actor and critics take beside an action.
+        features: numbers that the actor takes.
         actions: numbers in an action.
         hidden: widths of the hidden layers.
         layer_norm: whether those of the critics are normalised.
         critics: number of critics.
         learning_rate: of Adam, for all of them.
         temperature: at first.
-        encoder: layers of a picture, which learn with the critics; or None.
+        encoder: layers of a picture, or None.
         device: where all of it lies.
+        known: numbers that the critics take beside an action, where the actor takes others.
+        sighted: with whom the encoder learns, ``"critics"`` or ``"actor"``.
     """
 
     def __init__(
@@ -40,15 +42,15 @@ class SoftNetworks:
         temperature: float,
         encoder: Any,
         device: str,
+        known: int | None = None,
+        sighted: str = "critics",
     ) -> None:
         """Draw the first weights; slow critics begin as copies."""
         import torch
 
         def values() -> Any:
-            each = [
-                networks.mlp(features + actions, 1, hidden, layer_norm=layer_norm)
-                for _ in range(critics)
-            ]
+            taken = (features if known is None else known) + actions
+            each = [networks.mlp(taken, 1, hidden, layer_norm=layer_norm) for _ in range(critics)]
             return torch.nn.ModuleList(each).to(device)
 
         self.encoder = encoder
@@ -61,10 +63,11 @@ class SoftNetworks:
         self._fast = list(self.critics.parameters())
         self._slow = list(self.slow.parameters())
         self._learned: dict[str, list[Tensor]] = {
-            "critics": [*self._fast, *seen],
+            "critics": list(self._fast),
             "actor": list(self.actor.parameters()),
             "alpha": [self.log_alpha],
         }
+        self._learned[sighted] += seen
         # what is recorded on an accelerator reads its learning rate there
         there = torch.device(device).type != "cpu"
         self.optimisers = {
@@ -116,13 +119,11 @@ class SoftNetworks:
 
     def moving(self) -> list[Tensor]:
         """Return all tensors that an update changes, those of the optimisers at the end."""
-        known = [*self._fast, *self._slow, *self._learned["actor"], self.log_alpha]
-        if self.encoder is not None:
-            known += self.encoder.parameters()
+        found = [*self._slow, *(x for part in self._learned.values() for x in part)]
         for optimiser in self.optimisers.values():
             for kept in optimiser.state.values():
-                known += (tensor for tensor in kept.values() if hasattr(tensor, "copy_"))
-        return known
+                found += (tensor for tensor in kept.values() if hasattr(tensor, "copy_"))
+        return found
 
     def put_back(self, before: Sequence[Tensor]) -> None:
         """Set all moving tensors to copies of earlier ones; what is new since then was zero."""
