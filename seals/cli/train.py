@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 from seals.intake import read_plain_yaml
 
 RESUME = "resume"
-FREE = ("course", "threads")
+FREE = ("course", "threads", "film")
 """Keys that a training taken up again may change."""
 
 
@@ -39,7 +39,7 @@ def _refuse_changes(folder: Path, words: list[str]) -> None:
         if word.startswith("-") or word.partition("=")[0].partition(".")[0] not in FREE:
             raise ConfigError(
                 f"resume={folder}: {word} would make another training of it.\n"
-                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER"
+                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER, film=true"
             )
 
 

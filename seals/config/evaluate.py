@@ -19,6 +19,8 @@ class EvaluateSettings(LearnSettings):
         count: environments that step at once; 0 chooses by the backend.
         device: where networks and twins compute: ``cpu`` or ``cuda``.
         grid: worlds by name in which the policy is judged, too; see `seals.config.variants`.
+        film: whether a film of the policy's first episode is left beside the results, drawn by
+            ``viewer``.
         out: folder of the results, or None for the run's folder.
     """
 
@@ -29,6 +31,7 @@ class EvaluateSettings(LearnSettings):
     count: int = 0
     device: str = "cpu"
     grid: Any = None
+    film: bool = False
     out: str | None = None
 
 
@@ -42,6 +45,9 @@ class RecordSettings(LearnSettings):
         first: seed of the first start; the others follow. Below those that judge a policy.
         noise: standard deviation of what is added to the actions, for demonstrations that
             also show how to come back [1].
+        labels: policy whose actions are kept in place of those done, for behaviour cloning: with
+            ``labels=scripted`` the expert says at every step of ``policy`` what it would do there.
+        after: folder of demonstrations of the same world, which come first in what is written.
         keep: ``successes``, or ``all``.
         who: ``scripted`` or ``human``: who decided, also where the policy is a script of keys.
         most: episodes to try at most, as a multiple of those to keep.
@@ -56,6 +62,8 @@ class RecordSettings(LearnSettings):
     episodes: int = 10
     first: int = 0
     noise: float = 0.0
+    labels: str | None = None
+    after: str | None = None
     keep: str = "successes"
     who: str = "scripted"
     most: int = 10

@@ -20,6 +20,7 @@ OWN = (
     "shown",
     "shuffled",
     "varied",
+    "film",
 )
 """Keys of a training that its environment does not have."""
 
@@ -42,6 +43,8 @@ class TrainSettings(LearnSettings):
         varied: by how many standard deviations of their tolerances the parameters of the training's
             environments differ from those configured, each environment by its own draw; twins
             only. Evaluations keep to what is configured [1].
+        film: whether a film of the trained policy is left beside it, one episode from a start of
+            the evaluations, drawn by ``viewer``.
     """
 
     name: str = "train"
@@ -57,3 +60,4 @@ class TrainSettings(LearnSettings):
     varied: float = param(
         0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: alike", fit=False
     )
+    film: bool = False

@@ -97,7 +97,7 @@ def execute(config: Any) -> int | None:
 
 
 def prepare(settings: RenderSettings) -> Shooting:
-    """Return everything that a film needs but the renderer.
+    """Return everything that a film of a run folder needs but the renderer.
 
     Raises:
         SealsError: the run cannot be used, or the camera has no place.
@@ -106,13 +106,24 @@ def prepare(settings: RenderSettings) -> Shooting:
         raise ConfigError(
             "run is not given.\nName the folder of a run: seals render run=runs/DAY/TIME_NAME"
         )
-    replay = open_replay(settings.run, key="run")
+    return shooting_of(open_replay(settings.run, key="run"), settings)
+
+
+def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = None) -> Shooting:
+    """Return everything that a film needs but the renderer.
+
+    Args:
+        replay: what is filmed.
+        settings: of the film.
+        way: what a camera is to see; None for the robot's way.
+
+    Raises:
+        SealsError: the camera has no place.
+    """
     run, end = replay.stage.settings, replay.end
     end = end if settings.end is None else min(end, settings.end)
     times = times_of(settings.start, end, fps=settings.fps, speed=settings.speed)
-    track = next(iter(replay.tracks.values())).position
-    during = (replay.time >= times[0] - 1e-9) & (replay.time <= times[-1] + 1e-9)
-    way = _way(track[during] if during.any() else track, run.environment.water_level, replay)
+    way = way or _way(replay, times)
     water = WaterOverTime(_rippled(run, settings.ripples), replay.folder, way.middle)
     kind = settings.water_type or (
         WATER if run.optics.water_type == "none" else run.optics.water_type
@@ -206,7 +217,11 @@ def _rippled(run: RunSettings, wind: float | None) -> RunSettings:
     return dataclasses.replace(run, sight=dataclasses.replace(run.sight, ripples=wind))
 
 
-def _way(track: Floats, level: float | None, replay: Replay) -> Way:
+def _way(replay: Replay, times: Floats) -> Way:
+    track = next(iter(replay.tracks.values())).position
+    during = (replay.time >= times[0] - 1e-9) & (replay.time <= times[-1] + 1e-9)
+    track = track[during] if during.any() else track
+    level = replay.stage.settings.environment.water_level
     low, high = track.min(axis=0), track.max(axis=0)
     radius = 0.5 * float(np.linalg.norm(high - low)) + _reach(replay)
     return Way(0.5 * (low + high), radius, level)

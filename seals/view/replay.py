@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,23 +41,17 @@ class Replay:
     """A run that can be looked at: its stage, and where everything was at any time.
 
     Args:
-        folder: of the run.
+        folder: of the run; it may hold its surfaces and pictures.
         stage: robots and ground.
-        log: of the run.
-
-    Attributes:
         time: of the rows [s], shape (T,).
         tracks: by actor, in the order of the stage.
     """
 
-    def __init__(self, folder: Path, stage: Stage, log: Log) -> None:
-        """Take the tracks out of the log."""
-        self.folder, self.stage, self.log = folder, stage, log
-        self.time: Floats = np.asarray(log.time, dtype=float)
-        self.tracks = {
-            name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
-            for name, robot in stage.robots.items()
-        }
+    def __init__(
+        self, folder: Path, stage: Stage, time: Floats, tracks: Mapping[str, Track]
+    ) -> None:
+        """Keep the parts."""
+        self.folder, self.stage, self.time, self.tracks = folder, stage, time, dict(tracks)
 
     @property
     def end(self) -> float:
@@ -103,14 +97,19 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
             "It is still going on, or was cut off: wait, or go on with seals run "
             f"resume={place}"
         )
-    return Replay(place, build_stage(settings), read_native(place))
+    stage, log = build_stage(settings), read_native(place)
+    tracks = {
+        name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
+        for name, robot in stage.robots.items()
+    }
+    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks)
 
 
 def _track(log: Log, robot: RobotModel, lead: str) -> Track:
     place = _columns(log, (f"{lead}{name}" for name in POSE))
     turn = _columns(log, (f"{lead}{name}" for name in TURN))[:, [1, 2, 3, 0]]
     names = (f"{lead}joint_position_{k + 1}" for k in range(robot.tree.joints))
-    return Track(place, _continuous(turn), _columns(log, names))
+    return Track(place, continuous(turn), _columns(log, names))
 
 
 def _columns(log: Log, names: Iterator[str]) -> Floats:
@@ -131,8 +130,8 @@ def _columns(log: Log, names: Iterator[str]) -> Floats:
     return filled
 
 
-def _continuous(quaternion: Floats) -> Floats:
-    """Quaternions of unit length, each on the side of the one before."""
+def continuous(quaternion: Floats) -> Floats:
+    """Return quaternions of unit length, each on the side of the one before, shape (T, 4)."""
     length = np.linalg.norm(quaternion, axis=1, keepdims=True)
     unit = np.where(length > 0.0, quaternion / np.maximum(length, 1e-12), [0.0, 0.0, 0.0, 1.0])
     flips = np.sum(unit[1:] * unit[:-1], axis=1) < 0.0

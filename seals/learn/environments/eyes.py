@@ -70,7 +70,7 @@ class Eyes:
         optics = settings.optics
         self._optics = replace(optics, water_type="none") if dry else optics
         self._surface = surface_of(settings) or SurfaceStill()
-        scene = _with_ball(
+        scene = with_ball(
             build_scene(
                 {"robot": robot},
                 solids_of(settings.environment),
@@ -166,7 +166,11 @@ class Eyes:
         self._renderer.close()
 
 
-def _with_ball(scene: Scene, radius: float) -> Scene:
+def with_ball(scene: Scene, radius: float) -> Scene:
+    """Return a scene with a red ball of a radius [m], whose frame is the last one.
+
+    It is called ``target``.
+    """
     ball = Shape(
         "sphere",
         (radius,),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError
 from seals.learn.batched import Turn
 from seals.learn.environments.eyes import Eyes
+from seals.learn.environments.standing import Watcher
 from seals.learn.environments.twin import TwinEnvironments
 
 if TYPE_CHECKING:
@@ -85,6 +86,10 @@ class SeeingEnvironments:
         self.twins.restore(kept["twins"])
         self._film = kept["film"].to(self.device)
         self.eyes.restore(kept["noise"])
+
+    def watch(self, watcher: Watcher | None) -> None:
+        """Tell where the first robot stands, now and after every control step; None ends it."""
+        self.twins.watch(watcher)
 
     def close(self) -> None:
         """Release the renderer."""

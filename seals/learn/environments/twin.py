@@ -12,16 +12,17 @@ from seals.arrays import Array, Floats, as_like, namespace, on_accelerator, some
 from seals.config.run import RunSettings
 from seals.dynamics.tree import forward
 from seals.errors import ConfigError
-from seals.frames import matrix_of, rotate
+from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.batched import Turn
 from seals.learn.environments.ahead import Starts
 from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
 from seals.learn.environments.plain import plain, rebuilt
+from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.recorded import copied
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.robot.model import RobotModel
-from seals.run.assembly import build_model
+from seals.run.assembly import ROBOT, build_model
 from seals.run.carrying import carrying_speeds
 from seals.twin.piloted import Flight, PilotedTwin
 
@@ -116,6 +117,7 @@ class TwinEnvironments:
         self._recorded: Recorded | None = None
         self._still: Any = None
         self._scene: Any = None
+        self._watcher: Watcher | None = None
         self.reached: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
@@ -135,13 +137,15 @@ class TwinEnvironments:
         with torch.no_grad():
             asked = self._taken(action)
             if not on_accelerator(asked):
-                self._scene, (turn, self.reached) = self._law(self._scene, asked)
-                return turn
-            recorded = self._recorded or self._record(asked)
-            told, self.reached = recorded(asked)
-            self._scene = recorded.state
-            found: Turn = told
-            return found
+                self._scene, (found, self.reached) = self._law(self._scene, asked)
+            else:
+                recorded = self._recorded or self._record(asked)
+                found, self.reached = recorded(asked)
+                self._scene = recorded.state
+            if self._watcher is not None:
+                self._watcher(self._standing(self.reached))
+            turn: Turn = found
+            return turn
 
     def _law(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[Turn, Instant]]:
         """One control step of all environments; no decision is taken on an accelerator's word."""
@@ -197,6 +201,12 @@ class TwinEnvironments:
         self._set(rebuilt(kept["parts"], self._scene))
         if self._generator is not None:
             self._generator.set_state(kept["generator"].cpu())
+
+    def watch(self, watcher: Watcher | None) -> None:
+        """Tell where the first robot stands, now and after every control step; None ends it."""
+        self._watcher = watcher
+        if watcher is not None:
+            watcher(self._standing(self.now))
 
     def close(self) -> None:
         """Nothing is open."""
@@ -277,6 +287,15 @@ class TwinEnvironments:
             start=start,
             facts={},
         )
+
+    def _standing(self, now: Instant) -> Standing:
+        """Where the first robot stands."""
+        time, place, turn, target = (
+            np.array(x[0].cpu() if hasattr(x, "cpu") else x[0], dtype=float)
+            for x in (now.time, now.position, now.rotation, now.target)
+        )
+        robot = Place(place, quaternion_of(turn), self.task.posture)
+        return Standing(float(time[0]), {ROBOT: robot}, target)
 
     def _taken(self, action: Tensor) -> Array:
         """An action as the twins take it, from -1 to 1."""

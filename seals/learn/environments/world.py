@@ -17,6 +17,7 @@ from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episodes import Episodes, Ledger, Verdict
 from seals.learn.environments.facts import Facts
+from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.run.assembly import ROBOT, build_world
 from seals.world import Actor, World
@@ -79,6 +80,7 @@ class WorldEnvironment:
         self._goal = draw.goal
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
+        self._watcher: Watcher | None = None
         self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (getattr(task, "object", ""),) if n])
         self.now: Instant = self._instant(np.zeros((1, len(task.action_names))), np.zeros((1, 1)))
@@ -128,6 +130,8 @@ class WorldEnvironment:
             for _ in range(self._every):
                 self.world.step()
                 self._facts.heed()
+                if self._watcher is not None:
+                    self._watcher(self._standing())
         except PhysicsError:
             return False
         return True
@@ -136,6 +140,12 @@ class WorldEnvironment:
         """Return what the task's scripted expert would do now, shape (a,)."""
         found: Floats = self.task.expert(self.now)[0]
         return found
+
+    def watch(self, watcher: Watcher | None) -> None:
+        """Tell what stands where, now and after every step of the world; None ends it."""
+        self._watcher = watcher
+        if watcher is not None:
+            watcher(self._standing())
 
     def close(self) -> None:
         """Release the world."""
@@ -215,6 +225,15 @@ class WorldEnvironment:
             return self.task.target(self._goal, now)
         kinematics, moving = self.world.actors[name].look()
         return kinematics.origins[:, 0], moving.linear[:, 0]
+
+    def _standing(self) -> Standing:
+        """What stands where in the world now."""
+        actors = {}
+        for name, actor in self.world.actors.items():
+            now = actor.body.read()
+            actors[name] = Place(now.position.copy(), now.quaternion.copy(), now.joints.copy())
+        target, _ = self._target(np.array([[self.world.time]]))
+        return Standing(self.world.time, actors, np.array(target[0]))
 
     def _seen(self) -> Floats:
         found: Floats = self.task.observation(self.now)[0]

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.learn.batched import Turn
 from seals.learn.environments.episodes import FARTHEST
+from seals.learn.environments.standing import Watcher
 from seals.learn.environments.world import WorldEnvironment
 from seals.learn.task import Task
 
@@ -90,6 +91,10 @@ class WorldEnvironments:
             NotImplementedError: always.
         """
         raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+
+    def watch(self, watcher: Watcher | None) -> None:
+        """Tell what stands where in the first world, see `WorldEnvironment.watch`."""
+        self.worlds[0].watch(watcher)
 
     def close(self) -> None:
         """Release all worlds."""

@@ -14,6 +14,7 @@ from seals.learn.evaluation.judgement import Judgement, judgement
 from seals.learn.evaluation.page import write_judgements
 from seals.learn.evaluation.policies import policy_of
 from seals.learn.evaluation.words import rows_of, sentences
+from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
 from seals.learn.starts import held_out_seeds
 from seals.learn.worlds import world_hash
@@ -68,6 +69,8 @@ def execute(config: Any) -> int:
         "world_hash": world_hash(config),
         "policy": str(config.policy),
     }
+    if config.film:
+        refuse_unfilmed(config)
     try:
         with progress("judging", sum(trial.episodes for trial in trials)) as tell:
             for trial in trials:
@@ -76,6 +79,8 @@ def execute(config: Any) -> int:
     finally:
         # one world that cannot be built must not cost what was judged before
         made = write_judgements(found, out, facts=facts) if found else []
+    if config.film:
+        made.append(filmed(trials[0], out))
     _tell(found)
     remark = elsewhere(config)
     if remark:
@@ -145,6 +150,24 @@ def judge(trial: Trial, *, tell: Callable[[int], None] | None = None) -> Judgeme
         environment.close()
     took = time.perf_counter() - began
     return judgement(scores, policy=trial.policy, world=trial.world, seconds=took)
+
+
+def filmed(trial: Trial, out: Path) -> Path:
+    """Film the first episode of a trial; return the file.
+
+    Raises:
+        SealsError: the film cannot be drawn or written; what was judged is kept.
+    """
+    from seals.learn.environments import batched_of
+
+    environment = batched_of(trial.config, count=1, device=trial.device)
+    try:
+        policy = policy_of(trial.policy, environment, device=trial.device)
+        seed = held_out_seeds(1)[0]
+        film(environment, policy, seed, config=trial.config, path=out / FILM)
+    finally:
+        environment.close()
+    return out / FILM
 
 
 def elsewhere(config: Any) -> str:

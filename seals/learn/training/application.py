@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.train import OWN
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.learn.cards import config_hash
 from seals.learn.learner import need_torch
 from seals.learn.training.beginning import agent_of, environments
@@ -21,7 +21,7 @@ from seals.learn.training.loop import POLICY, Outcome, Training
 from seals.learn.worlds import world_hash
 from seals.logs.atomic import write_json
 
-FREE = ("course", "resume", "threads", "name")
+FREE = ("course", "resume", "threads", "name", "film")
 """Keys that do not make another training."""
 
 
@@ -67,6 +67,10 @@ def train_into(
     torch.set_num_threads(max(1, int(config.threads)))
     course = _course(config)
     facts = _facts(config, overrides or [])
+    if config.film:
+        from seals.learn.film import refuse_unfilmed
+
+        refuse_unfilmed(config)
     with environments(config) as (environment, judge):
         agent, remarks = agent_of(config, environment)
         total = course.steps if agent.interactive else max(1, agent.due())
@@ -85,7 +89,23 @@ def train_into(
             )
             if resume:
                 remarks += _take_up(training, folder, config)
-            return _run(training, folder, facts, remarks)
+            outcome = _run(training, folder, facts, remarks)
+        if config.film:
+            _film(folder, judge, config)
+        return outcome
+
+
+def _film(folder: Path, judge: Any, config: Any) -> None:
+    """Leave a film of the policy; a training that is done is not lost with its film."""
+    from seals.learn.film import FILM, film
+    from seals.learn.policy import load_policy
+    from seals.learn.starts import validation_seeds
+
+    policy = load_policy(folder / POLICY, device=judge.device)
+    try:
+        print(film(judge, policy, validation_seeds(1)[0], config=config, path=folder / FILM))
+    except SealsError as cause:
+        print(f"note: there is no film of the policy. {cause}", file=sys.stderr)
 
 
 def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: list[str]) -> Outcome:

@@ -1,0 +1,40 @@
+"""Where everything of one environment stands, for whoever wants to look at an episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from seals.arrays import Floats
+
+
+class Place(NamedTuple):
+    """Where a robot or an object is.
+
+    Args:
+        position: of its base, world [m], shape (3,).
+        quaternion: q_WB_xyzw, shape (4,).
+        joints: [rad or m], shape (J,).
+    """
+
+    position: Floats
+    quaternion: Floats
+    joints: Floats
+
+
+class Standing(NamedTuple):
+    """One instant of an episode.
+
+    Args:
+        time: since the start of the episode [s].
+        actors: places by the name of robot and objects, the robot first.
+        target: place of the target, world [m], shape (3,).
+    """
+
+    time: float
+    actors: Mapping[str, Place]
+    target: Floats
+
+
+Watcher = Callable[[Standing], None]
+"""Takes one instant after the other."""

@@ -1,0 +1,143 @@
+"""A film of one episode of a policy, drawn and written as films of runs are."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.build import build
+from seals.config.learning import build_learning
+from seals.config.render import RenderSettings
+from seals.learn.environments.eyes import with_ball
+from seals.learn.environments.standing import Standing
+from seals.learn.policy import Policy
+from seals.render.application import draw, photographer_of, shooting_of
+from seals.render.files import Frames
+from seals.render.film import refuse_missing, write_film
+from seals.render.viewpoint import Way
+from seals.sight import NOTHING, Light, Poses, Renderer, Scene
+from seals.view.replay import Replay, Track, continuous
+from seals.view.stage import Stage, build_stage
+
+FILM = "policy.mp4"
+"""Film in the folder of a training or an evaluation."""
+BALL = 0.6
+"""Radius of the ball at the target, in distances within which it counts as reached [1]: large
+enough to be seen, too small to hide a crab that stands there.
+"""
+
+
+class Episode(Replay):
+    """An episode as something that can be looked at, the ball at its target included.
+
+    Args:
+        stage: of its world.
+        rows: one after the other in time.
+    """
+
+    def __init__(self, stage: Stage, rows: Sequence[Standing]) -> None:
+        """Join the rows."""
+        time = np.array([row.time for row in rows])
+        tracks = {}
+        for name in stage.robots:
+            columns = zip(*(row.actors[name] for row in rows), strict=True)
+            place, turn, joints = (np.array(column) for column in columns)
+            tracks[name] = Track(place, continuous(turn), joints)
+        # no run has left anything beside it: water is drawn from what is configured
+        super().__init__(Path(), stage, time, tracks)
+        self.target: Floats = np.array([row.target for row in rows])
+
+    def poses(self, times: Floats | Sequence[float]) -> Poses:
+        """Return where all frames were, see `Replay.poses`; the target is the last one."""
+        found, at = super().poses(times), np.atleast_1d(np.asarray(times, dtype=float))
+        ball = np.stack([np.interp(at, self.time, self.target[:, k]) for k in range(3)], axis=-1)
+        upright = np.broadcast_to(np.eye(3), (len(at), 1, 3, 3))
+        return Poses(
+            np.concatenate([found.position, ball[:, None]], axis=1),
+            np.concatenate([found.rotation, upright], axis=1),
+        )
+
+    @property
+    def way(self) -> Way:
+        """What a camera is to see: all links, all objects and the target, all the time."""
+        places = np.asarray(self.poses(self.time).position).reshape(-1, 3)
+        low, high = places.min(axis=0), places.max(axis=0)
+        radius = 0.5 * float(np.linalg.norm(high - low))
+        return Way(0.5 * (low + high), radius, self.stage.settings.environment.water_level)
+
+
+def refuse_unfilmed(config: Any) -> None:
+    """Refuse a film that cannot be made, before the work that it would show.
+
+    Args:
+        config: of the environment; its ``viewer`` draws.
+
+    Raises:
+        MissingExtra: the package that draws, or the one that writes films, is not installed.
+        ConfigError: the viewer draws no frames.
+    """
+    refuse_missing()
+    renderer = build(config.viewer, where="viewer")
+    photographer_of(renderer)
+    if isinstance(renderer, Renderer):
+        renderer.open(Scene((), (NOTHING,), ()), Light())
+        renderer.close()
+
+
+def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path) -> str:
+    """Let a policy act from one start and write the film of it.
+
+    Args:
+        environment: that tells whoever watches what stands where; all of it starts there.
+        policy: acts without chance.
+        seed: of the start.
+        config: that the environment was made from.
+        path: of the film, ``.mp4``.
+
+    Returns:
+        What was written, in words.
+
+    Raises:
+        SealsError: the film cannot be drawn or written.
+    """
+    settings, task = build_learning(config)
+    episode = Episode(build_stage(settings), watched(environment, policy, seed))
+    look = RenderSettings()
+    shooting = shooting_of(episode, look, way=episode.way)
+    if not getattr(task, "object", ""):
+        # an object that is the target shows where it is by itself
+        ball = with_ball(shooting.scene, BALL * task.success_distance)
+        shooting = shooting._replace(scene=ball)
+    photographer = photographer_of(settings.viewer)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="seals_film_") as folder:
+        frames = Frames(Path(folder), {})
+        try:
+            draw(shooting, photographer, frames, look)
+        finally:
+            photographer.close()
+        write_film(path, [frames.path(k) for k in range(len(shooting.times))], look.fps)
+    return f"film: {path} ({len(shooting.times) / look.fps:.1f} s, start {seed})"
+
+
+def watched(environment: Any, policy: Policy, seed: int) -> list[Standing]:
+    """Return what stood where in one episode, from its start to its end."""
+    seeds = [seed] * environment.count
+    observation = environment.reset(seeds)
+    policy.begin(seeds)
+    rows: list[Standing] = []
+    environment.watch(rows.append)
+    try:
+        ended = False
+        while not ended:
+            turn = environment.step(policy.act(observation))
+            observation = turn.observation
+            ended = bool(turn.terminated[0] | turn.truncated[0])
+    finally:
+        environment.watch(None)
+    return rows
