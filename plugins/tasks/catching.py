@@ -24,10 +24,6 @@ AT = 0.013
 """Distance, horizontal and vertical, at which the hand closes [m]."""
 EMPTY = 0.95
 """Closure of fingers that have met each other [1]."""
-LEAD = 0.2
-"""Lead of the wanted grip over the fingers' own at which the animal is held [1]."""
-HOLDING = 0.02
-"""Action of the grip that holds on: it goes on to close, and hardly does [1]."""
 SLOW = 0.15
 """Largest speed down to the animal near it [m/s]."""
 PACE = 0.12
@@ -89,8 +85,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     ready = there & (grip < 1.0 / plan.steps) & (flat < AT) & below & _calm(now)
     begun = now.action[:, 3:4] > 0.0
     # the fingers have come to something, or to each other
-    lead, most = grip - now.facts["closed"], min(LEAD, plan.squeeze)
-    shut = (grip > 1.0 - 1e-6) | (lead > most - 0.02)
+    shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > plan.squeeze - 0.02)
     empty = now.facts["closed"] > EMPTY
     closing = ready | (begun & ~(shut & ((far > plan.grasp) | empty)))
     firm = xp.astype(now.facts["touch"] > plan.firm, far.dtype)
@@ -101,9 +96,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     velocity = xp.where(there | closing, velocity, _search(now))
     velocity = xp.where(lifting, _lift(now, plan), velocity)
     one = grip * 0.0 + 1.0
-    # what is squeezed harder slips out
-    press = xp.maximum(plan.steps * (most - lead), one * HOLDING)
-    wanted = xp.concat((velocity / plan.speed, xp.where(closing, press, -one)), axis=1)
+    wanted = xp.concat((velocity / plan.speed, xp.where(closing, one, -one)), axis=1)
     bound = wanted * 0.0 + 1.0
     return xp.minimum(xp.maximum(wanted, -bound), bound)
 

@@ -169,15 +169,6 @@ def test_a_closing_hand_keeps_its_own_pace() -> None:
     assert task.expert(drifting)[0, 0] * task.speed == pytest.approx(0.03)
 
 
-def test_a_full_hand_hardly_closes_on() -> None:
-    """The grip is asked for no more than holds the animal: what is squeezed slips out."""
-    task = TaskCatch()
-    loose = _diver([0.0, 0.0, -0.796], grip=0.5, closed=0.5, last=1.0)
-    held = _diver([0.0, 0.0, -0.796], grip=0.7, closed=0.5, touch=1.0, last=1.0)
-    assert task.expert(loose)[0, 3] == pytest.approx(1.0)
-    assert 0.0 < task.expert(held)[0, 3] < 0.1
-
-
 def test_a_walk_is_rewarded_for_its_terms() -> None:
     """Progress, power and lean each change the reward by what the equation says."""
     task = TaskWalk(bonus=0.0, smooth=0.0, heading=0.0)
