@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, suggestion
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import write_hdf5
-from seals.learn.demonstrations.folder import write
+from seals.learn.demonstrations.folder import read, write
 from seals.learn.demonstrations.recording import record
 from seals.learn.learner import need_torch
+from seals.learn.shipped import demonstrations_folder
 from seals.learn.starts import training_seed
 from seals.learn.worlds import world_config, world_hash
 
@@ -65,25 +67,12 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
         ConfigError: too few episodes succeed.
     """
     from seals.learn.environments import batched_of
-    from seals.learn.evaluation.policies import policy_of
-    from seals.run.progress import progress
 
-    wanted, most = int(config.episodes), int(config.episodes) * int(config.most)
+    wanted, before = int(config.episodes), _before(config)
     count = min(wanted, _BATCH) if "interval" in config.backend else 1
     environment = batched_of(config, count=count, device=config.device)
-    kept: list[Episode] = []
-    tried = 0
     try:
-        policy = policy_of(str(config.policy), environment, device=config.device)
-        with progress("recording", wanted) as tell:
-            while len(kept) < wanted and tried < most:
-                seeds = [training_seed(config.first + tried + k) for k in range(count)]
-                for episode in record(environment, policy, seeds, noise=config.noise):
-                    # what a batch did beyond the last one that is kept was not tried for
-                    if len(kept) < wanted:
-                        tried += 1
-                        kept += [episode] if episode.success or config.keep == "all" else []
-                tell(len(kept))
+        kept, tried = _kept(environment, config)
     finally:
         environment.close()
     if len(kept) < wanted:
@@ -96,14 +85,65 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
         env=str(config.name),
         config_hash=world_hash(config),
         who=Who(str(config.who)),
-        by=str(config.policy),
+        by=str(config.labels or config.policy),
         observation=list(getattr(task, "observation_names", ())),
         action=list(getattr(task, "action_names", ())),
         rate=float(getattr(task, "rate", 0.0)),
         config=world_config(config),
         tried=tried,
     )
-    return Demonstrations(origin=origin, episodes=kept), tried
+    return _after(before, Demonstrations(origin=origin, episodes=kept)), tried
+
+
+def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
+    """Let the policy act, and return the episodes that are kept and how many were tried."""
+    from seals.learn.evaluation.policies import policy_of
+    from seals.run.progress import progress
+
+    wanted, most = int(config.episodes), int(config.episodes) * int(config.most)
+    policy = policy_of(str(config.policy), environment, device=config.device)
+    labels = None
+    if config.labels:
+        labels = policy_of(str(config.labels), environment, device=config.device)
+    kept: list[Episode] = []
+    tried = 0
+    with progress("recording", wanted) as tell:
+        while len(kept) < wanted and tried < most:
+            first = config.first + tried
+            seeds = [training_seed(first + k) for k in range(environment.count)]
+            for episode in record(environment, policy, seeds, noise=config.noise, labels=labels):
+                # what a batch did beyond the last one that is kept was not tried for
+                if len(kept) < wanted:
+                    tried += 1
+                    kept += [episode] if episode.success or config.keep == "all" else []
+            tell(len(kept))
+    return kept, tried
+
+
+def _before(config: Any) -> Demonstrations | None:
+    """Return the demonstrations that others are added to, None where there are none.
+
+    Raises:
+        ConfigError: they are of another world.
+    """
+    if not config.after:
+        return None
+    found = read(demonstrations_folder(str(config.after)))
+    if found.origin.config_hash != world_hash(config):
+        raise ConfigError(
+            f"after={config.after}: they were recorded in another world.\n"
+            "Record both with the same words, or leave after= out."
+        )
+    return found
+
+
+def _after(before: Demonstrations | None, found: Demonstrations) -> Demonstrations:
+    """Add episodes to those that were there before."""
+    if before is None:
+        return found
+    tried = before.origin.tried + found.origin.tried
+    origin = dataclasses.replace(found.origin, tried=tried)
+    return Demonstrations(origin=origin, episodes=[*before.episodes, *found.episodes])
 
 
 def _refuse(config: Any) -> None:

@@ -20,6 +20,7 @@ def record(
     seeds: Sequence[int],
     *,
     noise: float = 0.0,
+    labels: Policy | None = None,
     tell: Callable[[int], None] | None = None,
 ) -> list[Episode]:
     """Run one episode from each seed and keep it whole.
@@ -30,6 +31,8 @@ def record(
         seeds: of the starts.
         noise: standard deviation of what is added to the actions; what is kept is the sum, cut to
             -1 to 1, since that is what was done.
+        labels: whose actions are kept in place of those that were done, on what was seen; None for
+            those that were done.
         tell: takes the number of episodes done.
 
     Returns:
@@ -39,18 +42,21 @@ def record(
     for first in range(0, len(seeds), environment.count):
         wanted = list(seeds[first : first + environment.count])
         padded = wanted + [wanted[-1]] * (environment.count - len(wanted))
-        kept += _round(environment, policy, padded, noise)[: len(wanted)]
+        kept += _round(environment, policy, padded, noise, labels)[: len(wanted)]
         if tell is not None:
             tell(len(kept))
     return kept
 
 
-def _round(environment: Batched, policy: Policy, seeds: list[int], noise: float) -> list[Episode]:
+def _round(
+    environment: Batched, policy: Policy, seeds: list[int], noise: float, labels: Policy | None
+) -> list[Episode]:
     """One episode of every environment; those that are done go on unheard until all are."""
     import torch
 
     observation = environment.reset(seeds)
-    policy.begin(seeds)
+    for each in (policy,) if labels is None else (policy, labels):
+        each.begin(seeds)
     shake = [np.random.default_rng((seed, 2)) for seed in seeds]
     lasts = np.full(environment.count, -1)
     success = np.zeros(environment.count, dtype=bool)
@@ -62,10 +68,11 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], noise: float)
             drawn = np.stack([r.normal(0.0, noise, action.shape[1]) for r in shake])
             action = action + torch.as_tensor(drawn, dtype=action.dtype, device=action.device)
         action = action.clamp(-1.0, 1.0)
+        said = action if labels is None else labels.act(observation).clamp(-1.0, 1.0)
         turn = environment.step(action)
         observation = turn.observation
         flags = {n: _plain(getattr(turn, n)) for n in ("terminated", "truncated")}
-        rows.append({"action": _plain(action), "reward": _plain(turn.reward), **flags})
+        rows.append({"action": _plain(said), "reward": _plain(turn.reward), **flags})
         seen.append(_parts(turn.final))
         ended = (flags["terminated"] | flags["truncated"]) & (lasts < 0)
         lasts[ended] = len(rows)
