@@ -1,6 +1,6 @@
 """Control steps a second of many environments: ``python benchmarks/environments.py``.
 
-A control step holds command, allocation, ten steps of 4 ms of the whole manipulator, observation,
+A control step holds command, allocation, two steps of 20 ms of the whole manipulator, observation,
 reward, and a fresh episode where one ended. ``--parity`` flies the same starts in single precision
 on the accelerator and in double precision on the processor, and tells how far apart they end.
 """

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Array, as_like, columns, namespace, on_accelerator, some
+from seals.arrays import Array, Floats, as_like, columns, namespace, on_accelerator, some
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.plant import ROTOR, Plant
 from seals.dynamics.linear import solve_symmetric
@@ -110,7 +110,12 @@ class BatchAllocation:
             u = u / xp.maximum(excess, excess * 0.0 + 1.0)
         else:
             beyond = xp.any((u > high) | (u < least), axis=1)
-            if some(beyond):
+            if type(u) is np.ndarray:
+                (rows,) = beyond.nonzero()
+                if len(rows):
+                    taken = (x[rows] for x in np.broadcast_arrays(view.gain, least, high))
+                    u[rows] = self._within(wrench[rows], *taken)
+            elif some(beyond):
                 inside = self._within(wrench, view.gain, least, high)
                 u = xp.where(beyond[:, None], inside, u)
         u = xp.where(u < 0.0, u / self._reverse, u)
@@ -150,10 +155,33 @@ class BatchAllocation:
         return low + share * span
 
 
+class _Search(NamedTuple):
+    """Where the search for the best shares stands, row by row.
+
+    Args:
+        h: quadratic form, shape (B, n, n).
+        soft: the same with a little more on its diagonal.
+        g: linear form, shape (B, n).
+        bound: the bound that each share is at or nearest to, shape (B, n).
+        free: 1 where a share is at none, shape (B, n).
+        fewest: wrong shares at best so far, shape (B,).
+        patience: rounds that may pass without fewer of them, shape (B,).
+    """
+
+    h: Array
+    soft: Array
+    g: Array
+    bound: Array
+    free: Array
+    fewest: Array
+    patience: Array
+
+
 def _box(h: Array, g: Array) -> Array:
     """Return a minimum of x H x / 2 - g x over 0 <= x <= 1 for every row.
 
-    The active set changes as in `seals.control.allocation.best_within`, row by row.
+    The active set changes as in `seals.control.allocation.best_within`, row by row. On a processor
+    rows that have found theirs leave the search.
     """
     xp = namespace(h)
     count = g.shape[1]
@@ -163,32 +191,67 @@ def _box(h: Array, g: Array) -> Array:
     soft = h + max(SOFT, ROUNDING * fine) * trace[:, None, None] * eye
     # what counts as beyond a bound: in double precision 1e-12
     least = max(1e-12, ROUNDING * fine * (fine > 1e-12))
-    ahead = on_accelerator(g)
     zero, one = g * 0.0, g * 0.0 + 1.0
     x = _solved(soft, g)
     bound = xp.minimum(xp.maximum(x, zero), one)
     free = xp.where(bound == x, one, zero)
-    fewest, patience = one[:, 0] * (count + 1.0), one[:, 0] * 3.0
-    for _ in range((AHEAD if ahead else ROUNDS) * count):
-        held = bound * (1.0 - free)
-        both = free[:, :, None] * free[:, None, :]
-        system = soft * both + eye * (1.0 - free)[:, :, None]
-        x = _solved(system, free * (g - _times(h, held)) + held)
-        x = x + _solved(system, free * (g - _times(h, x)))
-        slope = _times(h, x) - g
-        off = xp.where(bound > 0.5, slope, -slope)
-        beyond = xp.abs(x - 0.5) - 0.5
-        wrong = xp.where(free > 0.0, beyond, off) > least
-        bad = xp.sum(xp.astype(wrong, g.dtype), axis=1)
-        if not ahead and not bool(xp.any(wrong)):
-            break
-        patience = xp.where(bad < fewest, patience * 0.0 + 3.0, patience - 1.0)
-        fewest = xp.minimum(fewest, bad)
-        # where blocks go round in circles, one drive at a time always ends
-        wrong = wrong & ((patience > 0.0)[:, None] | _last(wrong))
-        bound = xp.where(wrong, xp.where(x > 0.5, one, zero), bound)
-        free = xp.where(wrong, 1.0 - free, free)
+    now = _Search(h, soft, g, bound, free, one[:, 0] * (count + 1.0), one[:, 0] * 3.0)
+    if type(g) is np.ndarray:
+        x = _row_by_row(now, least)
+    else:
+        ahead = on_accelerator(g)
+        for _ in range((AHEAD if ahead else ROUNDS) * count):
+            x, wrong = _tried(now, least)
+            if not ahead and not bool(xp.any(wrong)):
+                break
+            now = _changed(now, x, wrong)
     return xp.minimum(xp.maximum(x, zero), one)
+
+
+def _row_by_row(now: _Search, least: float) -> Floats:
+    """Return what each row found, on NumPy: only those still searching are worked on."""
+    found: Floats = np.empty_like(now.g)
+    rows = np.arange(len(found))
+    for _ in range(ROUNDS * now.g.shape[1]):
+        x, wrong = _tried(now, least)
+        found[rows] = x
+        (left,) = wrong.any(axis=1).nonzero()
+        if not len(left):
+            break
+        rows, x, wrong = rows[left], x[left], wrong[left]
+        now = _changed(_Search(*(part[left] for part in now)), x, wrong)
+    return found
+
+
+def _tried(now: _Search, least: float) -> tuple[Array, Array]:
+    """Return the best shares with the bounds as they are, and which of them are wrong."""
+    xp = namespace(now.g)
+    h, g, free = now.h, now.g, now.free
+    eye = xp.eye(g.shape[1], dtype=g.dtype, device=g.device)[None]
+    held = now.bound * (1.0 - free)
+    both = free[:, :, None] * free[:, None, :]
+    system = now.soft * both + eye * (1.0 - free)[:, :, None]
+    x = _solved(system, free * (g - _times(h, held)) + held)
+    x = x + _solved(system, free * (g - _times(h, x)))
+    slope = _times(h, x) - g
+    off = xp.where(now.bound > 0.5, slope, -slope)
+    return x, xp.where(free > 0.0, xp.abs(x - 0.5) - 0.5, off) > least
+
+
+def _changed(now: _Search, x: Array, wrong: Array) -> _Search:
+    """Return the search with other bounds: all wrong shares change sides, or the last of them."""
+    xp = namespace(x)
+    bad = xp.sum(xp.astype(wrong, x.dtype), axis=1)
+    patience = xp.where(bad < now.fewest, now.patience * 0.0 + 3.0, now.patience - 1.0)
+    # where blocks go round in circles, one drive at a time always ends
+    wrong = wrong & ((patience > 0.0)[:, None] | _last(wrong))
+    one = x * 0.0 + 1.0
+    return now._replace(
+        bound=xp.where(wrong, xp.where(x > 0.5, one, x * 0.0), now.bound),
+        free=xp.where(wrong, 1.0 - now.free, now.free),
+        fewest=xp.minimum(now.fewest, bad),
+        patience=patience,
+    )
 
 
 def _solved(matrix: Array, right: Array) -> Array:

@@ -31,7 +31,7 @@ def tables_of(robot: RobotModel, environment: EnvironmentSettings) -> Wetting:
     if environment.water_level is None:
         return WettingNone()
     hulls = hulls_of(robot)
-    reach = max(float(hull.reach) for hull in hulls)
+    reach = [float(hull.reach) for hull in hulls]
     return WettingTable([HullTable.build(hull) for hull in hulls], reach=reach)
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.hulls import Hull, HullTable
 
+DEEP = 1e6
+"""Depth at which every hull is under water [m]."""
 POINT_RADIUS = 0.01
 """Radius of the sphere that stands for a link without a hull [m]."""
 
@@ -89,36 +91,53 @@ class WettingTable:
 
     Args:
         tables: one table per link.
-        reach: largest distance of a hull's point from its link's origin [m]; a batch that lies
-            deeper, on NumPy and with one link, costs no lookup.
+        reach: largest distance of each hull's points from its link's origin [m]; on NumPy, what
+            lies deeper or higher costs no lookup.
     """
 
-    def __init__(self, tables: Sequence[HullTable], *, reach: float = math.inf) -> None:
+    def __init__(self, tables: Sequence[HullTable], *, reach: Sequence[float] = ()) -> None:
         """Keep the tables."""
         self.tables = tuple(tables)
-        self.reach = reach
+        self.reach = tuple(reach) or (math.inf,) * len(self.tables)
+        self._whole: list[tuple[Floats, Floats]] = []
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; rows are links x batch."""
-        if len(self.tables) == 1:
-            if type(level) is np.ndarray and level.min() > self.reach:
-                return self._submerged(level)
-            return Wet(*self.tables[0].lookup(normal, level))
         batch = level.shape[0] // len(self.tables)
-        parts = [
-            table.lookup(normal[k * batch : (k + 1) * batch], level[k * batch : (k + 1) * batch])
-            for k, table in enumerate(self.tables)
-        ]
+        cuts = [slice(k * batch, (k + 1) * batch) for k in range(len(self.tables))]
+        if type(level) is np.ndarray:
+            return self._where_cut(normal, level, cuts)
+        parts = [t.lookup(normal[c], level[c]) for t, c in zip(self.tables, cuts, strict=True)]
         xp = namespace(level)
         return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
 
-    def _submerged(self, level: Array) -> Wet:
-        """Everything of a deep batch: what the table gives for one deep row."""
-        up = np.array([[0.0, 0.0, 1.0]])
-        volume, centre, *_ = self.tables[0].lookup(up, level[:1])
-        return Wet(
-            np.repeat(volume, len(level), axis=0), np.repeat(centre, len(level), axis=0), None, None
+    def _where_cut(self, normal: Floats, level: Floats, cuts: Sequence[slice]) -> Wet:
+        """Look only where the surface may cut a hull; elsewhere all of it is wet, or nothing."""
+        volume, centre, area, middle = (
+            np.zeros((len(level), k), level.dtype) for k in (1, 3, 1, 3)
         )
+        if not self._whole:
+            self._whole = [deep(table, level.dtype) for table in self.tables]
+        cut_at_all = False
+        for k, cut in enumerate(cuts):
+            heights, reach = level[cut, 0], self.reach[k]
+            (near,) = (np.abs(heights) < reach).nonzero()
+            if len(near) < len(heights):
+                under = heights >= reach
+                volume[cut][under], centre[cut][under] = self._whole[k]
+            if len(near):
+                cut_at_all = True
+                parts = self.tables[k].lookup(normal[cut][near], level[cut][near])
+                for column, part in zip((volume, centre, area, middle), parts, strict=True):
+                    column[cut][near] = part
+        return Wet(volume, centre, area, middle) if cut_at_all else Wet(volume, centre, None, None)
+
+
+def deep(table: HullTable, kind: Any) -> tuple[Floats, Floats]:
+    """Return volume and centroid that a table gives far under water, shapes (1, 1) and (1, 3)."""
+    up = np.array([[0.0, 0.0, 1.0]], dtype=kind)
+    volume, centre, *_ = table.lookup(up, np.full((1, 1), DEEP, dtype=kind))
+    return volume, centre
 
 
 class WettingNone:
