@@ -1,10 +1,13 @@
-"""Before a sweep begins, every value is composed once, and not every combination of values."""
+"""Before a sweep begins, each kind of value is composed once, and not each combination of them."""
 
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
+
+WHOLE, REAL = re.compile(r"[-+]?\d+"), re.compile(r"[-+]?(\d+\.\d*|\.?\d+)([eE][-+]?\d+)?")
 
 
 @contextlib.contextmanager
@@ -13,8 +16,8 @@ def checked_by_value() -> Iterator[None]:
 
     Hydra composes every job before the first one starts, in one process: with hundreds of them the
     others wait for that. A wrong value is wrong in whatever company, so a job is composed only for
-    a value that none before it had. Two values that are wrong only together are refused when their
-    job begins.
+    a value that none before it had; and where one whole number can be composed, so can another.
+    What is wrong only together, or out of its bounds, is refused when its job begins.
     """
     from hydra.plugins.sweeper import Sweeper
 
@@ -31,16 +34,31 @@ def checked_by_value() -> Iterator[None]:
 
 
 def newcomers(batch: Sequence[Sequence[str]]) -> list[Sequence[str]]:
-    """Return the jobs with a word that no job before them had.
+    """Return the jobs with a word of a kind that no job before them had.
 
     Example:
-        >>> newcomers([["a=1", "b=1"], ["a=1", "b=2"], ["a=2", "b=1"], ["a=2", "b=2"]])
-        [['a=1', 'b=1'], ['a=1', 'b=2'], ['a=2', 'b=1']]
+        >>> newcomers([["a=x", "b=1"], ["a=x", "b=2"], ["a=y", "b=1"], ["a=y", "b=2.5"]])
+        [['a=x', 'b=1'], ['a=y', 'b=1'], ['a=y', 'b=2.5']]
     """
     seen: set[str] = set()
     found = []
     for words in batch:
-        if not seen.issuperset(words):
+        kinds = {kind(word) for word in words}
+        if not seen.issuperset(kinds):
             found.append(words)
-            seen.update(words)
+            seen |= kinds
     return found
+
+
+def kind(word: str) -> str:
+    """Return an override with the number it sets, if it does, replaced by what numbers it is of.
+
+    Example:
+        >>> kind("seed=12"), kind("a.b=-1.5e3"), kind("robot=crab"), kind("+x@y=z")
+        ('seed=whole', 'a.b=real', 'robot=crab', '+x@y=z')
+    """
+    key, equals, value = word.partition("=")
+    for pattern, name in ((WHOLE, "whole"), (REAL, "real")):
+        if pattern.fullmatch(value):
+            return f"{key}{equals}{name}"
+    return word

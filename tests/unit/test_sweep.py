@@ -320,10 +320,10 @@ def test_values_that_are_wrong_together_end_a_sweep_that_can_go_on(
     assert [row["number"] for row in lines(tmp_path / "s")] == ["0"]
 
 
-def test_every_value_is_composed_once_before_the_first_job(
+def test_every_kind_of_value_is_composed_once_before_the_first_job(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Six jobs of three and two values: four are composed; a wrong value stops them all."""
+    """Twelve jobs of two words and any numbers: two are composed; a wrong value stops them all."""
     from hydra.plugins.sweeper import Sweeper
 
     from seals.run import application
@@ -338,10 +338,11 @@ def test_every_value_is_composed_once_before_the_first_job(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(Sweeper, "validate_batch_is_legal", counted)
     monkeypatch.setattr(application, "execute", lambda config: 0)
-    assert main(["run", "-m", "robot=ball", "seed=1,2,3", "time.duration=0.1,0.2"]) == 0
-    assert len(composed) == 4
+    assert main(["run", "-m", "robot=ball,aam", "seed=1,2,3", "time.duration=0.1,0.2"]) == 0
+    assert [words[0] for words in composed] == ["robot=ball", "robot=aam"]
     assert Sweeper.validate_batch_is_legal is counted
     (sweep,) = tmp_path.glob("runs/*/*")
-    assert len(read_jobs(sweep)) == 6
+    assert len(read_jobs(sweep)) == 12
     assert main(["run", "-m", "robot=ball", "seed=1,2", "time.duration=0.1,long"]) == 2
+    assert main(["run", "-m", "robot=ball", "seed=1,2.5"]) == 2
     assert list(tmp_path.glob("runs/*/*")) == [sweep]
