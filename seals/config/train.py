@@ -20,6 +20,7 @@ OWN = (
     "shown",
     "shuffled",
     "varied",
+    "varied_from",
     "film",
 )
 """Keys of a training that its environment does not have."""
@@ -43,6 +44,8 @@ class TrainSettings(LearnSettings):
         varied: by how many standard deviations of their tolerances the parameters of the training's
             environments differ from those configured, each environment by its own draw; twins
             only. Evaluations keep to what is configured [1].
+        varied_from: folder that ``seals diagnose`` wrote: what it estimated is drawn from its
+            posterior, all else from the tolerances by ``varied``; twins only.
         film: whether a film of the trained policy is left beside it, one episode from a start of
             the evaluations, drawn by ``viewer``.
     """
@@ -60,4 +63,5 @@ class TrainSettings(LearnSettings):
     varied: float = param(
         0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: alike", fit=False
     )
+    varied_from: str | None = None
     film: bool = False

@@ -163,6 +163,7 @@ def _effect(claim: Claim) -> dict[str, Any]:
     candidate = claim.hypothesis.candidates[claim.index]
     return {
         "name": candidate.name,
+        **_place(candidate),
         "confidence": claim.confidence,
         "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
     }
@@ -174,9 +175,20 @@ def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
     candidate = hypothesis.candidates[-1]
     return {
         "name": name,
+        **_place(candidate),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
     }
+
+
+def _place(candidate: Candidate) -> dict[str, Any]:
+    """In which medium, or on which link of the robot, the effect acts, where variants differ so."""
+    variant, out = candidate.variant, dict[str, Any]()
+    if "medium" in variant:
+        out["medium"] = "water" if variant["medium"] else "air"
+    if "link" in variant:
+        out["link"] = int(variant["link"])
+    return out
 
 
 def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
 
 ANSWER = "diagnosis.json"
+KEY = "diagnosis"
+"""Key by which a diagnosis is given."""
 FORMULA = "formula"
 """Name of the effect of a formula, and the word that accepts it."""
 _REFUSED = {
@@ -55,7 +57,11 @@ class Finding:
 
 
 def read_answer(
-    where: str | Path, *, choose: str | None = None, accept: str | None = None
+    where: str | Path,
+    *,
+    choose: str | None = None,
+    accept: str | None = None,
+    key: str = KEY,
 ) -> Finding:
     """Read a diagnosis and pick what is to be added.
 
@@ -63,6 +69,7 @@ def read_answer(
         where: folder of the diagnosis, or its file.
         choose: which one of an ambiguous set.
         accept: ``formula`` for the formula found in place of a named effect.
+        key: that named it, for messages.
 
     Raises:
         ConfigError: there is no diagnosis, or its verdict gives nothing to add.
@@ -71,7 +78,7 @@ def read_answer(
     path = path / ANSWER if path.is_dir() else path
     if not path.is_file():
         raise ConfigError(
-            f"diagnosis={where}: there is no {ANSWER}.\n"
+            f"{key}={where}: there is no {ANSWER}.\n"
             "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
         )
     try:
@@ -94,7 +101,7 @@ def read_answer(
     first = str(effects[0]["name"]) if effects else None
     return Finding(
         file=path,
-        effects=() if law is not None else _chosen(effects, verdict, choose),
+        effects=() if law is not None else _chosen(effects, verdict, choose, key),
         verdict=verdict,
         chosen=choose is not None,
         log=str(log.get("path") or ""),
@@ -123,15 +130,15 @@ def _formula(
 
 
 def _chosen(
-    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None
+    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None, key: str
 ) -> tuple[Mapping[str, Any], ...]:
     names = [str(e["name"]) for e in effects]
     if choose is None:
         if verdict == "ambiguous":
+            own = f", or take one on your own judgement: choose={names[0]}" if key == KEY else ""
             raise ConfigError(
                 f"the diagnosis is ambiguous: {' or '.join(names)}.\n"
-                f"Plan a flight that tells them apart (seals plan effects=[{','.join(names)}]), "
-                f"or take one on your own judgement: choose={names[0]}"
+                f"Plan a flight that tells them apart (seals plan effects=[{','.join(names)}]){own}"
             )
         return tuple(effects)
     if choose not in names:

@@ -8,11 +8,17 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.learn.environments.posterior import Estimate
 from seals.schema import Parameter, parameters_of
 
 
 def drawn(
-    effects: Mapping[str, Any], count: int, *, share: float, rng: np.random.Generator
+    effects: Mapping[str, Any],
+    count: int,
+    *,
+    share: float,
+    rng: np.random.Generator,
+    known: Mapping[str, Estimate] | None = None,
 ) -> dict[str, Floats]:
     """Return parameters of N environments, normal about those configured, within their bounds.
 
@@ -23,6 +29,8 @@ def drawn(
         count: N.
         share: of the tolerances that is one standard deviation; 0 for no difference.
         rng: decides the draws, effect by effect.
+        known: what is known better than by tolerances, by ``"effect.parameter"``; these are drawn
+            about their means with their own deviations, whatever the share.
 
     Returns:
         ``"effect.parameter"`` to values, shape (N,), as twins take them.
@@ -33,12 +41,15 @@ def drawn(
     """
     found = {}
     for name, effect in effects.items():
-        for field, known in parameters_of(effect).items():
-            value = getattr(effect, field)
-            size = deviation(known, value)
-            if share > 0.0 and size > 0.0:
-                values = value + share * size * rng.standard_normal(count)
-                found[f"{name}.{field}"] = np.clip(values, *known.bounds)
+        for field, declared in parameters_of(effect).items():
+            key, value = f"{name}.{field}", getattr(effect, field)
+            if known is not None and key in known:
+                mean, size = known[key]
+            else:
+                mean, size = value, share * deviation(declared, value)
+                if size == 0.0:
+                    continue
+            found[key] = np.clip(mean + size * rng.standard_normal(count), *declared.bounds)
     return found
 
 

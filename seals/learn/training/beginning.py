@@ -52,17 +52,23 @@ def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
     """
     share = float(config.varied)
     check_value("varied", share, parameters_of(TrainSettings)["varied"])
-    if share == 0.0:
+    diagnosis = config.varied_from
+    if share == 0.0 and diagnosis is None:
         return None
     if "interval" not in config.backend:
+        said = f"varied={share:g}" if diagnosis is None else f"varied_from={diagnosis}"
         raise ConfigError(
-            f"varied={share:g}: only twins differ from one another.\nSay backend=twin, or varied=0"
+            f"{said}: only twins differ from one another.\n"
+            "Say backend=twin, or leave varied and varied_from out"
         )
     from seals.config.learning import build_learning
+    from seals.learn.environments.posterior import estimates
     from seals.learn.environments.varied import drawn
 
-    settings, _ = build_learning(config)
-    return dict(drawn(settings.effects, count, share=share, rng=np.random.default_rng(seed)))
+    effects = build_learning(config)[0].effects
+    known = None if diagnosis is None else estimates(str(diagnosis), effects, config.model)
+    rng = np.random.default_rng(seed)
+    return dict(drawn(effects, count, share=share, rng=rng, known=known))
 
 
 def _device(config: Any) -> str:

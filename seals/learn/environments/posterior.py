@@ -1,0 +1,185 @@
+"""What a diagnosis knows of an environment's effects: where its parameters lie, and how surely."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from seals.effects.effect import Effect
+from seals.errors import ConfigError, suggestion
+from seals.registry import get, names
+from seals.repair.answer import Finding, read_answer
+from seals.schema import parameters_of
+
+KEY = "varied_from"
+_NORMAL90 = 1.6449
+"""Half of a 90 % interval in standard deviations."""
+_PLACES = ("rotor", "joint")
+"""What an answer says of an effect beside its parameters: at which of several it sits."""
+_MEDIA = ("air", "water")
+
+
+class Estimate(NamedTuple):
+    """A parameter as a diagnosis found it.
+
+    Args:
+        mean: in the parameter's unit.
+        sd: one standard deviation of the posterior.
+    """
+
+    mean: float
+    sd: float
+
+
+def estimates(
+    where: str | Path, effects: Mapping[str, Any], model: Mapping[str, Any] | None = None
+) -> dict[str, Estimate]:
+    """Return the parameters of an environment's effects that a diagnosis has estimated.
+
+    An answer tells changes of the model that its log states, as ``seals add`` takes them: they are
+    added to what is configured. A model made of that answer holds those of the effects already.
+
+    Args:
+        where: folder that ``seals diagnose`` wrote, or its file.
+        effects: of the environment by name.
+        model: content of the model that the environment has taken over, or None.
+
+    Returns:
+        Estimates by ``"effect.parameter"``: those of the missing effects, and the values of the
+        data sheet that were fitted beside them, where the environment has such an effect.
+
+    Raises:
+        ConfigError: it is no diagnosis, names no effect, names one that the environment does not
+            have, or the model is made of another one.
+    """
+    finding = read_answer(where, key=KEY)
+    if model is not None:
+        _refuse_other(finding, model)
+    found = dict(_of_the_sheet(finding, effects))
+    for entry in finding.effects:
+        found |= _of_the_answer(finding, entry, effects, added=model is not None)
+    return found
+
+
+def _of_the_answer(
+    finding: Finding, entry: Mapping[str, Any], effects: Mapping[str, Any], *, added: bool
+) -> dict[str, Estimate]:
+    """Estimates of one missing effect; ``added`` where the environment has its values already."""
+    kind, told = str(entry["name"]), entry.get("parameters") or {}
+    places = {k: told[k]["value"] for k in _PLACES if k in told}
+    alike = _alike(kind, effects, medium=str(entry.get("medium") or ""), **places)
+    if added:
+        alike = [name for name in alike if effects[name].correction] or alike
+    if not alike:
+        raise ConfigError(
+            f"{KEY}={finding.file.parent}: it found {kind}{_words(places)}, and the environment "
+            f"has no such effect.\nAdd it: '+effect@effects.{kind}={kind}', or +model=NAME that "
+            f"seals add made.  {suggestion(kind, effects, label='Effects')}"
+        )
+    elsewhere = int(entry.get("link") or 0) > 0 and not added
+    if len(alike) > 1 or elsewhere:
+        where = f"it found {kind} on link {entry['link']}" if elsewhere else f"it found {kind}"
+        raise ConfigError(
+            f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
+            f"cannot be told: {', '.join(alike)}.\n"
+            "Take the model that seals add makes of it: +model=NAME"
+        )
+    found = {}
+    for field, given in told.items():
+        if field in _PLACES:
+            continue
+        value, sd = _interval(given, f"{finding.file}: {kind}.{field}")
+        own = _field(effects[alike[0]], field, finding.file)
+        base = float(getattr(effects[alike[0]], own))
+        found[f"{alike[0]}.{own}"] = Estimate(base if added else base + value, sd)
+    return found
+
+
+def _of_the_sheet(finding: Finding, effects: Mapping[str, Any]) -> Iterator[tuple[str, Estimate]]:
+    """Values of the data sheet as corrected, of effects that the environment has just once.
+
+    Others are of sensors, or of the body itself, whose parameters the environment does not vary.
+    """
+    for key, fitted in finding.nominal.items():
+        instance, _, field = key.partition(".")
+        kind, places = _kind(instance)
+        alike = _alike(kind, effects, **places) if kind in names("effect") else []
+        alike = [name for name in alike if not effects[name].correction]
+        if len(alike) != 1 or field not in parameters_of(effects[alike[0]]):
+            continue
+        value, sd = (_number(fitted.get(k), f"{finding.file}: {key}.{k}") for k in ("value", "sd"))
+        base = float(getattr(effects[alike[0]], field))
+        yield f"{alike[0]}.{field}", Estimate(base + value, sd)
+
+
+def _kind(instance: str) -> tuple[str, dict[str, Any]]:
+    """Return the effect that a factor of the data sheet is of, and where it sits.
+
+    Example:
+        >>> _kind("quadratic_drag_water_change"), _kind("weak_rotor_2")
+        (('quadratic_drag', {'medium': 'water'}), ('weak_rotor', {'rotor': 2}))
+    """
+    name = instance.removesuffix("_change")
+    stem, _, last = name.rpartition("_")
+    if last in _MEDIA:
+        return stem, {"medium": last}
+    if last.isdigit():
+        return stem, {"rotor" if "rotor" in stem else "joint": int(last)}
+    return name, {}
+
+
+def _alike(kind: str, effects: Mapping[str, Any], *, medium: str = "", **places: Any) -> list[str]:
+    """Names of the effects of a kind, in a medium and at a place, where these are told.
+
+    Of several those on the link that a diagnosis means: the one that the plug-in itself names.
+    """
+    plain: type[Effect] = get("effect", kind).load() if kind in names("effect") else Effect
+    found = []
+    for name, effect in effects.items():
+        own = getattr(effect, "medium", None)
+        wet = not medium or own is None or own.value in (medium, "any")
+        here = all(getattr(effect, k, None) == int(v) for k, v in places.items())
+        if type(effect) is plain and wet and here:
+            found.append(name)
+    usual = [n for n in found if list(effects[n].links) == list(plain().links)]
+    return usual if len(found) > 1 and usual else found
+
+
+def _field(effect: Any, field: str, file: Path) -> str:
+    """The effect's own name of a parameter: an answer may tell a change by that of the whole."""
+    for name in (field, f"{field}_change"):
+        if name in parameters_of(effect):
+            return name
+    raise ConfigError(
+        f"{file}: '{field}' is not a parameter of {type(effect).__name__}.\nDiagnose the log again."
+    )
+
+
+def _interval(given: Any, where: str) -> tuple[float, float]:
+    """Value and standard deviation of a 90 % interval."""
+    told = given if isinstance(given, Mapping) else {}
+    value, low, high = (_number(told.get(k), f"{where}.{k}") for k in ("value", "low90", "high90"))
+    return value, abs(high - low) / (2.0 * _NORMAL90)
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ConfigError(f"{where}={value} is no finite number.\nDiagnose the log again.")
+    return float(value)
+
+
+def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:
+    """Refuse a model that was not made of this answer: its values mean something else."""
+    made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
+    if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
+        raise ConfigError(
+            f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another diagnosis."
+            "\nMake one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
+        )
+
+
+def _words(places: Mapping[str, Any]) -> str:
+    return "".join(f" of {name} {int(value)}" for name, value in places.items())
