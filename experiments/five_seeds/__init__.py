@@ -13,6 +13,9 @@ from seals.experiments.five_seeds.shipping import ship
 from seals.experiments.learning_study.arms import Training
 from seals.experiments.learning_study.running import run_all, run_verb
 
+FIRST = 1_000_000
+"""Seed of the first start of a round of labels, for each round before it and itself."""
+
 
 def main(words: Sequence[str] | None = None) -> int:
     """Train, judge and tell; the same command goes on where an earlier one was cut off.
@@ -36,7 +39,7 @@ def main(words: Sequence[str] | None = None) -> int:
     recipe = RECIPES[given.recipe]
     out = Path(given.out or f"runs/five_seeds/{given.recipe}")
     lessons = (*recipe.world, *recipe.lessons)
-    shown = demonstrated(out / "demonstrations", recipe, given.more)
+    shown = demonstrated(out, recipe, given.more)
     jobs = [
         Training(
             out / str(seed),
@@ -71,17 +74,45 @@ def main(words: Sequence[str] | None = None) -> int:
     return 0
 
 
-def demonstrated(folder: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, ...]:
+def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, ...]:
     """Record the demonstrations of a recipe, once, and return what a training is told of them.
 
     Args:
-        folder: of the demonstrations.
+        out: folder of the study.
         recipe: that wants them or not.
         more: further overrides; those of the task are its lessons, too.
     """
     if not recipe.shown:
         return ()
+    told = (word for word in more if word.startswith("task."))
+    world = (*recipe.world, *recipe.lessons, *told)
+    folder = out / "demonstrations"
     if not folder.exists():
-        lessons = (*recipe.lessons, *(word for word in more if word.startswith("task.")))
-        run_verb("record", *recipe.world, *lessons, f"episodes={recipe.shown}", f"out={folder}")
+        run_verb("record", *world, f"episodes={recipe.shown}", f"out={folder}")
+    for number in range(1, recipe.rounds + 1):
+        folder = labelled(folder, number, recipe, world)
     return (f"demonstrations={folder}",)
+
+
+def labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
+    """Add what the expert says to what a policy of the demonstrations so far does, once.
+
+    Args:
+        shown: folder of the demonstrations so far.
+        number: of the round, from 1 on.
+        recipe: with the training and the number of episodes.
+        world: words of environment and task.
+
+    Returns:
+        The folder of the demonstrations, now with those of this round.
+    """
+    folder = shown.with_name(f"demonstrations_{number}")
+    if folder.exists():
+        return folder
+    trained = shown.with_name(f"round_{number}")
+    learns = (*recipe.training, "course.episodes=1", f"demonstrations={shown}")
+    run_verb("train", *world, *learns, f"hydra.run.dir={trained}")
+    run_verb("record", *world, f"policy={trained / 'policy'}", "labels=scripted", "keep=all",
+             f"episodes={recipe.labelled}", f"first={FIRST * number}", f"after={shown}",
+             f"out={folder}")  # fmt: skip
+    return folder

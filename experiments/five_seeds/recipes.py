@@ -13,6 +13,8 @@ class Recipe(NamedTuple):
         training: learner and course.
         seeds: trainings, with the seeds 0, 1, 2 and so on.
         shown: demonstrations that the scripted expert records first, 0 for none.
+        rounds: times that what was learned by then acts, and the expert says what it would do.
+        labelled: episodes of such a round.
         lessons: what of the world is changed for demonstrations and training alone.
         enough: share of its held-out starts that a seed is asked for [1].
     """
@@ -21,6 +23,8 @@ class Recipe(NamedTuple):
     training: tuple[str, ...]
     seeds: int = 5
     shown: int = 0
+    rounds: int = 0
+    labelled: int = 0
     lessons: tuple[str, ...] = ()
     enough: float = 0.95
 
@@ -79,6 +83,15 @@ RECIPES = {
         # who has arrived learns no more: episodes are half as long
         lessons=("task.duration=4",),
         enough=0.9,
+    ),
+    "catch": Recipe(
+        ("env=catch", "task.ends=true"),
+        ("learner=bc_catch", "course.episodes=10", "course.checkpoint=0"),
+        seeds=1,
+        shown=60,
+        rounds=2,
+        labelled=30,
+        enough=0.7,
     ),
     "reach_no_reward": Recipe(("env=reach", "task.reward_form=none"), _SHORT, 1),
     "reach_shuffled": Recipe(("env=reach", "task.shuffled=true"), _SHORT, 1),

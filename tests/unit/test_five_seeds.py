@@ -11,8 +11,9 @@ import pytest
 
 from seals.config.compose import compose
 from seals.errors import ConfigError
+from seals.experiments import five_seeds
 from seals.experiments.five_seeds.outcome import outcome, tell
-from seals.experiments.five_seeds.recipes import RECIPES
+from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
 from seals.learn.evaluation.judgement import Judgement
 from seals.learn.evaluation.page import write_judgements
@@ -89,4 +90,36 @@ def test_every_recipe_is_a_training(name: str) -> None:
     recipe = RECIPES[name]
     config = compose([*recipe.world, *recipe.lessons, *recipe.training], root="train")
     assert config.task.rate > 0.0
-    assert (recipe.shown > 0) == (config.learner.demonstrations == "buffer")
+    # behaviour cloning has no choice: it wants them always
+    takes = config.learner.get("demonstrations", "buffer") == "buffer"
+    assert (recipe.shown > 0) == takes
+
+
+def test_rounds_of_labels_build_on_one_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each round trains on all that is there and adds what the expert says; none is done twice."""
+    said: list[tuple[str, ...]] = []
+
+    def run(*words: str) -> None:
+        said.append(words)
+        out = next((word for word in words if word.startswith("out=")), None)
+        if out is not None:
+            Path(out.removeprefix("out=")).mkdir()
+
+    monkeypatch.setattr(five_seeds, "run_verb", run)
+    recipe = Recipe(("env=catch",), ("learner=bc",), shown=6, rounds=2, labelled=3)
+    last = f"demonstrations={tmp_path / 'demonstrations_2'}"
+    assert five_seeds.demonstrated(tmp_path, recipe, ["task.duration=4"]) == (last,)
+    assert [words[0] for words in said] == ["record", "train", "record", "train", "record"]
+    assert all({"env=catch", "task.duration=4"} <= set(words) for words in said)
+    first, second = said[2], said[4]
+    assert {"labels=scripted", f"policy={tmp_path / 'round_1' / 'policy'}"} <= set(first)
+    assert f"after={tmp_path / 'demonstrations'}" in first
+    assert f"demonstrations={tmp_path / 'demonstrations_1'}" in said[3]
+    assert f"after={tmp_path / 'demonstrations_1'}" in second
+    starts = [word for words in (first, second) for word in words if word.startswith("first=")]
+    assert len(set(starts)) == 2
+    said.clear()
+    assert five_seeds.demonstrated(tmp_path, recipe, ["task.duration=4"]) == (last,)
+    assert not said

@@ -92,7 +92,8 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
         config=world_config(config),
         tried=tried,
     )
-    return _after(before, Demonstrations(origin=origin, episodes=kept)), tried
+    found = _after(before, Demonstrations(origin=origin, episodes=kept))
+    return found, found.origin.tried
 
 
 def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
