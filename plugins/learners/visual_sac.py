@@ -17,6 +17,7 @@ from seals.schema import param
 if TYPE_CHECKING:
     from torch import Tensor
 
+NOTHING = ": nothing is left to see.\nBlind means use_pixels=false and use_state=true."
 CRITICS = ("same", "state")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 
@@ -72,10 +73,7 @@ class VisualSAC(SAC):
         whole(channels=(self.channels, 1), features=(self.features, 1), shift=(self.shift, 0))
         one_of("critics_see", self.critics_see, CRITICS)
         if not (self.use_pixels or self.use_state):
-            raise ConfigError(
-                "learner.use_pixels and learner.use_state are both false: nothing is left to see.\n"
-                "Blind means use_pixels=false and use_state=true."
-            )
+            raise ConfigError(f"learner.use_pixels and learner.use_state are both false{NOTHING}")
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> VisualSacAgent:
         """Return a fresh agent.
@@ -127,6 +125,10 @@ class VisualSacAgent(SacAgent):
         import torch
 
         self._left = left(spaces.names, learner.withheld)
+        if self._left == [] and not learner.use_pixels:
+            raise ConfigError(
+                f"learner.withheld takes all numbers, use_pixels=false the rest{NOTHING}"
+            )
         self._columns = None if self._left is None else torch.tensor(self._left, device=device)
         self.sighted = "critics" if learner.critics_see == "same" else "actor"
         super().__init__(learner, spaces, device, seed, **more)

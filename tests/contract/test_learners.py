@@ -42,7 +42,15 @@ def test_an_installed_learner_works_on_an_accelerator(name: str) -> None:
     assert report.updates > 0
 
 
-@pytest.mark.parametrize("values", [{"use_pixels": False}, {"use_state": False}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"use_pixels": False},
+        {"use_state": False},
+        {"use_state": False, "critics_see": "state"},
+        {"critics_see": "state"},
+    ],
+)
 def test_a_blind_learner_and_one_that_only_sees_keep_it_too(values: dict[str, Any]) -> None:
     """Either half of the observation may be left out."""
     assert check_learner("visual_sac", values={**VALUES["visual_sac"], **values}).updates > 0
