@@ -23,12 +23,16 @@ Numbers = NDArray[np.float32]
 def composed(env: str, backend: str, overrides: Sequence[str]) -> Any:
     """Return the configuration of an environment; an empty backend is that of the recipe.
 
+    A ``backend=`` among the overrides goes first: makers of environments that know a keyword of
+    this name themselves do not pass it on.
+
     Raises:
         SealsError: an override is wrong.
     """
     from seals.config.compose import compose
 
-    engine = [f"backend={backend}"] if backend else []
+    said = any(word.startswith("backend=") for word in overrides)
+    engine = [f"backend={backend}"] if backend and not said else []
     return compose([f"env={env}", *engine, *overrides], root="learn")
 
 
@@ -97,6 +101,8 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     """
 
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012  the interface has it so
+    autoreset_mode = AutoresetMode.SAME_STEP
+    """The same, where Gymnasium's own vector environments have it and TorchRL looks for it."""
 
     def __init__(
         self,

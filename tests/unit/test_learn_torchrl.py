@@ -1,0 +1,123 @@
+"""The environments in TorchRL's wrappers and collectors, as their users know them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-seals[learn]'")
+gymnasium = pytest.importorskip("gymnasium")
+
+SHORT = ["task.duration=0.2"]
+STEPS = 5
+"""Control steps in an episode."""
+collecting = pytest.mark.filterwarnings(
+    # importing its collectors, TorchRL warns of classes of its own
+    "ignore:Creating .*WeightUpdater.* which inherits:DeprecationWarning"
+)
+
+
+def maker() -> Callable[[], Any]:
+    """A function that makes four twins behind TorchRL's wrapper in whatever process calls it."""
+    words = list(SHORT)
+
+    # inside of another one: a process that is spawned cannot import this file
+    def flock() -> Any:
+        import gymnasium
+        from torchrl.envs import GymWrapper
+
+        import seals.envs  # noqa: F401  makes the ids known in this process
+
+        env = gymnasium.make_vec(
+            "SEALS/Hover-v0", 4, vectorization_mode="vector_entry_point", overrides=words
+        )
+        return GymWrapper(env)
+
+    return flock
+
+
+def collected(seed: int) -> Any:
+    """Two processes of four twins each, ten steps each of random actions."""
+    from torchrl.collectors import MultiSyncCollector
+
+    collector = MultiSyncCollector(
+        [maker(), maker()], frames_per_batch=80, total_frames=160, cat_results="stack"
+    )
+    try:
+        collector.set_seed(seed)
+        return torch.stack([batch.clone() for batch in collector])
+    finally:
+        collector.shutdown()
+
+
+def goes_on(batch: Any) -> None:
+    """Steps follow one another within an episode, and a new one begins after its last step.
+
+    Args:
+        batch: of shape (..., steps).
+    """
+    seen, reached = batch["observation"], batch["next", "observation"]
+    ended = batch["next", "done"][..., :-1, 0]
+    assert ended.any()
+    apart = (seen[..., 1:, :] - reached[..., :-1, :]).abs().amax(-1)
+    assert float(apart[~ended].max()) == 0.0
+    # targets are drawn within half a metre: two starts in ten million are alike
+    assert float(apart[ended].min()) > 1e-4
+    # the last step of an episode reaches what lies beside the one before, not the next start
+    moved = (reached[..., :3] - seen[..., :3]).abs().amax(-1)
+    assert float(moved.max()) < 0.1
+
+
+@pytest.mark.parametrize("backend", ["twin", "free"])
+def test_an_environment_is_made_by_its_name(backend: str) -> None:
+    """The module in the name makes the id known; the engine goes with the overrides."""
+    from torchrl.envs import GymEnv
+    from torchrl.envs.utils import check_env_specs
+
+    env = GymEnv("seals.envs:SEALS/Hover-v0", overrides=[f"backend={backend}", *SHORT])
+    try:
+        check_env_specs(env)
+        kind = "TwinEnvironments" if backend == "twin" else "WorldEnvironments"
+        assert type(env._env.unwrapped._batched).__name__ == kind
+        env.set_seed(5)
+        first = env.rollout(2 * STEPS, break_when_any_done=False)
+        goes_on(first)
+        env.set_seed(5)
+        assert float((env.reset()["observation"] - first["observation"][0]).abs().max()) == 0.0
+    finally:
+        env.close()
+
+
+def test_a_batch_of_twins_is_one_environment_of_many() -> None:
+    """Episodes that end begin anew, and their last observation is not lost."""
+    env = maker()()
+    rollout = env.rollout(2 * STEPS + 2, break_when_any_done=False)
+    assert rollout.batch_size == (4, 2 * STEPS + 2)
+    at = np.flatnonzero(rollout["next", "done"][0, :, 0].numpy())
+    assert at.tolist() == [STEPS - 1, 2 * STEPS - 1]
+    goes_on(rollout)
+    env.close()
+
+
+@pytest.mark.slow
+@collecting
+def test_two_processes_collect_from_twins() -> None:
+    """160 frames; eight twins in two processes, each from a start of its own."""
+    found = collected(3)
+    assert found.batch_size == (2, 2, 4, 10)
+    goes_on(found)
+    starts = found["observation"][0, :, :, 0, :3].reshape(8, 3)
+    assert float(torch.pdist(starts).min()) > 1e-4
+
+
+@pytest.mark.slow
+@collecting
+def test_what_two_processes_collect_follows_the_seed() -> None:
+    """The same seed gives the same frames, another one others."""
+    first, again, other = (collected(seed)["observation"] for seed in (3, 3, 4))
+    assert torch.equal(first, again)
+    assert not torch.equal(first, other)
