@@ -78,7 +78,7 @@ class TaskCatch(TaskReach):
     depth: float = _number(1.0, "m", 0.0, 1e4, "of the tank of the recipe")
     grasp: float = _number(0.07, "m", 1e-3, 10.0, "half of a carapace and a finger")
     closing: float = _number(1.0, "s", 0.01, 60.0, "as the mission")
-    squeeze: float = _number(0.2, "1", 0.0, 1.0, "a newton a tip of aam: 0.3 squeezes crabs out")
+    squeeze: float = _number(0.2, "1", 0.0, 1.0, "a newton or two on each tip of the hand of aam")
     view: float = _number(0.5, "rad", 0.01, 3.2, "the lens of an action camera")
     firm: float = _number(0.3, "N", 1e-6, 1e3, "above splashes, as the mission")
     start_low: list[float] = vector((-0.7, -0.7, 0.5), "m", bounds=_BOX, source="chosen: in air")
