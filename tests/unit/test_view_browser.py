@@ -26,7 +26,7 @@ SOFTWARE = (
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
 )
-PATIENCE = 60.0
+PATIENCE = 180.0
 """Longest time that a picture may take to come true on a busy machine without graphics [s]."""
 HEIGHT = 1.0
 LOWERED = 0.6
