@@ -89,7 +89,7 @@ RECIPES = {
         ("learner=bc_catch", "course.episodes=10", "course.checkpoint=0"),
         seeds=1,
         shown=60,
-        rounds=2,
+        rounds=3,
         labelled=30,
         enough=0.7,
     ),
