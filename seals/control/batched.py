@@ -113,8 +113,8 @@ class BatchAllocation:
             if type(u) is np.ndarray:
                 (rows,) = beyond.nonzero()
                 if len(rows):
-                    taken = (x[rows] for x in np.broadcast_arrays(view.gain, least, high))
-                    u[rows] = self._within(wrench[rows], *taken)
+                    each = np.broadcast_arrays(u, view.gain, least, high)[1:]
+                    u[rows] = self._within(wrench[rows], *(x[rows] for x in each))
             elif some(beyond):
                 inside = self._within(wrench, view.gain, least, high)
                 u = xp.where(beyond[:, None], inside, u)

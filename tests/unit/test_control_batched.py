@@ -10,7 +10,8 @@ import pytest
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.control import Aim, Buoyancy, Situation
-from seals.control.batched import View
+from seals.control.allocation import Saturation
+from seals.control.batched import BatchAllocation, View
 from seals.control.gauge import MassGauge
 from seals.control.limbs import stowed
 from seals.control.plant import build_plant
@@ -106,6 +107,25 @@ def _view(seen: list[Situation]) -> View:
         limit=column("limit"),
         low=column("low"),
     )
+
+
+def test_one_view_stands_for_many_wrenches(parts: Any) -> None:
+    """Limits of one row hold for every wrench: the same commands as with a row each."""
+    _, plant, joints = parts
+    rng = np.random.default_rng(5)
+    view = _view([_situation(plant, joints, rng, 0.0)])
+    allocation = BatchAllocation(
+        plant,
+        MassGauge(plant.robot).at(joints).centre,
+        np.zeros(1),
+        saturation=Saturation.priority,
+        weights=np.ones(4),
+    )
+    wrench = rng.normal(size=(12, 4)) * [200.0, 5.0, 5.0, 5.0]
+    each = View(*(np.repeat(x, 12, axis=0) if np.ndim(x) else x for x in view))
+    found = allocation.commands(wrench, view)
+    np.testing.assert_allclose(found, allocation.commands(wrench, each), atol=1e-9)
+    assert np.any(found >= 0.999 * view.limit)
 
 
 def test_a_gain_on_the_rate_is_refused(parts: Any) -> None:
