@@ -35,6 +35,7 @@ class Case(NamedTuple):
     varied: float
     repeats: int
     steps: int
+    fused: bool = False
 
 
 def built(case: Case, *words: str) -> Any:
@@ -47,7 +48,8 @@ def built(case: Case, *words: str) -> Any:
     from seals.learn.environments.varied import drawn
 
     torch.set_num_threads(1)
-    config = compose([*WORDS, *words], root="learn")
+    fused = f"backend.fused={'true' if case.fused else 'false'}"
+    config = compose([*WORDS, fused, *words], root="learn")
     values = None
     if case.varied:
         settings, _ = build_learning(config)
@@ -98,7 +100,7 @@ def together(case: Case, processes: int) -> tuple[float, float, float]:
     return middle, low, high
 
 
-def flown(medium: str, device: str, count: int) -> dict[str, Any]:
+def flown(medium: str, device: str, count: int, *, fused: bool) -> dict[str, Any]:
     """Return where the same starts are after a second of the same actions."""
     import torch
 
@@ -108,7 +110,7 @@ def flown(medium: str, device: str, count: int) -> dict[str, Any]:
         for name in ("start", "target")
         for side, corner in (("low", low), ("high", high))
     ]
-    case = Case(count, device, 0.0, 1, SECOND)
+    case = Case(count, device, 0.0, 1, SECOND, fused)
     environment = built(case, *boxes)
     environment.reset(list(range(count)))
     draw = torch.Generator().manual_seed(0)
@@ -129,11 +131,12 @@ def apart(one: dict[str, Any], other: dict[str, Any]) -> dict[str, np.ndarray]:
     return found
 
 
-def tell_parity(count: int) -> None:
+def tell_parity(count: int, media: list[str], *, fused: bool) -> None:
     """Print how far apart accelerator and processor end, by medium."""
     print(f"{'after 1 s, relative':20} {'part':>10} {'median':>9} {'99 %':>9} {'largest':>9}")
-    for medium in MEDIA:
-        far = apart(*(flown(medium, device, count) for device in ("cpu", "cuda")))
+    for medium in media:
+        exact = flown(medium, "cpu", count, fused=False)
+        far = apart(exact, flown(medium, "cuda", count, fused=fused))
         for part, gap in far.items():
             median, most = np.quantile(gap, [0.5, 0.99])
             print(f"{medium:20} {part:>10} {median:9.1e} {most:9.1e} {gap.max():9.1e}")
@@ -146,17 +149,20 @@ def main() -> None:
     parser.add_argument("--count", type=int, nargs="+", default=[1024], help="environments at once")
     parser.add_argument("--processes", type=int, default=1, help="at the same time, on a processor")
     parser.add_argument("--varied", type=float, default=0.0, help="spread of the parameters")
+    parser.add_argument("--fused", action="store_true", help="joined by PyTorch's compiler")
     parser.add_argument("--repeats", type=int, default=5, help="blocks of each case")
     parser.add_argument("--steps", type=int, default=20, help="control steps of a block")
     parser.add_argument("--parity", action="store_true", help="compare cuda with cpu")
+    parser.add_argument("--media", nargs="+", default=list(MEDIA), help="where it is compared")
     chosen = parser.parse_args()
     print(machine.describe())
     if chosen.parity:
-        tell_parity(chosen.count[0])
+        tell_parity(chosen.count[0], chosen.media, fused=chosen.fused)
         return
     print(f"{'environments':>12} {'control steps/s':>16} {'lowest':>11} {'highest':>11}")
     for count in chosen.count:
-        case = Case(count, chosen.device, chosen.varied, chosen.repeats, chosen.steps)
+        chosen_case = (count, chosen.device, chosen.varied, chosen.repeats, chosen.steps)
+        case = Case(*chosen_case, chosen.fused)
         speed = together(case, chosen.processes)
         print(f"{count:12d} {speed[0]:16.0f} {speed[1]:11.0f} {speed[2]:11.0f}", flush=True)
 

@@ -18,8 +18,8 @@ MASSES = {"sphere": 2.1, "box": 3.0, "cylinder": 3.1}
 BLOCK = 20
 
 
-def like_of(device: str | None) -> Any:
-    """Return an array of the library to use: NumPy, or PyTorch float64 on a device."""
+def like_of(device: str | None, *, single: bool) -> Any:
+    """Return an array of the library to use: NumPy, or PyTorch on a device."""
     if device is None:
         import numpy as np
 
@@ -27,24 +27,24 @@ def like_of(device: str | None) -> Any:
     import torch
 
     torch.set_num_threads(1)
-    return torch.zeros(1, dtype=torch.float64, device=device)
+    return torch.zeros(1, dtype=torch.float32 if single else torch.float64, device=device)
 
 
-def speed_of(
-    folder: Path, kind: str, *, batch: int, device: str | None, repeats: int
-) -> tuple[float, float, float]:
+def speed_of(folder: Path, kind: str, chosen: Any) -> tuple[float, float, float]:
     """Return median, lowest and highest body-steps a second."""
     import numpy as np
     import scene
 
     from seals.run import build_twin
 
+    batch, device = chosen.batch, chosen.torch
+    like = like_of(device, single=chosen.single)
     settings = scene.settings(
         scene.vehicle(folder, kind, HULLS[kind], MASSES[kind]),
         scene.effects(added_mass=True),
         height=0.0,
     )
-    twin, _ = build_twin(settings, batch=batch, like=like_of(device))
+    twin, _ = build_twin(settings, batch=batch, like=like, fused=chosen.fused)
     rng = np.random.default_rng(0)
     start = twin.start(
         position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
@@ -53,17 +53,42 @@ def speed_of(
         spin=rng.normal(size=(batch, 3)) * 0.3,
     )
 
+    fly = recorded(twin, start) if device == "cuda" else None
+
     def block() -> float:
         state = start
         begin = time.perf_counter()
         for k in range(BLOCK):
-            state, _ = twin.step(state, k * 0.004, 0.004)
+            if fly is None:
+                state, _ = twin.step(state, k * 0.004, 0.004)
+            else:
+                state = fly()
         # reading one number waits for a device that works on its own
         float(state.position[0, 0])
         return BLOCK * batch / (time.perf_counter() - begin)
 
     block()
-    return machine.median(block, repeats)
+    return machine.median(block, chosen.repeats)
+
+
+def recorded(twin: Any, start: Any) -> Any:
+    """Return a step that goes on from where the last one ended, launched as one CUDA graph."""
+    import torch
+
+    from seals.learn.recorded import Recorded
+
+    def law(state: Any, given: Any) -> Any:
+        with torch.no_grad():
+            return twin.step(state, 0.0, 0.004)[0], given
+
+    draw, nothing = torch.Generator(device="cuda"), torch.zeros(1, device="cuda")
+    whole = Recorded(law, start, nothing, draw)
+
+    def step() -> Any:
+        whole(nothing)
+        return whole.state
+
+    return step
 
 
 def main() -> None:
@@ -72,18 +97,22 @@ def main() -> None:
     parser.add_argument(
         "--torch", metavar="DEVICE", nargs="?", const="cpu", help="use PyTorch on cpu or cuda"
     )
+    parser.add_argument("--single", action="store_true", help="with PyTorch: float32")
+    parser.add_argument("--fused", action="store_true", help="with PyTorch: by its compiler")
+    parser.add_argument("--hulls", nargs="+", default=list(HULLS), choices=HULLS)
     parser.add_argument("--batch", type=int, default=1000, help="bodies at once")
     parser.add_argument("--repeats", type=int, default=9, help="blocks of 20 steps of each case")
     chosen = parser.parse_args()
+    if chosen.torch is None and (chosen.fused or chosen.single):
+        parser.error("--fused and --single go with --torch")
     print(machine.describe())
     library = "NumPy" if chosen.torch is None else f"PyTorch on {chosen.torch}"
+    library += ", float32" * chosen.single + ", fused" * chosen.fused
     title = f"twin, {library}, batch {chosen.batch}"
     print(f"{title:34} {'body-steps/s':>13} {'lowest':>9} {'highest':>9}")
     with tempfile.TemporaryDirectory() as folder:
-        for kind in HULLS:
-            speed = speed_of(
-                Path(folder), kind, batch=chosen.batch, device=chosen.torch, repeats=chosen.repeats
-            )
+        for kind in chosen.hulls:
+            speed = speed_of(Path(folder), kind, chosen)
             print(
                 f"{kind + ', crossing, 8 effects':34} "
                 f"{speed[0]:13.0f} {speed[1]:9.0f} {speed[2]:9.0f}"

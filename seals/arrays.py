@@ -5,6 +5,8 @@ Arrays may come from NumPy, PyTorch or array-api-strict.
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -42,10 +44,9 @@ def columns(*parts: Array) -> Array:
 
 
 def some(flags: Array) -> bool:
-    """Return whether any flag is set; on an accelerator always yes.
+    """Return whether any flag is set; where numbers are not asked for always yes.
 
-    There the answer would have to be waited for, and work that is decided by it could not be
-    recorded once and replayed. Whoever asks must be right, if slower, with yes.
+    Whoever asks must be right, if slower, with yes; see `unasked`.
 
     Example:
         >>> some(np.zeros(3) > 1.0)
@@ -54,7 +55,41 @@ def some(flags: Array) -> bool:
     if type(flags) is np.ndarray:
         # a fifth of the time of ``any``
         return bool(np.count_nonzero(flags))
-    return on_accelerator(flags) or bool(namespace(flags).any(flags))
+    return unasked(flags) or bool(namespace(flags).any(flags))
+
+
+_DECIDING = [True]
+
+
+def deciding() -> bool:
+    """Return whether laws may ask for numbers to decide what they do."""
+    return _DECIDING[-1]
+
+
+@contextlib.contextmanager
+def undecided() -> Iterator[None]:
+    """Let all laws called within go one way for all rows, as on an accelerator."""
+    _DECIDING.append(False)
+    try:
+        yield
+    finally:
+        _DECIDING.pop()
+
+
+def unasked(array: Array) -> bool:
+    """Return whether the numbers of an array are not asked for.
+
+    On an accelerator the answer would have to be waited for, and work that is decided by it could
+    not be recorded once and replayed; nor can it be followed once and compiled.
+
+    Example:
+        >>> unasked(np.zeros(3))
+        False
+        >>> with undecided():
+        ...     unasked(np.zeros(3))
+        True
+    """
+    return not deciding() or on_accelerator(array)
 
 
 def on_accelerator(array: Array) -> bool:

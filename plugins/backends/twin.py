@@ -16,6 +16,8 @@ class BackendTwin(BackendFree):
         passable: see `BackendFree`.
         interval: step of the batch's integrator, fourth order [s].
         double: whether the batch computes in float64.
+        fused: whether PyTorch's compiler joins the arithmetic of a batch: minutes at first, several
+            times faster after that; needs a C++ compiler. Evaluations fly without it.
 
     Limitations:
         As of ``free``: nothing touches anything. In a batch, the joints stand still.
@@ -34,3 +36,4 @@ class BackendTwin(BackendFree):
         fit=False,
     )
     double: bool = False
+    fused: bool = False

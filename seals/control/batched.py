@@ -6,21 +6,23 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, columns, namespace, on_accelerator, some
+from seals.arrays import Array, Floats, as_like, columns, namespace, some, unasked
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.plant import ROTOR, Plant
 from seals.dynamics.linear import solve_symmetric
+from seals.fusion import repeated
 
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""
-AHEAD = 3
-"""Changes a drive on an accelerator, all of them always made: nobody waits to see whether more are
-needed. Of 200,000 wrenches, most of them far beyond the drives, 99.5 % (four drives) and 99.2 %
-(six) are settled by then; commands of the rest are within their bounds, and not the best ones."""
+AHEAD = 5
+"""Changes a drive where numbers are not asked for, all of them always made: nobody waits to see
+whether more are needed. Of 100,000 wrenches, most of them far beyond the drives, all (four drives)
+and 99.95 % (six) are settled by then; commands of the rest are within their bounds, and not the
+best ones."""
 SOFT = 1e-9
 """Stiffness that makes the choice among equally good commands unique, share of the whole."""
-ROUNDING = 10.0
-"""Least stiffness in roundings of the numbers at hand, for arrays of single precision."""
+BEYOND = 1e-12
+"""What counts as beyond a bound, share of the span between bounds."""
 
 
 class View(NamedTuple):
@@ -91,6 +93,7 @@ class BatchAllocation:
         matrix = one.matrix(centre)
         size = np.sqrt((matrix * matrix).sum(axis=1))
         self._saturation = saturation
+        like = namespace(like).astype(like, namespace(like).float64)
         self._a = as_like(matrix, like)
         self._level = as_like(1.0 / size, like)
         square = matrix.shape[0] == matrix.shape[1]
@@ -101,7 +104,12 @@ class BatchAllocation:
 
     def commands(self, wrench: Array, view: View) -> Array:
         """Return the commands of all drives, shape (B, n), for wrenches of shape (B, rows)."""
-        xp = namespace(wrench)
+        xp, kind = namespace(wrench), wrench.dtype
+        if kind != xp.float64:
+            # the search among bounds is decided by the last places of its numbers
+            exact = {k: xp.astype(getattr(view, k), xp.float64) for k in ("gain", "limit", "low")}
+            found: Array = self.commands(xp.astype(wrench, xp.float64), view._replace(**exact))
+            return xp.astype(found, kind)
         u = self._least_norm(wrench, view.gain)
         high, least = self.squares(view.limit), self.squares(view.low)
         if self._saturation is Saturation.paper:
@@ -119,7 +127,8 @@ class BatchAllocation:
                 inside = self._within(wrench, view.gain, least, high)
                 u = xp.where(beyond[:, None], inside, u)
         u = xp.where(u < 0.0, u / self._reverse, u)
-        root = xp.sign(u) * xp.sqrt(xp.abs(u))
+        size = xp.sqrt(xp.abs(u))
+        root = xp.where(u < 0.0, -size, size)
         return self._squared * root + (1.0 - self._squared) * u
 
     def squares(self, command: Array) -> Array:
@@ -187,33 +196,30 @@ def _box(h: Array, g: Array) -> Array:
     count = g.shape[1]
     eye = xp.eye(count, dtype=g.dtype, device=g.device)[None]
     trace = sum(h[:, k, k] for k in range(count))
-    fine = float(xp.finfo(g.dtype).eps)
-    soft = h + max(SOFT, ROUNDING * fine) * trace[:, None, None] * eye
-    # what counts as beyond a bound: in double precision 1e-12
-    least = max(1e-12, ROUNDING * fine * (fine > 1e-12))
+    soft = h + SOFT * trace[:, None, None] * eye
     zero, one = g * 0.0, g * 0.0 + 1.0
     x = _solved(soft, g)
     bound = xp.minimum(xp.maximum(x, zero), one)
     free = xp.where(bound == x, one, zero)
     now = _Search(h, soft, g, bound, free, one[:, 0] * (count + 1.0), one[:, 0] * 3.0)
     if type(g) is np.ndarray:
-        x = _row_by_row(now, least)
+        x = _row_by_row(now)
     else:
-        ahead = on_accelerator(g)
+        ahead = unasked(g)
         for _ in range((AHEAD if ahead else ROUNDS) * count):
-            x, wrong = _tried(now, least)
+            x, wrong, then = _round(now)
             if not ahead and not bool(xp.any(wrong)):
                 break
-            now = _changed(now, x, wrong)
+            now = then
     return xp.minimum(xp.maximum(x, zero), one)
 
 
-def _row_by_row(now: _Search, least: float) -> Floats:
+def _row_by_row(now: _Search) -> Floats:
     """Return what each row found, on NumPy: only those still searching are worked on."""
     found: Floats = np.empty_like(now.g)
     rows = np.arange(len(found))
     for _ in range(ROUNDS * now.g.shape[1]):
-        x, wrong = _tried(now, least)
+        x, wrong = _tried(now)
         found[rows] = x
         (left,) = wrong.any(axis=1).nonzero()
         if not len(left):
@@ -223,7 +229,14 @@ def _row_by_row(now: _Search, least: float) -> Floats:
     return found
 
 
-def _tried(now: _Search, least: float) -> tuple[Array, Array]:
+@repeated
+def _round(now: _Search) -> tuple[Array, Array, _Search]:
+    """One round of the search, on PyTorch: best shares, which of them are wrong, what to try."""
+    x, wrong = _tried(now)
+    return x, wrong, _changed(now, x, wrong)
+
+
+def _tried(now: _Search) -> tuple[Array, Array]:
     """Return the best shares with the bounds as they are, and which of them are wrong."""
     xp = namespace(now.g)
     h, g, free = now.h, now.g, now.free
@@ -235,7 +248,7 @@ def _tried(now: _Search, least: float) -> tuple[Array, Array]:
     x = x + _solved(system, free * (g - _times(h, x)))
     slope = _times(h, x) - g
     off = xp.where(now.bound > 0.5, slope, -slope)
-    return x, xp.where(free > 0.0, xp.abs(x - 0.5) - 0.5, off) > least
+    return x, xp.where(free > 0.0, xp.abs(x - 0.5) - 0.5, off) > BEYOND
 
 
 def _changed(now: _Search, x: Array, wrong: Array) -> _Search:
@@ -256,7 +269,7 @@ def _changed(now: _Search, x: Array, wrong: Array) -> _Search:
 
 def _solved(matrix: Array, right: Array) -> Array:
     """Solve symmetric systems, shapes (B, n, n) and (B, n)."""
-    if not on_accelerator(matrix):
+    if not unasked(matrix):
         return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
     size = range(right.shape[1])
     lower = [[matrix[:, i, j] for j in range(i + 1)] for i in size]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from seals.nests import copied, put
+
 if TYPE_CHECKING:
-    from torch import Generator, Tensor
+    from torch import Generator
 
 ROUNDS = 3
 """Calls before the recording: libraries choose their kernels in the first ones."""
@@ -60,36 +62,3 @@ class Recorded:
     def begin(self, state: Any) -> None:
         """Go on from another state."""
         put(state, self.state)
-
-
-def leaves(value: Any) -> Iterator[Tensor]:
-    """Yield all tensors of nested tuples and mappings, in order.
-
-    Example:
-        >>> list(leaves((1, {"a": None, "b": (2,)})))
-        [1, 2]
-    """
-    if isinstance(value, Mapping):
-        for part in value.values():
-            yield from leaves(part)
-    elif isinstance(value, tuple):
-        for part in value:
-            yield from leaves(part)
-    elif value is not None:
-        yield value
-
-
-def copied(value: Any) -> Any:
-    """Return nested tuples and mappings with tensors of their own."""
-    if isinstance(value, Mapping):
-        return {name: copied(part) for name, part in value.items()}
-    if isinstance(value, tuple):
-        parts = [copied(part) for part in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value if value is None else value.clone()
-
-
-def put(source: Any, target: Any) -> None:
-    """Copy all tensors of one nest into those of another of the same form."""
-    for new, old in zip(leaves(source), leaves(target), strict=True):
-        old.copy_(new)

@@ -144,6 +144,7 @@ def build_twin(
     batch: int = 1,
     like: Array | None = None,
     values: Mapping[str, Any] | None = None,
+    fused: bool = False,
 ) -> tuple[Twin, TwinState]:
     """Build the twin of a run and its initial state, repeated over the batch.
 
@@ -152,11 +153,19 @@ def build_twin(
         batch: number of robots.
         like: array whose library, type and device to use.
         values: parameters in place of the configured ones, see `seals.twin.Twin`.
+        fused: let PyTorch's compiler join the arithmetic, likewise.
     """
     refuse_fluid(settings, "the twin")
     robot, effects = build_model(settings)
     twin = Twin(
-        robot, effects, settings.environment, settings.wave, batch=batch, like=like, values=values
+        robot,
+        effects,
+        settings.environment,
+        settings.wave,
+        batch=batch,
+        like=like,
+        values=values,
+        fused=fused,
     )
     return twin, twin_state(twin, initial_configuration(settings, robot))
 

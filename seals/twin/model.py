@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, as_like, column_of, deciding, namespace
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.equations import scatter
 from seals.dynamics.gears import fastest_drive
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator, rows_of, take
 from seals.effects.rigid import changed
+from seals.fusion import Fused
 from seals.medium.build import build_surroundings, tables_of
 from seals.motion import Body, Inputs
 from seals.robot.model import RobotModel
 from seals.twin.fused import FusedBody
 from seals.twin.posture import Posture
 from seals.twin.rigid import RigidBody
+from seals.twin.slopes import Ahead, FusedSlopes
 from seals.twin.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.twin.tree import TreeBody
 from seals.waves import Waves
@@ -46,9 +48,13 @@ class Twin:
         like: array whose library, type and device to use; NumPy float64 by default.
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured
             values.
+        fused: let PyTorch's compiler join the arithmetic of explicit steps, see `seals.fusion`.
 
     Assumptions:
         No contacts. Effects' memory and inputs are held over a step.
+
+    Raises:
+        ConfigError: fused, and not on PyTorch.
 
     Example:
         >>> Twin  # doctest: +ELLIPSIS
@@ -65,6 +71,7 @@ class Twin:
         batch: int,
         like: Array | None = None,
         values: Mapping[str, Any] | None = None,
+        fused: bool = False,
     ) -> None:
         """Bind parameters to the batch and choose the equations of motion."""
         like = np.zeros(1) if like is None else like
@@ -87,6 +94,9 @@ class Twin:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
+        self._slopes = FusedSlopes(self) if fused else self.slopes
+        # within other fused laws the step is a part of them
+        self._whole = Fused(self._explicit) if fused else None
 
     def zero_memory(self) -> dict[str, Array]:
         """Return the memory of all effects at reset."""
@@ -167,14 +177,56 @@ class Twin:
         """
         if self._stiff(step):
             return self._implicit(state, time, step, inputs, posture)
-        k1, memory = self.body.rates(state, time, inputs[0], self.memory, posture)
+        if self._whole is None or not deciding():
+            now, k1, self.memory = self._explicit(state, time, step, inputs, self.memory, posture)
+        else:
+            column = column_of(time, self.like)
+            now, k1, self.memory = self._whole(state, column, step, inputs, self.memory, None)
+        return now, k1
+
+    def _explicit(  # noqa: PLR0917  a law, whole
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        memory: Mapping[str, Array],
+        posture: Posture | None,
+    ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
+        """One step of the Runge-Kutta method: state and memory after it, rates before it."""
+        slopes = self._slopes
+        k1, after = slopes(state, None, time, inputs[0], memory, posture=posture)
         middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step
-        k2, _ = self.body.rates(advance(state, k1, half).normal(), time + half, middle, self.memory)
-        k3, _ = self.body.rates(advance(state, k2, half).normal(), time + half, middle, self.memory)
-        k4, _ = self.body.rates(advance(state, k3, step).normal(), time + step, end, self.memory)
-        self.memory = memory
-        return runge_kutta(state, (k1, k2, k3, k4), step), k1
+        k2, _ = slopes(state, (k1, half), time, middle, memory)
+        k3, _ = slopes(state, (k2, half), time, middle, memory)
+        k4, _ = slopes(state, (k3, step), time, end, memory)
+        return runge_kutta(state, (k1, k2, k3, k4), step), k1, after
+
+    def slopes(
+        self,
+        state: TwinState,
+        ahead: Ahead,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[Rates, Mapping[str, Array]]:
+        """Return the rates a while ahead along other rates, and the new memory.
+
+        Args:
+            state: of the batch.
+            ahead: rates to go along, and for how long [s]; None stays at the state.
+            time: of the state [s].
+            inputs: there and then.
+            memory: of the effects.
+            posture: at the state, where it is known and nothing goes ahead.
+        """
+        if ahead is not None:
+            rates, span = ahead
+            state, time = advance(state, rates, span).normal(), time + span
+        return self.body.rates(state, time, inputs, memory, posture)
 
     def _stiff(self, step: Any) -> bool:
         """Whether the joint drives are too steep for explicit steps of this length [s]."""

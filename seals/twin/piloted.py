@@ -14,6 +14,7 @@ from seals.control.batched_gauge import BatchThrust, BatchWater
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError
+from seals.fusion import Fused
 from seals.motion import Inputs
 from seals.robot.model import RobotModel
 from seals.twin.drives import BatchDrives
@@ -55,6 +56,7 @@ class PilotedTwin:
         like: array whose library, type and device to use.
         step: of the integrator [s].
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the settings.
+        fused: let PyTorch's compiler join the arithmetic, see `seals.fusion`.
 
     Raises:
         ConfigError: the controller has no form over a batch, or a value does not fit.
@@ -71,6 +73,7 @@ class PilotedTwin:
         like: Array,
         step: float,
         values: Mapping[str, Any] | None = None,
+        fused: bool = False,
     ) -> None:
         """Hold the joints, then bind twin and controller."""
         self.plant = plant = build_plant(robot, effects, settings.environment)
@@ -83,7 +86,10 @@ class PilotedTwin:
             batch=batch,
             like=like,
             values=values,
+            fused=fused,
         )
+        self.fused = fused
+        self._ordered = Fused(self._order) if fused else self._order
         self.batch, self.like, self.step = batch, like, step
         self.controller = _batched(settings, plant, joints, like)
         self._every = max(1, round(1.0 / (settings.controller.rate * step)))
@@ -122,15 +128,23 @@ class PilotedTwin:
         """
         goal: Array = None
         for k in range(steps):
-            posture = self.twin.posture(flight.state, flight.time)
+            posture = None if self.fused else self.twin.posture(flight.state, flight.time)
             share = self._share(flight.memory)
             if k % self._every == 0:
-                view = self._view(flight.state, posture, min(self._every, steps - k))
-                order, control = self.controller.command(view, velocity, yaw, flight.control)
+                span = min(self._every, steps - k)
+                goal, control = self._ordered(flight, velocity, yaw, span, posture)
                 flight = flight._replace(control=control)
-                goal = order
             flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
         return flight
+
+    def _order(
+        self, flight: Flight, velocity: Array, yaw: Array, steps: int, posture: Posture | None
+    ) -> tuple[Array, Any]:
+        """Commands of the drives for some steps, and the new memory of the controller."""
+        if posture is None:
+            posture = self.twin.posture(flight.state, flight.time)
+        view = self._view(flight.state, posture, steps)
+        return self.controller.command(view, velocity, yaw, flight.control)
 
     def submersion(self, flight: Flight) -> Array:
         """Return the submerged share of all hulls' volume [1], shape (B, 1)."""
@@ -167,7 +181,7 @@ class PilotedTwin:
         )
 
     def _advance(
-        self, flight: Flight, goal: Array, posture: Posture, share: Array | None
+        self, flight: Flight, goal: Array, posture: Posture | None, share: Array | None
     ) -> Flight:
         """One step of the integrator under held commands."""
         h = self.step

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like, column_of, columns, namespace, on_accelerator
+from seals.arrays import Array, as_like, column_of, columns, namespace, unasked
 from seals.config.environment import EnvironmentSettings
 from seals.dynamics.added import added_terms
 from seals.dynamics.linear import solve_symmetric
@@ -143,7 +143,7 @@ class RigidBody:
 
     def _filled(self, matrix: Array) -> list[tuple[int, int]]:
         """Entries of an added inertia that are not zero everywhere; on an accelerator all."""
-        return FULL if on_accelerator(matrix) else pattern(matrix)
+        return FULL if unasked(matrix) else pattern(matrix)
 
 
 FULL = [(i, j) for i in range(6) for j in range(i + 1)]

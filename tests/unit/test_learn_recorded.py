@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from seals.arrays import fixed, some
+from seals.arrays import fixed, some, undecided
 from seals.config.compose import compose
 from seals.control.batched import BatchAllocation, Saturation, View
 
@@ -21,12 +21,7 @@ class _Pair(NamedTuple):
 
 def _as_if_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """Take the ways that are taken on an accelerator, on the processor."""
-    for module in (
-        "arrays",
-        "control.batched",
-        "twin.rigid",
-        "learn.environments.twin",
-    ):
+    for module in ("arrays", "learn.environments.twin"):
         monkeypatch.setattr(f"seals.{module}.on_accelerator", lambda array: True)
 
 
@@ -38,7 +33,7 @@ def _twins(count: int) -> Any:
 
 def test_copies_keep_the_form_and_share_nothing() -> None:
     """Named tuples, mappings and None stay; a change of the copy is not one of the original."""
-    from seals.learn.recorded import copied, leaves, put
+    from seals.nests import copied, leaves, put
 
     nest = _Pair(torch.ones(2), {"x": (torch.zeros(1).expand(3), None)})
     copy = copied(nest)
@@ -51,7 +46,7 @@ def test_copies_keep_the_form_and_share_nothing() -> None:
 
 def test_nests_of_another_form_are_not_put() -> None:
     """Fewer tensors than there are places for is a mistake, not a partial copy."""
-    from seals.learn.recorded import put
+    from seals.nests import put
 
     with pytest.raises(ValueError, match="zip"):
         put((torch.ones(1),), (torch.ones(1), torch.ones(1)))
@@ -92,7 +87,7 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
         rewards.append(turn.reward)
     monkeypatch.setattr(
         "seals.learn.environments.twin._like_on",
-        lambda device, double: torch.zeros(1, dtype=torch.float64),
+        lambda device, **kind: torch.zeros(1, dtype=torch.float64),
     )
     twins = _twins(6)
     assert torch.equal(twins.reset([1, 2, 3, 4, 5, 6]), seen[0])
@@ -101,10 +96,29 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
     _drawn_ahead(twins)
     with torch.no_grad():
         for k, action in enumerate(actions):
-            scene, (turn, _) = twins._law(scene, twins._taken(action))
+            scene, (turn, _) = twins._moved(scene, twins._taken(action))
             np.testing.assert_allclose(scene.now.position.numpy(), places[k], rtol=0.0, atol=1e-9)
             assert torch.allclose(turn.observation, seen[k + 1], atol=1e-6)
             assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
+
+
+def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a second of wild flight, half of it at the rotors' limits, places agree to 1e-5 m."""
+    plain = _twins(8)
+    plain.reset(list(range(8)))
+    monkeypatch.setattr(
+        "seals.learn.environments.twin._like_on", lambda device, **kind: torch.zeros(1)
+    )
+    twins = _twins(8)
+    twins.reset(list(range(8)))
+    for k in range(24):
+        action = torch.rand(8, 3, generator=torch.Generator().manual_seed(k)) * 2.0 - 1.0
+        plain.step(action)
+        with undecided():
+            scene, _ = twins._joined(twins._scene, twins._taken(action), None)
+        twins._scene = scene
+    assert scene.now.position.dtype == torch.float32
+    np.testing.assert_allclose(scene.now.position.numpy(), plain.now.position, rtol=0.0, atol=1e-5)
 
 
 def _drawn_ahead(twins: Any) -> None:
@@ -121,11 +135,11 @@ def _drawn_ahead(twins: Any) -> None:
 
 def test_what_is_kept_does_not_go_on_with_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
     """A snapshot stays as it was when the tensors of the environments are written over."""
-    from seals.learn.recorded import leaves
+    from seals.nests import leaves
 
     monkeypatch.setattr(
         "seals.learn.environments.twin._like_on",
-        lambda device, double: torch.zeros(1, dtype=torch.float64),
+        lambda device, **kind: torch.zeros(1, dtype=torch.float64),
     )
     twins = _twins(2)
     first = twins.reset([1, 2])
@@ -141,7 +155,7 @@ def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -
     """What ended goes on from a start of the store, what did not is left alone."""
     monkeypatch.setattr(
         "seals.learn.environments.twin._like_on",
-        lambda device, double: torch.zeros(1, dtype=torch.float64),
+        lambda device, **kind: torch.zeros(1, dtype=torch.float64),
     )
     twins = _twins(6)
     twins.reset([1, 2, 3, 4, 5, 6])
@@ -149,7 +163,8 @@ def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -
     _drawn_ahead(twins)
     ended = torch.tensor([True, False, True, False, False, True])
     before = twins._scene
-    after = twins._renewed(before, ended)
+    chance = twins._starts.chances(6, twins._generator)
+    after = twins._renewed(before, ended, chance)
     goals = {tuple(row) for row in twins._starts.goal.tolist()}
     for k, new in enumerate(ended.tolist()):
         row = tuple(after.goal[k].tolist())
@@ -164,7 +179,7 @@ def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -
 def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The changes made ahead settle 97 of 100 wild wrenches; all are within their bounds."""
+    """The changes made ahead settle 199 of 200 wild wrenches; all are within their bounds."""
     from seals.config.run import build_run
     from seals.control.gauge import MassGauge
     from seals.control.limbs import stowed
@@ -188,7 +203,7 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     _as_if_there(monkeypatch)
     ahead = allocation.commands(wrench, view)
     far = ((ahead - exact).abs() / limit).amax(1)
-    assert float((far > 1e-4).double().mean()) < 0.03
+    assert float((far > 1e-4).double().mean()) < 0.005
     assert bool((ahead <= limit * (1.0 + 1e-9)).all())
     assert bool((ahead >= -0.5 * limit * (1.0 + 1e-9)).all())
 

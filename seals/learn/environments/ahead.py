@@ -8,7 +8,7 @@ from seals.arrays import Array
 from seals.twin.piloted import Flight
 
 if TYPE_CHECKING:
-    from torch import Generator
+    from torch import Generator, Tensor
 
 AHEAD = 1 << 16
 """Starts drawn ahead; an episode begins at any of them with equal chance."""
@@ -27,18 +27,20 @@ class Starts(NamedTuple):
     drive: Array
     goal: Array
 
-    def picked(self, flight: Flight, generator: Generator) -> tuple[Flight, Array]:
+    def chances(self, count: int, generator: Generator) -> Tensor:
+        """Return random numbers from 0 to 1, one for each of the starts to pick."""
+        import torch
+
+        return torch.rand(count, generator=generator, device=self.goal.device)
+
+    def picked(self, flight: Flight, chance: Array) -> tuple[Flight, Array]:
         """Return a flight and goals with starts drawn at random.
 
         Args:
             flight: at any start; what does not differ is taken from it.
-            generator: on the device of the arrays.
+            chance: from 0 to 1, 1 excluded, one for each row of the flight.
         """
-        import torch
-
-        count = flight.time.shape[0]
-        at = torch.rand(count, generator=generator, device=self.goal.device) * self.goal.shape[0]
-        rows = at.long()
+        rows = (chance * self.goal.shape[0]).long()
         state = flight.state._replace(**{name: x[rows] for name, x in self.state.items()})
         return flight._replace(state=state, drive=self.drive[rows]), self.goal[rows]
 

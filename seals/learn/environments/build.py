@@ -17,6 +17,7 @@ def batched_of(
     device: str = "cpu",
     seed: int = 0,
     values: Mapping[str, Any] | None = None,
+    fused: bool | None = None,
 ) -> Batched:
     """Build N environments: twins as one batch with ``backend=twin``, else N worlds.
 
@@ -26,6 +27,7 @@ def batched_of(
         device: of all tensors; worlds step on the processor whatever it is.
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, for twins.
+        fused: whether twins are compiled; None as the backend says.
 
     Raises:
         SealsError: the configuration cannot be used.
@@ -37,7 +39,7 @@ def batched_of(
         from seals.learn.environments.twin import TwinEnvironments
 
         twins = TwinEnvironments(
-            settings, task, count=count, device=device, seed=seed, values=values
+            settings, task, count=count, device=device, seed=seed, values=values, fused=fused
         )
         return _seeing(twins, settings, config, seed=seed)
     from seals.learn.environments.world import WorldEnvironment

@@ -13,14 +13,15 @@ from seals.config.run import RunSettings
 from seals.dynamics.tree import forward
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
+from seals.fusion import Fused
 from seals.learn.batched import Turn
 from seals.learn.environments.ahead import Starts
 from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
 from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.environments.standing import Place, Standing, Watcher
-from seals.learn.recorded import copied
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
+from seals.nests import copied
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.carrying import carrying_speeds
@@ -62,6 +63,7 @@ class TwinEnvironments:
         device: of all tensors.
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, in place of the settings.
+        fused: whether PyTorch's compiler joins the arithmetic; None as the backend says.
 
     Attributes:
         reached: what the last step reached, before episodes that ended began anew.
@@ -81,13 +83,15 @@ class TwinEnvironments:
         device: str,
         seed: int = 0,
         values: Mapping[str, Any] | None = None,
+        fused: bool | None = None,
     ) -> None:
         """Build the batch."""
         _refuse(settings, task)
         robot, effects = build_model(settings)
         backend: Any = settings.backend
+        fused = backend.fused if fused is None else fused
         self.task, self.count, self.device = task, count, device
-        self._like = _like_on(device, double=backend.double)
+        self._like = _like_on(device, double=backend.double, fused=fused)
         joints = task.posture
         self._twin = PilotedTwin(
             settings,
@@ -98,6 +102,7 @@ class TwinEnvironments:
             like=self._like,
             step=backend.interval,
             values=values,
+            fused=fused,
         )
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
         self._offset = as_like(tool_offset(robot, joints), self._like)
@@ -111,8 +116,10 @@ class TwinEnvironments:
         self._no_action = as_like(np.zeros((count, self.action_size)), self._like)
         self._rng = np.random.default_rng(seed)
         self._generator: Any = None
-        if on_accelerator(self._like):
+        self._alone = fused or on_accelerator(self._like)
+        if self._alone:
             self._generator = generator_of(seed, device)
+        self._joined = Fused(self._law) if fused else self._law
         self._starts: Starts | None = None
         self._recorded: Recorded | None = None
         self._still: Any = None
@@ -136,8 +143,10 @@ class TwinEnvironments:
 
         with torch.no_grad():
             asked = self._taken(action)
+            if self._alone and self._starts is None:
+                self._draw_ahead()
             if not on_accelerator(asked):
-                self._scene, (found, self.reached) = self._law(self._scene, asked)
+                self._scene, (found, self.reached) = self._moved(self._scene, asked)
             else:
                 recorded = self._recorded or self._record(asked)
                 found, self.reached = recorded(asked)
@@ -147,7 +156,15 @@ class TwinEnvironments:
             turn: Turn = found
             return turn
 
-    def _law(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[Turn, Instant]]:
+    def _moved(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[Turn, Instant]]:
+        """One control step of all environments, with the chances of episodes that begin in it."""
+        chance = self._starts.chances(self.count, self._generator) if self._starts else None
+        found: tuple[Scene, tuple[Turn, Instant]] = self._joined(scene, asked, chance)
+        return found
+
+    def _law(
+        self, scene: Scene, asked: Array, chance: Array | None
+    ) -> tuple[Scene, tuple[Turn, Instant]]:
         """One control step of all environments; no decision is taken on an accelerator's word."""
         before, xp = scene.now, namespace(asked)
         velocity, yaw = self.task.command(asked, before)
@@ -162,7 +179,7 @@ class TwinEnvironments:
         final = self._seen(now)
         after = Scene(flight, scene.goal, now, books)
         if some(ended):
-            after = self._renewed(after, ended)
+            after = self._renewed(after, ended, chance)
         turn = Turn(
             observation=self._seen(after.now),
             reward=self._given(verdict.reward),
@@ -217,22 +234,26 @@ class TwinEnvironments:
             self._recorded.begin(scene)
 
     def _record(self, asked: Array) -> Recorded:
-        """Record a control step on the accelerator; starts are drawn ahead for it."""
-        from seals.learn.environments.ahead import AHEAD, joined
+        """Record a control step on the accelerator."""
         from seals.learn.recorded import Recorded
+
+        self._recorded = Recorded(self._moved, self._scene, asked, self._generator)
+        return self._recorded
+
+    def _draw_ahead(self) -> None:
+        """Draw starts, so that no episode that begins takes a decision of the processor."""
+        from seals.learn.environments.ahead import AHEAD, joined
 
         parts = []
         for _ in range(-(-AHEAD // self.count)):
             flight, goal = self._begun(self.task.draw(self._rng, self.count))
             parts.append((flight.state, flight.drive, goal))
         self._still, self._starts = flight, joined(parts, STARTING)
-        self._recorded = Recorded(self._law, self._scene, asked, self._generator)
-        return self._recorded
 
-    def _renewed(self, scene: Scene, ended: Array) -> Scene:
+    def _renewed(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
         """Begin new episodes where one ended."""
-        if self._starts is not None:
-            opened = self._opened(*self._starts.picked(self._still, self._generator))
+        if self._starts is not None and chance is not None:
+            opened = self._opened(*self._starts.picked(self._still, chance))
         else:
             index = np.flatnonzero(ended)
             few = self.task.draw(self._rng, len(index))
@@ -340,13 +361,13 @@ def picked(fresh: Any, other: Any, ended: Array) -> Any:
     return type(other)(*out) if hasattr(other, "_fields") else tuple(out)
 
 
-def _like_on(device: str, *, double: bool) -> Array:
+def _like_on(device: str, *, double: bool, fused: bool) -> Array:
     """Return the kind of array that twins compute with.
 
-    On a processor NumPy takes a fifth of PyTorch's time for a few hundred robots: the work lies in
-    the calls, not in the numbers.
+    On a processor NumPy takes a fifth of PyTorch's time for a few hundred robots, unless they are
+    fused: the work lies in the calls, not in the numbers.
     """
-    if device == "cpu":
+    if device == "cpu" and not fused:
         return np.zeros(1)
     import torch
 

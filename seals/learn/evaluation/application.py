@@ -141,7 +141,7 @@ def judge(trial: Trial, *, tell: Callable[[int], None] | None = None) -> Judgeme
     from seals.learn.environments import batched_of
     from seals.learn.training.scoring import score
 
-    environment = batched_of(trial.config, count=trial.count, device=trial.device)
+    environment = batched_of(trial.config, count=trial.count, device=trial.device, fused=False)
     began = time.perf_counter()
     try:
         policy = policy_of(trial.policy, environment, device=trial.device)
@@ -160,7 +160,7 @@ def filmed(trial: Trial, out: Path) -> Path:
     """
     from seals.learn.environments import batched_of
 
-    environment = batched_of(trial.config, count=1, device=trial.device)
+    environment = batched_of(trial.config, count=1, device=trial.device, fused=False)
     try:
         policy = policy_of(trial.policy, environment, device=trial.device)
         seed = held_out_seeds(1)[0]

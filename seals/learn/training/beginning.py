@@ -35,7 +35,8 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     try:
         # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
         where = "cpu" if environment.pixels is None else device
-        judge = batched_of(config, count=min(judges, episodes), device=where, seed=seed)
+        few = min(judges, episodes)
+        judge = batched_of(config, count=few, device=where, seed=seed, fused=False)
         try:
             yield environment, judge
         finally:

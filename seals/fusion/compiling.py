@@ -1,0 +1,41 @@
+"""PyTorch's compiler, with its complaints in words."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError
+
+if TYPE_CHECKING:
+    from torch import Tensor
+    from torch.fx import GraphModule
+
+
+def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
+    """Return a traced law as kernels.
+
+    Args:
+        graph: from `seals.fusion.tracing.traced`.
+        given: tensors as it will be given.
+
+    Raises:
+        ConfigError: PyTorch's compiler finds no C++ compiler, or does not run.
+    """
+    from torch._inductor import compile as inductor
+    from torch._inductor.exc import InductorError
+
+    try:
+        with warnings.catch_warnings():
+            # of the compiler's own parts, about one another
+            warnings.simplefilter("ignore", DeprecationWarning)
+            warnings.simplefilter("ignore", FutureWarning)
+            run: Callable[..., Any] = inductor(graph, list(given))
+    except (InductorError, RuntimeError, OSError) as problem:
+        raise ConfigError(
+            f"backend.fused=true: PyTorch's compiler failed: {str(problem).splitlines()[0]}\n"
+            "It needs a C++ compiler such as g++; an accelerator needs Triton as well.  "
+            "Or leave backend.fused out."
+        ) from problem
+    return run

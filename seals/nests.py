@@ -1,0 +1,94 @@
+"""Nested tuples and mappings of tensors, as states and what laws are given come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+def leaves(value: Any) -> Iterator[Any]:
+    """Yield everything that is neither tuple nor mapping nor None, in order.
+
+    Example:
+        >>> list(leaves((1, {"a": None, "b": (2,)})))
+        [1, 2]
+    """
+    if isinstance(value, Mapping):
+        for part in value.values():
+            yield from leaves(part)
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from leaves(part)
+    elif value is not None:
+        yield value
+
+
+def tensors(value: Any) -> Iterator[Tensor]:
+    """Yield the tensors among the leaves, in order."""
+    return (leaf for leaf in leaves(value) if is_tensor(leaf))
+
+
+def is_tensor(value: Any) -> bool:
+    """Return whether a value is a tensor of PyTorch, which need not be imported for that.
+
+    Example:
+        >>> is_tensor(1.0)
+        False
+    """
+    return hasattr(value, "untyped_storage")
+
+
+def mapped(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Return the nest with every leaf changed.
+
+    Example:
+        >>> mapped((1, {"a": None, "b": (2,)}), lambda x: 10 * x)
+        (10, {'a': None, 'b': (20,)})
+    """
+    if isinstance(value, Mapping):
+        return {name: mapped(part, change) for name, part in value.items()}
+    if isinstance(value, tuple):
+        parts = [mapped(part, change) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value if value is None else change(value)
+
+
+def copied(value: Any) -> Any:
+    """Return nested tuples and mappings with tensors of their own."""
+    return mapped(value, lambda leaf: leaf.clone())
+
+
+def put(source: Any, target: Any) -> None:
+    """Copy all tensors of one nest into those of another of the same form."""
+    for new, old in zip(leaves(source), leaves(target), strict=True):
+        old.copy_(new)
+
+
+def filled(value: Any, others: Iterator[Tensor]) -> Any:
+    """Return the nest with other tensors in the places of its own, and all else as it is."""
+    return mapped(value, lambda leaf: next(others) if is_tensor(leaf) else leaf)
+
+
+def form_of(value: Any) -> Hashable:
+    """Return what two nests share whose tensors may stand for one another.
+
+    Example:
+        >>> form_of((1.0, {"a": None})) == form_of((1.0, {"a": None}))
+        True
+        >>> form_of((1.0,)) == form_of((2.0,))
+        False
+    """
+    if isinstance(value, Mapping):
+        return Mapping, tuple((name, form_of(part)) for name, part in value.items())
+    if isinstance(value, tuple):
+        return type(value), tuple(form_of(part) for part in value)
+    if is_tensor(value):
+        shape = tuple(value.shape)
+        # a step along an index of one place, or in an empty tensor, may be anything
+        steps = tuple(s for s, n in zip(value.stride(), shape, strict=True) if n > 1 and all(shape))
+        return shape, steps, value.dtype, str(value.device)
+    kept: Hashable = value
+    return kept
