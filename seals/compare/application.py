@@ -183,7 +183,8 @@ def print_ladder(comparison: Comparison) -> None:
                 print(line)
         for value in group.rungs[-1].fitted:
             bound = "  (at its bound)" if value.at_bound else ""
-            print(f"  {value.key} = {value.value:.4g} +- {value.sigma:.2g} {value.unit}{bound}")
+            unit = "" if value.unit == "1" else f" {value.unit}"
+            print(f"  {value.key} = {value.value:.4g} +- {value.sigma:.2g}{unit}{bound}")
 
 
 def _unit(channel: str) -> str:

@@ -20,12 +20,13 @@ DEMONSTRATIONS = "demonstrations"
 _KINDS = ("robot", "animal")
 
 
-def policy_folder(name: str, *, besides: Sequence[str] = ()) -> Path:
+def policy_folder(name: str, *, besides: Sequence[str] = (), key: str = "policy") -> Path:
     """Return the folder of a policy: its path, or ``ROBOT/POLICY`` of one that is shipped.
 
     Args:
         name: of the policy.
         besides: names that are allowed where it is asked for, for the words of a refusal.
+        key: by which it was asked for, likewise.
 
     Raises:
         ConfigError: there is neither.
@@ -36,7 +37,7 @@ def policy_folder(name: str, *, besides: Sequence[str] = ()) -> Path:
     if name not in known:
         names = [*besides, *known]
         raise ConfigError(
-            f"policy={name or '(nothing)'}: there is no such folder.\n"
+            f"{key}={name or '(nothing)'}: there is no such folder.\n"
             f"{suggestion(name, names, label='Give a folder that training wrote, or one of')}"
         )
     return known[name]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from seals.cli.main import main
+from seals.compare.application import print_ladder
 from seals.logs import Log
 from seals.logs.native import write_native
 
@@ -69,3 +72,17 @@ def test_a_missing_log_is_refused_in_words(
     assert main(["compare", "log=nowhere", "robot=ball"]) == 2
     assert "nowhere" in capsys.readouterr().err
     assert not list(tmp_path.glob("runs/*/*"))
+
+
+def test_a_pure_number_is_told_without_a_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its unit is 1, which would read as a part of the number."""
+    values = [
+        SimpleNamespace(key="drag.share", value=0.5, sigma=0.25, unit="1", at_bound=False),
+        SimpleNamespace(key="drag.length", value=2.0, sigma=0.5, unit="m", at_bound=True),
+    ]
+    group = SimpleNamespace(name="all", rungs=[SimpleNamespace(name="", scores=[], fitted=values)])
+    comparison: Any = SimpleNamespace(groups=[group])
+    print_ladder(comparison)
+    told = capsys.readouterr().out.splitlines()
+    assert told[-2] == "  drag.share = 0.5 +- 0.25"
+    assert told[-1] == "  drag.length = 2 +- 0.5 m  (at its bound)"

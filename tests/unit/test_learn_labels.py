@@ -56,3 +56,15 @@ def test_labels_come_after_what_was_shown(
     assert main([*more, "after=shown", "out=third", "task.speed=0.5"]) == 2
     assert "recorded in another world" in capsys.readouterr().err
     assert not (tmp_path / "third").exists()
+
+
+def test_an_expert_that_is_not_there_is_refused_by_its_own_key(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mistyped name is told as that of the labels, with the nearest one."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["record", *WORLD, "policy=still", "labels=scriptd", "out=none"]) == 2
+    told = capsys.readouterr().err
+    assert "labels=scriptd: there is no such folder" in told
+    assert "scripted" in told
+    assert not (tmp_path / "none").exists()

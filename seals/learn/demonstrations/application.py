@@ -105,7 +105,7 @@ def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
     policy = policy_of(str(config.policy), environment, device=config.device)
     labels = None
     if config.labels:
-        labels = policy_of(str(config.labels), environment, device=config.device)
+        labels = policy_of(str(config.labels), environment, device=config.device, key="labels")
     kept: list[Episode] = []
     tried = 0
     with progress("recording", wanted) as tell:

@@ -86,7 +86,7 @@ class PolicyStill:
         return torch.zeros((self.count, self.size), device=self.device)
 
 
-def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
+def policy_of(name: str, environment: Batched, *, device: str, key: str = "policy") -> Policy:
     """Return a policy by its name, or from its folder.
 
     Args:
@@ -94,6 +94,7 @@ def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
             of one that is shipped, or a script of keys (YAML or CSV).
         environment: in which it shall act.
         device: where its network computes.
+        key: by which it was asked for, for the words of a refusal.
 
     Raises:
         ConfigError: there is no such policy, or it belongs to another kind of environment.
@@ -108,12 +109,12 @@ def policy_of(name: str, environment: Batched, *, device: str) -> Policy:
         return policy_of_keys(Path(name), environment)
     from seals.learn.policy import load_policy
 
-    found = load_policy(policy_folder(name, besides=NAMED), device=device)
+    found = load_policy(policy_folder(name, besides=NAMED, key=key), device=device)
     wanted = (environment.observation_size, environment.action_size)
     given = (found.card["network"].get("observation"), found.card["network"].get("action"))
     if given != wanted:
         raise ConfigError(
-            f"policy={name} sees {given[0]} numbers and says {given[1]}; here there are "
+            f"{key}={name} sees {given[0]} numbers and says {given[1]}; here there are "
             f"{wanted[0]} and {wanted[1]}.\n"
             "Judge it in its own environment: the card.json says which."
         )
