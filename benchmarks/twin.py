@@ -77,9 +77,11 @@ def recorded(twin: Any, start: Any) -> Any:
 
     from seals.learn.recorded import Recorded
 
+    time = torch.zeros((1, 1), dtype=twin.like.dtype, device="cuda")
+
     def law(state: Any, given: Any) -> Any:
         with torch.no_grad():
-            return twin.step(state, 0.0, 0.004)[0], given
+            return twin.step(state, time, 0.004)[0], given
 
     draw, nothing = torch.Generator(device="cuda"), torch.zeros(1, device="cuda")
     whole = Recorded(law, start, nothing, draw)

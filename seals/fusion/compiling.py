@@ -24,7 +24,6 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
         ConfigError: PyTorch's compiler finds no C++ compiler, or does not run.
     """
     from torch._inductor import compile as inductor
-    from torch._inductor.exc import InductorError
 
     try:
         with warnings.catch_warnings():
@@ -32,7 +31,7 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
             warnings.simplefilter("ignore", DeprecationWarning)
             warnings.simplefilter("ignore", FutureWarning)
             run: Callable[..., Any] = inductor(graph, list(given))
-    except (InductorError, RuntimeError, OSError) as problem:
+    except (RuntimeError, OSError) as problem:
         raise ConfigError(
             f"backend.fused=true: PyTorch's compiler failed: {str(problem).splitlines()[0]}\n"
             "It needs a C++ compiler such as g++; an accelerator needs Triton as well.  "

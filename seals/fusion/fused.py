@@ -26,6 +26,7 @@ class Fused:
     The first call with a form (shapes, types, device, and all that is not a tensor) follows the law
     and compiles it, which takes about a minute; later calls run what was compiled. A fused law that
     another one calls stays a piece of its own: it is compiled once, however often it is called.
+    Results carry no gradients.
 
     Args:
         law: without memory; it gives back nests of tensors. What it holds besides stays as it was
