@@ -14,6 +14,10 @@ SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
 
 
+FREE_OF_BACKEND = ("fused",)
+"""Keys of a backend that leave the world as it is."""
+
+
 def world_config(config: Any) -> dict[str, Any]:
     """Return what makes the world and the task of a composed configuration, as plain values.
 
@@ -30,6 +34,7 @@ def world_config(config: Any) -> dict[str, Any]:
     # a camera is what has a field of view
     if not any("fov" in (sensor or {}) for sensor in plain.get("sensors", {}).values()):
         plain = {key: value for key, value in plain.items() if key not in SEEN}
+    plain["backend"] = {k: v for k, v in plain["backend"].items() if k not in FREE_OF_BACKEND}
     return {str(key): _placeless(value) for key, value in plain.items()}
 
 

@@ -61,3 +61,13 @@ def test_a_learner_is_shown_them_by_name(tmp_path: Path) -> None:
     course = ["course.steps=10", "course.episodes=2", f"hydra.run.dir={tmp_path}"]
     assert main([*words, *course]) == 0
     assert (tmp_path / "policy" / "policy.safetensors").is_file()
+
+
+def test_how_twins_are_computed_is_no_part_of_their_world() -> None:
+    """Compiled twins are of the same world; those of another water are not."""
+    plain, fused, other = (
+        world_hash(compose(["env=reach", *words], root="learn"))
+        for words in ([], ["backend.fused=true"], ["effects.water_drag.coefficient_x=20"])
+    )
+    assert plain == fused
+    assert plain != other
