@@ -234,6 +234,15 @@ def test_what_ended_begins_anew_at_once() -> None:
     assert float(turns[10].facts["time"][0]) == pytest.approx(0.04)
 
 
+def test_who_never_arrives_has_no_time_of_arrival() -> None:
+    """A twin that has not reached its target tells no number, and 0 s least of all."""
+    twins = _twins(2)
+    twins.reset([1, 2])
+    turn = twins.step(torch.zeros(2, 3))
+    assert bool(turn.facts["reached_after"].isnan().all())
+    assert bool(turn.facts["distance"].isfinite().all())
+
+
 def test_pytorch_flies_as_numpy_does() -> None:
     """In float64, on the processor, states agree to 1e-9 over a second across the surface."""
     from seals.config.learning import build_learning

@@ -187,7 +187,7 @@ class TwinEnvironments:
             truncated=self._flag(verdict.truncated & ~lost),
             final=final,
             success=self._flag(verdict.success & ended),
-            facts={name: self._given(x) for name, x in verdict.facts.items()},
+            facts={name: self._given(x, none=float("nan")) for name, x in verdict.facts.items()},
         )
         return after, (turn, now)
 
@@ -325,12 +325,12 @@ class TwinEnvironments:
             return np.asarray(held.cpu().numpy(), dtype=float)
         return held.to(device=self._like.device, dtype=self._like.dtype)
 
-    def _given(self, values: Array) -> Tensor:
-        """Numbers of the twins as learners take them; what is not finite is zero."""
+    def _given(self, values: Array, none: float = 0.0) -> Tensor:
+        """Numbers of the twins as learners take them; what is not finite is zero, or `none`."""
         import torch
 
         tensor = torch.from_numpy(values) if isinstance(values, np.ndarray) else values
-        return torch.nan_to_num(tensor.to(torch.float32), 0.0, 0.0, 0.0)
+        return torch.nan_to_num(tensor.to(torch.float32), none, none, none)
 
     def _flag(self, flags: Array) -> Tensor:
         import torch
