@@ -32,9 +32,10 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
             warnings.simplefilter("ignore", FutureWarning)
             run: Callable[..., Any] = inductor(graph, list(given))
     except (RuntimeError, OSError) as problem:
+        said = (str(problem).splitlines() or [type(problem).__name__])[0]
         raise ConfigError(
-            f"backend.fused=true: PyTorch's compiler failed: {str(problem).splitlines()[0]}\n"
+            f"fused: PyTorch's compiler failed: {said}\n"
             "It needs a C++ compiler such as g++; an accelerator needs Triton as well.  "
-            "Or leave backend.fused out."
+            "Or leave out backend.fused, or fused=True."
         ) from problem
     return run

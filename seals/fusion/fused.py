@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from seals.arrays import deciding, undecided
 from seals.fusion.compiling import compiled
 from seals.fusion.tracing import following, traced
-from seals.nests import filled, form_of, is_tensor, leaves, mapped, tensors
+from seals.nests import filled, form_of, is_tensor, mapped, tensors
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -150,10 +150,7 @@ def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
         if id(x) not in places:
             places[id(x)] = _Place(len(made), given=False)
             made.append(columnar(x).clone(memory_format=torch.preserve_format))
-    kept = list(leaves(found))  # their identities last as long as they do
-    nest = mapped(found, lambda leaf: places.get(id(leaf), leaf))
-    del kept
-    return made, nest
+    return made, mapped(found, lambda leaf: places.get(id(leaf), leaf))
 
 
 def columnar(x: Tensor) -> Tensor:

@@ -119,13 +119,9 @@ def _join_equals(graph: GraphModule) -> None:
     for node in list(graph.graph.nodes):
         if node.op not in {"call_function", "get_attr"}:
             continue
-        key = (node.op, str(node.target), _words(node.args), _words(node.kwargs))
+        # nodes are written by their names, which are each one's own, and numbers with their type
+        key = (node.op, str(node.target), repr(node.args), repr(node.kwargs))
         before = seen.setdefault(key, node)
         if before is not node:
             node.replace_all_uses_with(before)
             graph.graph.erase_node(node)
-
-
-def _words(value: Any) -> str:
-    """Arguments as text: nodes by their names, which are each one's own, numbers with type."""
-    return repr(value)

@@ -50,7 +50,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
         raise ConfigError(
             f"this robot cannot be fused: {_place(problem)} asks for a number to decide what "
             "comes next.\nGive it one way for all rows, as seals.arrays.some says, or leave out "
-            "backend.fused"
+            "backend.fused, or fused=True"
         ) from problem
     finally:
         _FOLLOWING.pop()

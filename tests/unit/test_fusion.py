@@ -205,9 +205,14 @@ def test_a_compiler_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first line, what it needs, and what to leave out."""
     from seals.fusion import Fused
 
+    said = ["no working C++ compiler\nmore"]
+
     def broken(graph: Any, given: Any) -> Any:
-        raise RuntimeError("no working C++ compiler\nmore")
+        raise RuntimeError(*said)
 
     monkeypatch.setattr("torch._inductor.compile", broken)
     with pytest.raises(ConfigError, match=r"no working C\+\+ compiler\n.*g\+\+"):
+        Fused(torch.sin)(torch.ones(3))
+    said.clear()
+    with pytest.raises(ConfigError, match=r"failed: RuntimeError\n"):
         Fused(torch.sin)(torch.ones(3))
