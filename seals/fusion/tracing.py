@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from seals.arrays import undecided
 from seals.errors import ConfigError
@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from torch import Tensor
     from torch.fx import GraphModule
 
-SMALL = 6
-"""Largest side of matrices whose products are written out."""
 _FOLLOWING: list[bool] = []
 
 
@@ -37,13 +35,12 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
     import torch
     from torch.fx.experimental.proxy_tensor import make_fx
 
-    products = {torch.ops.aten.bmm.default: _product}
     _FOLLOWING.append(True)
     try:
         with undecided(), torch.no_grad():
             # what is written in place is as if it had been made anew
             pure = torch.func.functionalize(law)
-            graph = make_fx(pure, decomposition_table=products)(*given)
+            graph = make_fx(pure)(*given)
     except RuntimeError as problem:
         if "tracing tensor" not in str(problem):
             raise
@@ -55,21 +52,6 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
     finally:
         _FOLLOWING.pop()
     return tidied(graph, given[0].device)
-
-
-def _product(a: Tensor, b: Tensor) -> Any:
-    """Products of many small matrices, entry by entry; of large ones as ever."""
-    import torch
-
-    rows, inner, columns = *a.shape[1:], b.shape[2]
-    if max(rows, inner, columns) > SMALL or a.shape[0] < SMALL:
-        return NotImplemented
-    entries = [
-        sum((a[:, i, k] * b[:, k, j] for k in range(1, inner)), a[:, i, 0] * b[:, 0, j])
-        for i in range(rows)
-        for j in range(columns)
-    ]
-    return torch.stack(entries, dim=1).reshape(-1, rows, columns)
 
 
 def _place(problem: BaseException) -> str:

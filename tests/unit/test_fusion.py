@@ -111,7 +111,7 @@ def test_work_on_constants_is_done_once(monkeypatch: pytest.MonkeyPatch) -> None
     def law(x: Any) -> Any:
         return x @ (matrix.T.sin() * 0.0 + matrix), x @ matrix
 
-    x = torch.randn(7, 2, generator=torch.Generator().manual_seed(1))
+    x = torch.randn(70, 2, generator=torch.Generator().manual_seed(1))
     for found, expected in zip(Fused(law)(x), law(x), strict=True):
         torch.testing.assert_close(found, expected)
     names = _names(graphs[0])
@@ -120,15 +120,45 @@ def test_work_on_constants_is_done_once(monkeypatch: pytest.MonkeyPatch) -> None
     assert names.count("aten.mul.Tensor") == 1
 
 
+def test_large_constants_are_kept_where_many_operations_lead_to_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is cheaply made is made again and again; one number for many is not kept many times."""
+    from seals.fusion import Fused
+
+    graphs = _kept(monkeypatch)
+    rows = torch.linspace(0.0, 1.0, 9000)[:, None]
+    deep = rows
+    for _ in range(8):
+        deep = deep + torch.sin(deep)
+
+    def law(x: Any) -> Any:
+        found = rows
+        for _ in range(8):
+            found = found + torch.sin(found)
+        nothing = found * 0.0
+        return x + (rows + 1.0), x * found[:, 0:1], x - nothing
+
+    x = torch.ones(9000, 1)
+    found = Fused(law)(x)
+    for one, other in zip(found, (x + rows + 1.0, x * deep, x), strict=True):
+        torch.testing.assert_close(one, other)
+    names = _names(graphs[0])
+    assert not any("sin" in name for name in names)
+    # one more than each row, and that to what was given; what is nothing is not taken away
+    assert names.count("aten.add.Tensor") == 2
+    assert not any("sub" in name for name in names)
+
+
 def test_many_small_matrices_are_written_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their products are sums; those of large matrices stay calls."""
     from seals.fusion import Fused
 
     graphs = _kept(monkeypatch)
     draw = torch.Generator().manual_seed(2)
-    a, b = (torch.randn(20, 3, 3, generator=draw) for _ in range(2))
+    a, b = (torch.randn(80, 3, 3, generator=draw) for _ in range(2))
     torch.testing.assert_close(Fused(torch.matmul)(a, b), a @ b)
-    large = torch.randn(20, 9, 9, generator=draw)
+    large = torch.randn(80, 9, 9, generator=draw)
     torch.testing.assert_close(Fused(torch.matmul)(large, large), large @ large)
     assert "aten.bmm.default" not in _names(graphs[0])
     assert "aten.bmm.default" in _names(graphs[1])
@@ -207,7 +237,7 @@ def test_a_compiler_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
     said = ["no working C++ compiler\nmore"]
 
-    def broken(graph: Any, given: Any) -> Any:
+    def broken(graph: Any, given: Any, options: Any) -> Any:
         raise RuntimeError(*said)
 
     monkeypatch.setattr("torch._inductor.compile", broken)

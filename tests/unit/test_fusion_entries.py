@@ -1,0 +1,107 @@
+"""Laws written entry by entry give what they give with whole tensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from seals.frames import cross
+
+torch = pytest.importorskip("torch", reason="fusing needs torch: pip install 'aam-seals[learn]'")
+
+B = 70
+"""Rows of the batch."""
+TABLE = torch.linspace(0.0, 5.0, 11)
+
+
+def _doubled(matrix: Any) -> Any:
+    """The matrix with a diagonal of twos, written in place."""
+    matrix.diagonal().fill_(2.0)
+    return matrix
+
+
+LAWS: dict[str, Callable[[Any, Any], Any]] = {
+    "another order": lambda x, m: m.permute(2, 0, 1) * 2.0,
+    "one more index": lambda x, m: x.unsqueeze(1) + x.unsqueeze(-1),
+    "without an index": lambda x, m: x[:, None].squeeze(1) + m[:, :1].squeeze(-2),
+    "some places": lambda x, m: m[:, 1:, ::2] - x[:, -1:, None],
+    "the last place": lambda x, m: x[:, -1] * m[:, 0, -2],
+    "another shape": lambda x, m: m.reshape(B, 9) - m.transpose(1, 2).reshape(B, 9),
+    "rows that mix": lambda x, m: (m.reshape(B * 3, 3) * 2.0).reshape(B, 9) + x.repeat(1, 3),
+    "one for all": lambda x, m: x.expand(4, B, 3) + torch.ones(4, 1, 1),
+    "side by side": lambda x, m: torch.stack((x, x * 2.0, m[:, 0]), dim=1),
+    "one after the other": lambda x, m: torch.cat((x, m[:, 1]), dim=0)[B:] * 3.0,
+    "blocks of the batch": lambda x, m: torch.cat((x, m[:, 1], x), dim=0).sin(),
+    "some rows": lambda x, m: x[3:9] * 2.0,
+    "every second row": lambda x, m: x[::2] * 2.0,
+    "one row": lambda x, m: x[5] + m[:, 0],
+    "one by one": lambda x, m: sum(x.unbind(1)),
+    "rows one by one": lambda x, m: x.unbind(0)[4] + x,
+    "sums": lambda x, m: m.sum(dim=(1, 2)) + m.sum(dim=2, keepdim=True)[:, 0, 0],
+    "sums over the batch": lambda x, m: x.sum(dim=0) + x.mean(dim=0) + x.sum(),
+    "counts": lambda x, m: (m > 0.0).sum(dim=1),
+    "largest and least": lambda x, m: m.amax(dim=1) - m.amin(dim=(1,), keepdim=True)[:, 0],
+    "any and all": lambda x, m: (m > 0.0).any(dim=1) | (m > -1.0).all(dim=2),
+    "numbers alone": lambda x, m: x + (torch.arange(3.0) * 2.0 + 1.0).sum() * torch.eye(3)[1],
+    "choices": lambda x, m: torch.where(x > 0.0, x, torch.zeros(1)) + torch.where(x < 0.0, 1.0, x),
+    "choices known before": lambda x, m: torch.where(torch.eye(3)[0] > 0.0, x, x * 5.0),
+    "whole numbers": lambda x, m: x * x.floor().to(torch.int64) + (x > 0.0) * 2,
+    "two types": lambda x, m: (x.double() * x[:1, :1] + x, x.float() + x.double()[:, :1]),
+    "a table": lambda x, m: TABLE[(x[:, 0].abs() * 3.0).floor().to(torch.int64).clamp(0, 10)],
+    "rows with a matrix": lambda x, m: x @ torch.tensor([[0.0, 1.0], [2.0, 0.0], [-1.0, 0.0]]),
+    "a matrix with columns": lambda x, m: torch.tensor([[0.0, 2.0, -1.0]]) @ x.T,
+    "matrices": lambda x, m: m @ m.transpose(1, 2) @ x[:, :, None],
+    "a matrix with matrices": lambda x, m: torch.tensor([[0.0, 1.0, 2.0]] * 3) @ m,
+    "empty tensors": lambda x, m: torch.cat((x[:, :0], x, torch.zeros(B, 0)), dim=1),
+    "an empty result": lambda x, m: x[:, :0] * 2.0,
+    "nothing but numbers": lambda x, m: (torch.zeros(B, 2), torch.full((3,), 2.0), x * 0.0),
+    "written over": lambda x, m: _doubled(torch.ones(3, 3)) * m,
+    "limits": lambda x, m: x.clamp(-0.5, 0.5).pow(2) + torch.nan_to_num(x / 0.0),
+    "many entries": lambda x, m: (x @ torch.ones(3, 400)).sin().sum(dim=1),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_gives_the_same_entry_by_entry(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shapes, types and numbers; without a compiler, which takes no part in it."""
+    from seals.fusion import Fused
+
+    monkeypatch.setattr("seals.fusion.fused.compiled", lambda graph, given: graph)
+    draw = torch.Generator().manual_seed(0)
+    given = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
+    other = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
+    law = LAWS[name]
+    fused = Fused(law)
+    for x, m in (given, other):
+        found, expected = fused(x, m), law(x, m)
+        if not isinstance(expected, tuple):
+            found, expected = (found,), (expected,)
+        for one, right in zip(found, expected, strict=True):
+            assert one.shape == right.shape
+            assert one.dtype == right.dtype
+            torch.testing.assert_close(one, right, rtol=1e-5, atol=1e-6, equal_nan=True)
+
+
+def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No operation between what is given and what is told has more than one index."""
+    from seals.fusion import Fused
+
+    graphs = []
+    monkeypatch.setattr("seals.fusion.fused.compiled", lambda g, given: graphs.append(g) or g)
+
+    def law(x: Any, m: Any) -> Any:
+        axis = x / torch.sqrt((x * x).sum(dim=1, keepdim=True))
+        turned = (m @ axis[:, :, None])[:, :, 0]
+        return torch.cat((turned, cross(axis, turned)), dim=1)
+
+    draw = torch.Generator().manual_seed(1)
+    Fused(law)(torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw))
+    names = {str(n.target) for n in graphs[0].graph.nodes if n.op == "call_function"}
+    moves = {"aten.select.int", "aten.stack.default", "aten.reshape.default",
+             "aten.permute.default", "aten.expand.default"}  # fmt: skip
+    sums = {
+        f"aten.{x}" for x in ("mul.Tensor", "add.Tensor", "sub.Tensor", "div.Tensor", "neg.default")
+    }
+    assert names <= moves | sums | {"aten.sqrt.default"}
