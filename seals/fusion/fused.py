@@ -24,8 +24,9 @@ class Fused:
     """A law of nested tuples and mappings of tensors, its arithmetic joined into few kernels.
 
     The first call with a form (shapes, types, device, and all that is not a tensor) follows the law
-    and compiles it, which takes about a minute; later calls run what was compiled. A fused law that
-    another one calls stays a piece of its own: it is compiled once, however often it is called.
+    and compiles it, which takes minutes for a robot of many parts; later calls run what was
+    compiled. A fused law that another one calls stays a piece of its own: it is compiled once,
+    however often it is called.
     Results carry no gradients.
 
     Args:

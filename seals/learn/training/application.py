@@ -74,7 +74,7 @@ def train_into(
     with environments(config) as (environment, judge):
         agent, remarks = agent_of(config, environment)
         if config.backend.get("fused"):
-            remarks.append("the first step compiles the twins, which takes a minute or two")
+            remarks.append("the first step compiles the twins, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
         told = {"success": "-"}
         with progress("training", total, lambda: f"success {told['success']}") as tell:
