@@ -26,8 +26,10 @@ def shortened(
         kinds: types of the entries.
         negated: makes the negative of an entry.
     """
-    if name == "aten.where.self" and not is_node(given[0]):
-        return given[1 if given[0] else 2]
+    if any(kind.is_floating_point and kind != result for kind in kinds):
+        return None
+    if name == "aten.where.self":
+        return None if is_node(given[0]) else given[1 if given[0] else 2]
     plain = result.is_floating_point and all(kind == result for kind in kinds)
     law = _LAWS.get(name)
     return law(given[0], given[1], negated) if law and plain and len(given) == 2 else None

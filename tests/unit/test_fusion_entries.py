@@ -47,6 +47,7 @@ LAWS: dict[str, Callable[[Any, Any], Any]] = {
     "numbers alone": lambda x, m: x + (torch.arange(3.0) * 2.0 + 1.0).sum() * torch.eye(3)[1],
     "choices": lambda x, m: torch.where(x > 0.0, x, torch.zeros(1)) + torch.where(x < 0.0, 1.0, x),
     "choices known before": lambda x, m: torch.where(torch.eye(3)[0] > 0.0, x, x * 5.0),
+    "choices of two types": lambda x, m: torch.where(torch.ones(3) > 0.0, x, x.double()),
     "whole numbers": lambda x, m: x * x.floor().to(torch.int64) + (x > 0.0) * 2,
     "two types": lambda x, m: (x.double() * x[:1, :1] + x, x.float() + x.double()[:, :1]),
     "a table": lambda x, m: TABLE[(x[:, 0].abs() * 3.0).floor().to(torch.int64).clamp(0, 10)],
