@@ -30,7 +30,7 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
             # of the compiler's own parts, about one another
             warnings.simplefilter("ignore", DeprecationWarning)
             warnings.simplefilter("ignore", FutureWarning)
-            run: Callable[..., Any] = inductor(graph, list(given), _options())
+            run: Callable[..., Any] = inductor(graph, list(given), _options(given[0].device.type))
     except (RuntimeError, OSError) as problem:
         said = (str(problem).splitlines() or [type(problem).__name__])[0]
         raise ConfigError(
@@ -41,10 +41,14 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
     return run
 
 
-def _options() -> dict[str, Any]:
+def _options(device: str) -> dict[str, Any]:
     """Return settings of the compiler that suit columns of one length, as far as it knows them."""
     from torch._inductor import config
 
     # results are written side by side, not worked out again for every place of the whole
     wanted = {"max_pointwise_cat_inputs": 0, "max_complex_pointwise_cat_inputs": 0}
+    if device == "cpu":
+        # what is used twice is worked out once, and kernels are large enough to keep it in them
+        wanted |= {"realize_reads_threshold": 1, "realize_opcount_threshold": 3}
+        wanted["max_fusion_size"] = 256
     return {name: value for name, value in wanted.items() if hasattr(config, name)}
