@@ -48,7 +48,7 @@ def _options(device: str) -> dict[str, Any]:
     # results are written side by side, not worked out again for every place of the whole
     wanted = {"max_pointwise_cat_inputs": 0, "max_complex_pointwise_cat_inputs": 0}
     if device == "cpu":
-        # what is used twice is worked out once, and kernels are large enough to keep it in them
-        wanted |= {"realize_reads_threshold": 1, "realize_opcount_threshold": 3}
+        # what is used often is worked out once, and kernels are large enough to keep it in them
+        wanted |= {"realize_reads_threshold": 2, "realize_opcount_threshold": 10}
         wanted["max_fusion_size"] = 256
     return {name: value for name, value in wanted.items() if hasattr(config, name)}
