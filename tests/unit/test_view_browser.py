@@ -121,6 +121,15 @@ class Page:
         """What is dragged of a slider."""
         return self.control(label).locator("[role=slider]")
 
+    def choose(self, label: str, key: str) -> None:
+        """Press a key on a slider of time until the page stands still there."""
+        until(lambda: self._pressed(label, key), self.text)
+
+    def _pressed(self, label: str, key: str) -> bool:
+        self.thumb(label).press(key)
+        time.sleep(1.0)
+        return not self.control("play").is_checked()
+
     def value(self, label: str) -> float:
         """Where a slider stands."""
         return float(self.thumb(label).get_attribute("aria-valuenow"))
@@ -161,7 +170,7 @@ def test_the_page_shows_the_run_and_its_sliders_work(browser: Any, address: str)
     page = Page(browser, address)
     page.says(f"run 1: {KEY} = {HEIGHT:g}")
     # time: the slider's own ends
-    page.thumb("time [s]").press("Home")
+    page.choose("time [s]", "Home")
     page.says("t = 0.000 s")
     until(lambda: page.value("time [s]") == 0.0, page.text)
     until(lambda: still(page), lambda: str(shell(page.picture())))
@@ -173,7 +182,7 @@ def test_the_page_shows_the_run_and_its_sliders_work(browser: Any, address: str)
     # the arrow itself has some of the shell's colour
     high = until(lambda: still(page), lambda: str(shell(page.picture())))
 
-    page.thumb("time [s]").press("End")
+    page.choose("time [s]", "End")
     page.says("t = 0.300 s")
     # it has fallen by 0.44 m, downward in the picture
     low = until(lambda: below(page, high), lambda: str(shell(page.picture())))
@@ -189,7 +198,7 @@ def test_the_page_shows_the_run_and_its_sliders_work(browser: Any, address: str)
     # a value of the run: it starts anew, and from lower down
     page.type(KEY, LOWERED)
     page.says(f"run 2: {KEY} = {LOWERED:g}")
-    page.thumb("time [s]").press("Home")
+    page.choose("time [s]", "Home")
     page.says("t = 0.000 s")
     until(lambda: below(page, high), lambda: str((high, low, shell(page.picture()))))
 

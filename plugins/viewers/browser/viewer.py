@@ -148,7 +148,8 @@ class Page:
         if self.now > end:
             # a run that goes on is waited for, one that has ended begins again
             again = self.panel.playing.value and self._session.live is None and end > 0.0
-            self.now = 0.0 if again else end
+            # not at exactly 0: a person who chose that very time would not be noticed
+            self.now = self.now % end if again else end
 
     def _build(self) -> None:
         """Put the run on show into the page."""
