@@ -1,8 +1,9 @@
 """Hydra's view of the installed plug-ins: one source of options that imports only what is chosen.
 
-Hydra's own ConfigStore needs every schema imported beforehand. This source answers Hydra's
-questions from the registry's names and derives a schema when its option is chosen, so that a
-heavy or broken package costs nothing until it is wanted.
+Hydra's own ConfigStore needs every schema imported beforehand, copies all of them whenever it
+composes and sends them with every job of a sweep. This source answers Hydra's questions from the
+registry's names and derives a schema when its option is chosen, so that a heavy or broken package
+costs nothing until it is wanted.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from pathlib import Path
 from typing import Any, cast
 
 from hydra.core.config_search_path import ConfigSearchPath
-from hydra.core.config_store import ConfigStore
 from hydra.core.object_type import ObjectType
 from hydra.core.plugins import Plugins
 from hydra.plugins.config_source import ConfigResult, ConfigSource
@@ -20,6 +20,7 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import Container, OmegaConf
 
 from seals import registry
+from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
 from seals.config.robot import RobotFile, read_robot
@@ -42,7 +43,10 @@ OWN = "of."
 
 
 class PluginSource(ConfigSource):
-    """Answers Hydra with the installed plug-ins and robots: ``effect/gravity``, ``robot/ball``."""
+    """Answers Hydra with the installed plug-ins and robots: ``effect/gravity``, ``robot/ball``.
+
+    The schemas of the root configurations, such as ``run_schema``, are configurations of no group.
+    """
 
     @staticmethod
     def scheme() -> str:
@@ -60,6 +64,8 @@ class PluginSource(ConfigSource):
     def is_config(self, config_path: str) -> bool:
         """Return whether a path is an installed plug-in or a robot folder."""
         group, _, name = config_path.partition("/")
+        if config_path in roots.NAMES:
+            return True
         if group == "robot":
             return name in robot_names() or is_robot_folder(name)
         if group == MODEL:
@@ -73,8 +79,8 @@ class PluginSource(ConfigSource):
         """Return the options of a group, or the groups."""
         group = config_path.rstrip("/")
         if group == "":
-            groups = sorted(("robot", MODEL, *CLASS_GROUPS))
-            return [] if results_filter == ObjectType.CONFIG else groups
+            groups = [] if results_filter == ObjectType.CONFIG else ["robot", MODEL, *CLASS_GROUPS]
+            return sorted(groups if results_filter == ObjectType.GROUP else [*groups, *roots.NAMES])
         if results_filter == ObjectType.GROUP:
             return []
         if group == MODEL:
@@ -84,6 +90,9 @@ class PluginSource(ConfigSource):
     def load_config(self, config_path: str) -> ConfigResult:
         """Import the chosen plug-in, or read the chosen robot, and return its typed node."""
         group, _, name = config_path.partition("/")
+        if config_path in roots.NAMES:
+            node = OmegaConf.structured(roots.root_schema(config_path))
+            return self._result(config_path, node, package=None)
         if group == "robot":
             return self._result(config_path, robot_option(name), package="_global_")
         if group == MODEL:
@@ -117,43 +126,10 @@ class ConfSearchPath(SearchPathPlugin):
 
 
 def install() -> None:
-    """Register source, search path and root schemas with Hydra; calling twice is harmless."""
-    from seals.config.add import AddSettings
-    from seals.config.arms import ArmsSettings
-    from seals.config.compare import CompareSettings
-    from seals.config.convert import ConvertSettings
-    from seals.config.diagnose import DiagnoseSettings
-    from seals.config.evaluate import EvaluateSettings, RecordSettings
-    from seals.config.learning import LearnSettings
-    from seals.config.plan import PlanSettings
-    from seals.config.render import RenderSettings
-    from seals.config.run import RunSettings
-    from seals.config.runs import RunsSettings
-    from seals.config.teleop import TeleopSettings
-    from seals.config.train import TrainSettings
-    from seals.config.verify import VerifySettings
-    from seals.config.view import ViewSettings
-
+    """Register source and search path with Hydra; calling twice is harmless."""
     hub = Plugins.instance()
     hub.register(PluginSource)
     hub.register(ConfSearchPath)
-    store = ConfigStore.instance()
-    store.store("run_schema", RunSettings, provider="seals")
-    store.store("runs_schema", RunsSettings, provider="seals")
-    store.store("compare_schema", CompareSettings, provider="seals")
-    store.store("convert_schema", ConvertSettings, provider="seals")
-    store.store("diagnose_schema", DiagnoseSettings, provider="seals")
-    store.store("plan_schema", PlanSettings, provider="seals")
-    store.store("add_schema", AddSettings, provider="seals")
-    store.store("arms_schema", ArmsSettings, provider="seals")
-    store.store("learn_schema", LearnSettings, provider="seals")
-    store.store("evaluate_schema", EvaluateSettings, provider="seals")
-    store.store("record_schema", RecordSettings, provider="seals")
-    store.store("train_schema", TrainSettings, provider="seals")
-    store.store("verify_schema", VerifySettings, provider="seals")
-    store.store("render_schema", RenderSettings, provider="seals")
-    store.store("teleop_schema", TeleopSettings, provider="seals")
-    store.store("view_schema", ViewSettings, provider="seals")
 
 
 def robot_names() -> list[str]:
