@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from seals.errors import RobotError
 from seals.hulls.wetted import DRY, Sums, Vector, Wetted, frozen, wetted_of
@@ -79,6 +78,9 @@ class HullSamples:
         Raises:
             RobotError: fewer than ``count`` of ``most`` points lie inside.
         """
+        # few hulls are sampled: the others need not wait for this import
+        from scipy.stats import qmc
+
         sobol = qmc.Sobol(3, scramble=True, rng=np.random.default_rng(seed))
         box = np.asarray(high, dtype=np.float64) - np.asarray(low, dtype=np.float64)
         kept: list[Vector] = []
