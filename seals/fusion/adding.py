@@ -40,11 +40,16 @@ def reduced(join: Join) -> Callable[..., Grid | None]:
     """Return an operation that joins entries along some indices, none of them the batch."""
 
     def form(c: Columns, node: Node, x: Grid, *how: Any, **more: Any) -> Grid | None:
+        import torch
+
         dim, keep = (*how, *(None, False)[len(how) :])[:2]
         count, kind = x.entries.ndim, node.meta["val"].dtype
+        # of bytes "any" is a byte
+        if not count or not x.entries.size or kind == torch.uint8:
+            return None
         dims = [dim] if isinstance(dim, int) else dim or range(count)
         gone = sorted({d % count for d in dims})
-        if x.axis in gone or not x.entries.size:
+        if x.axis in gone:
             return None
         kept = [k for k in range(count) if k not in gone]
         table = x.entries.transpose(kept + gone)

@@ -45,7 +45,7 @@ class Columns:
         """Tell the value of a node: entries that are the same in the whole batch are numbers."""
         node.meta["val"] = value
         if along(tuple(value.shape), self.batch) is None and value.numel() <= MOST:
-            numbers = np.array(value.tolist(), dtype=object)
+            numbers = np.array(value.tolist(), dtype=object).reshape(tuple(value.shape))
             self._apart[node] = Grid(numbers, None, value.dtype)
 
     def apart(self, node: Node) -> Grid | None:
@@ -137,24 +137,28 @@ class Columns:
             short = shortened(str(target), given, result, kinds, self._negated)
             if short is not None:
                 return short
-        columns = self._alike(entries, kinds)
+        columns = self._alike(node, entries, kinds)
         if target is self.aten._to_copy.default:
             return self.call(target, columns[0], dtype=result)
         args = map_arg(node.args, lambda x: columns[places[x]])
         return self.call(target, *args, **node.kwargs)
 
-    def _alike(self, entries: Sequence[Any], kinds: Sequence[dtype]) -> list[Any]:
-        """Entries as tensors of one floating type: PyTorch joins types by what has an index."""
+    def _alike(self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype]) -> list[Any]:
+        """Entries as tensors of the type that PyTorch joins the whole inputs to.
+
+        That depends on which of them have an index, and columns have other indices than the whole.
+        """
         import torch
 
         columns = [self.column(x, kind) for x, kind in zip(entries, kinds, strict=True)]
-        floats = {kind for kind in kinds if kind.is_floating_point}
-        if len(floats) < 2:
+        numbers = {kind for kind in kinds if kind != torch.bool}
+        if len(numbers) < 2:
             return columns
-        joined = functools.reduce(torch.promote_types, floats)
+        whole = [x.meta["val"] for x in node.all_input_nodes]
+        joined = joined_type([x for x in whole if x.dtype != torch.bool])
         copy = self.aten._to_copy.default
         return [
-            self.call(copy, x, dtype=joined) if kind in floats else x
+            x if kind in {torch.bool, joined} else self.call(copy, x, dtype=joined)
             for x, kind in zip(columns, kinds, strict=True)
         ]
 
@@ -191,3 +195,22 @@ class Columns:
         if short is not None:
             return short
         return self.call(self.aten.mul.Tensor, *((one, other) if is_node(one) else (other, one)))
+
+
+def joined_type(values: Sequence[Tensor]) -> dtype:
+    """Return the type in which PyTorch computes with tensors: one without an index yields.
+
+    Example:
+        >>> import torch
+        >>> joined_type([torch.zeros(2, dtype=torch.float32), torch.tensor(1.0).double()])
+        torch.float32
+    """
+    import torch
+
+    sides = ([x.dtype for x in values if x.ndim], [x.dtype for x in values if not x.ndim])
+    many, one = (functools.reduce(torch.promote_types, side) if side else None for side in sides)
+    if many is None or one is None:
+        found = many or one
+        assert found is not None
+        return found
+    return torch.result_type(torch.empty(1, dtype=many), torch.empty((), dtype=one))

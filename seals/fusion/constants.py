@@ -12,7 +12,10 @@ LARGEST = 4096
 """Entries of the largest constant that is always kept: a larger one may be cheaper made than read.
 """
 WORTH = 8
-"""Operations that a larger constant takes, at least, if reading it is cheaper than making it."""
+"""Operations that a larger constant takes, at least, if reading it is cheaper than making it.
+
+What is used twice on the way there counts twice.
+"""
 
 
 def moved(graph: GraphModule, device: Any) -> None:
@@ -57,7 +60,7 @@ def _known(graph: GraphModule) -> tuple[dict[Node, Tensor], dict[Node, int]]:
     for node in graph.graph.nodes:
         if node.op == "get_attr":
             known[node], effort[node] = _attribute(graph, node.target), 0
-        elif node.op == "call_function" and node.all_input_nodes:
+        elif node.op == "call_function" and node.all_input_nodes and not draws(node):
             if not all(part in known for part in node.all_input_nodes):
                 continue
             args = map_arg(node.args, known.__getitem__)
@@ -71,6 +74,13 @@ def _known(graph: GraphModule) -> tuple[dict[Node, Tensor], dict[Node, int]]:
             own = new * (known[node.args[0]].shape[-1] if node.target in products else 1)
             effort[node] = own + sum(effort[x] for x in node.all_input_nodes)
     return known, effort
+
+
+def draws(node: Node) -> bool:
+    """Return whether a node draws random numbers."""
+    import torch
+
+    return torch.Tag.nondeterministic_seeded in getattr(node.target, "tags", ())
 
 
 def _constant(graph: GraphModule, node: Node, value: Tensor) -> Node:

@@ -9,16 +9,17 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from seals.errors import ConfigError
 from seals.fusion import adding, moving
 from seals.fusion.columns import SAME, Columns
-from seals.fusion.grids import MOST, Grid, broadcast, filled_with
+from seals.fusion.grids import MOST, Grid, along, broadcast, filled_with
 
 if TYPE_CHECKING:
     from torch import Tensor
     from torch.fx import GraphModule, Node
 
 FEWEST = 64
-"""Rows of the smallest batch that is worth it; fewer could be taken for the size of a vector."""
+"""Rows of the smallest batch that is worth it."""
 PLAIN = SAME | {"aten._to_copy.default"}
 """Operations that do the same with every entry, though PyTorch does not say so."""
 FORMS: Mapping[str, Callable[..., Any]] = {
@@ -56,7 +57,9 @@ FORMS: Mapping[str, Callable[..., Any]] = {
 
 
 def entrywise(graph: GraphModule, constants: Mapping[Node, Tensor], batch: int) -> GraphModule:
-    """Return a graph of the same results.
+    """Return a graph of the same results, for finite numbers and but for the sign of zero.
+
+    Products with a constant 0 are 0, whatever the other factor; sums are of the same terms.
 
     Args:
         graph: nodes with their results in `meta`, as PyTorch's tracing leaves them.
@@ -113,6 +116,11 @@ class _Writing:
         import torch
 
         new = self.columns.graph.node_copy(node, self.whole)
+        if str(new.target).startswith("aten.as_strided"):
+            raise ConfigError(
+                "this law cannot be fused: it asks where numbers lie in memory (as_strided).\n"
+                "Write it with indices, or leave out backend.fused, or fused=True"
+            )
         if str(new.target) in {"aten.view.default", "aten._unsafe_view.default"}:
             # what was made of columns lies otherwise in memory
             new.target = torch.ops.aten.reshape.default
@@ -132,10 +140,18 @@ class _Writing:
             return None
         args: Any = map_arg(node.args, grids.__getitem__)
         more: Any = map_arg(node.kwargs, grids.__getitem__)
-        return form(self.columns, node, *args, **more)
+        made = form(self.columns, node, *args, **more)
+        if isinstance(made, Grid) and made.axis is None:
+            # an index that has grown as long as the batch would be taken for it
+            return None if along(made.entries.shape, self.columns.batch) is not None else made
+        return made
 
     def _pointwise(self, node: Node) -> Grid | None:
         """An operation that does the same with every entry."""
+        import torch
+
+        if not isinstance(node.meta["val"], torch.Tensor):
+            return None
         grids = [self._grid(x) for x in node.all_input_nodes]
         known = [grid for grid in grids if grid is not None]
         both = broadcast(known) if known and len(known) == len(grids) else None

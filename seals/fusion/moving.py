@@ -39,6 +39,8 @@ def unsqueeze(c: Columns, node: Node, x: Grid, dim: int) -> Grid:
 
 def squeeze(c: Columns, node: Node, x: Grid, dim: Any) -> Grid:
     """Without some indices of one place."""
+    if not x.entries.ndim:
+        return x
     dims = {d % x.entries.ndim for d in ([dim] if isinstance(dim, int) else dim)}
     gone = tuple(d for d in dims if x.entries.shape[d] == 1 and d != x.axis)
     axis = x.axis if x.axis is None else x.axis - sum(d < x.axis for d in gone)
@@ -76,7 +78,8 @@ def cut(c: Columns, node: Node, x: Grid, *where: Any) -> Grid | None:
 def expand(c: Columns, node: Node, x: Grid, size: Any, **more: Any) -> Grid | None:
     """The same for many places of an index."""
     shape = tuple(node.meta["val"].shape)
-    axis = along(shape, c.batch)
+    more_places = len(shape) - x.entries.ndim
+    axis = along(shape, c.batch) if x.axis is None else x.axis + more_places
     form = blocks(shape, axis, c.batch)
     if int(np.prod(form)) > MOST:
         return None
@@ -86,8 +89,9 @@ def expand(c: Columns, node: Node, x: Grid, size: Any, **more: Any) -> Grid | No
 def cat(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
     """Tensors one after the other."""
     # the empty tensor of one index has no part in it, whatever the others look like
+    kinds = {x.kind for x in parts}
     parts = [x for x in parts if x.entries.shape != (0,)]
-    if len({(x.axis, x.kind) for x in parts}) != 1:
+    if len(kinds) != 1 or len({x.axis for x in parts}) != 1:
         return None
     at = dim % parts[0].entries.ndim
     entries = np.concatenate([x.entries for x in parts], axis=at)

@@ -29,10 +29,19 @@ def shortened(
     if any(kind.is_floating_point and kind != result for kind in kinds):
         return None
     if name == "aten.where.self":
-        return None if is_node(given[0]) else given[1 if given[0] else 2]
+        return None if is_node(given[0]) else _choice(given, result, kinds[1:])
     plain = result.is_floating_point and all(kind == result for kind in kinds)
     law = _LAWS.get(name)
     return law(given[0], given[1], negated) if law and plain and len(given) == 2 else None
+
+
+def _choice(given: Sequence[Any], result: dtype, kinds: Sequence[dtype]) -> Any:
+    """What a known mask takes, where that is of the type of the result."""
+    import torch
+
+    chosen = given[1 if given[0] else 2]
+    strange = isinstance(chosen, bool) and result != torch.bool
+    return None if strange or any(kind != result for kind in kinds) else chosen
 
 
 def _product(one: Any, other: Any, negated: Negated) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from seals.fusion.constants import moved, worked_out
+from seals.fusion.constants import draws, moved, worked_out
 from seals.fusion.entrywise import FEWEST, entrywise
 
 if TYPE_CHECKING:
@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 def tidied(graph: GraphModule, device: Any) -> GraphModule:
-    """Return the graph with the same results, its constants on a device."""
+    """Return the graph with the same results, its constants on a device.
+
+    The same but for rounding, the sign of zero, and what is not finite, see `entrywise`.
+    """
     graph.graph.eliminate_dead_code()
     moved(graph, device)
     constants = worked_out(graph)
@@ -28,10 +31,10 @@ def tidied(graph: GraphModule, device: Any) -> GraphModule:
 
 
 def _join_equals(graph: GraphModule) -> None:
-    """Let what is done twice to the same numbers be done once; nothing here draws or writes."""
+    """Let what is done twice to the same numbers be done once; nothing here writes."""
     seen: dict[Any, Node] = {}
     for node in list(graph.graph.nodes):
-        if node.op not in {"call_function", "get_attr"}:
+        if node.op not in {"call_function", "get_attr"} or draws(node):
             continue
         # nodes are written by their names, which are each one's own, and numbers with their type
         key = (node.op, str(node.target), repr(node.args), repr(node.kwargs))

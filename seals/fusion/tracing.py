@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from seals.arrays import undecided
 from seals.errors import ConfigError
+from seals.fusion.pure import without_writes
 from seals.fusion.tidying import tidied
 
 if TYPE_CHECKING:
@@ -33,14 +34,11 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
         ConfigError: the law asks for a number to decide what it does next.
     """
     import torch
-    from torch.fx.experimental.proxy_tensor import make_fx
 
     _FOLLOWING.append(True)
     try:
         with undecided(), torch.no_grad():
-            # what is written in place is as if it had been made anew
-            pure = torch.func.functionalize(law)
-            graph = make_fx(pure)(*given)
+            graph = without_writes(law, given)
     except RuntimeError as problem:
         if "tracing tensor" not in str(problem):
             raise

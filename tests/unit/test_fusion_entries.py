@@ -16,6 +16,21 @@ B = 70
 TABLE = torch.linspace(0.0, 5.0, 11)
 
 
+HELD = torch.zeros(3)
+NONE = torch.zeros(0, 3)
+WHOLE = torch.tensor([1, 2, 3])
+PICK = torch.tensor([True, False, True])
+
+
+def _written(x: Any) -> Any:
+    """A copy of what the law holds, used before and after it is written to."""
+    copy = HELD.clone()
+    before = copy + x
+    copy[:1] = x[0, :1]
+    copy.add_(1.0)
+    return before, copy + x
+
+
 def _doubled(matrix: Any) -> Any:
     """The matrix with a diagonal of twos, written in place."""
     matrix.diagonal().fill_(2.0)
@@ -60,6 +75,22 @@ LAWS: dict[str, Callable[[Any, Any], Any]] = {
     "nothing but numbers": lambda x, m: (torch.zeros(B, 2), torch.full((3,), 2.0), x * 0.0),
     "written over": lambda x, m: _doubled(torch.ones(3, 3)) * m,
     "limits": lambda x, m: x.clamp(-0.5, 0.5).pow(2) + torch.nan_to_num(x / 0.0),
+    "a held tensor written over": lambda x, m: _written(x),
+    "as many columns as rows": lambda x, m: x[:, 0][None].expand(B, B) * 1.5,
+    "every pair": lambda x, m: torch.meshgrid(x[:, 0], x[:, 1], indexing="ij")[1] * 2.0,
+    "rows moved on": lambda x, m: torch.cat((x[1:, 0], x[:1, 0])) + x[:, 0],
+    "rows moved on, repeated": lambda x, m: torch.cat((x[1:, 0], x[:1, 0])).expand(3, B) * 2.0,
+    "rows put together again": lambda x, m: torch.stack([x[k, 0] for k in range(B)]) + x[:, 0],
+    "a double without an index": lambda x, m: x.float() * torch.tensor(2.0).double(),
+    "two kinds of whole numbers": lambda x, m: x.to(torch.int32) * WHOLE,
+    "a whole number chosen": lambda x, m: torch.where(PICK, x.long(), x),
+    "a mask chosen": lambda x, m: torch.where(PICK, PICK, x),
+    "any of bytes": lambda x, m: ((x > 0.0).to(torch.uint8) * 6).any(dim=1),
+    "nothing of doubles": lambda x, m: torch.cat((torch.zeros(0).double(), x[:, 0])),
+    "no index to give up": lambda x, m: x.sum().squeeze(0) + x.sum().amax(dim=0) + x,
+    "a sum of one number": lambda x, m: x.sum().sum(dim=0) + x,
+    "constants without entries": lambda x, m: (NONE * x[0], NONE[None] + x[:, None], x @ NONE.T),
+    "two results": lambda x, m: tuple(torch.frexp(x)),
     "many entries": lambda x, m: (x @ torch.ones(3, 400)).sin().sum(dim=1),
 }
 
@@ -106,3 +137,26 @@ def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
         f"aten.{x}" for x in ("mul.Tensor", "add.Tensor", "sub.Tensor", "div.Tensor", "neg.default")
     }
     assert names <= moves | sums | {"aten.sqrt.default"}
+
+
+def test_places_in_memory_are_refused() -> None:
+    """A law that counts numbers as they lie in memory is told so: they lie otherwise here."""
+    from seals.errors import ConfigError
+    from seals.fusion.tracing import traced
+
+    m = torch.randn(B, 3, 3)
+    with pytest.raises(ConfigError, match="where numbers lie in memory"):
+        traced(lambda x: [(x * 2.0).as_strided((B, 3), (9, 1))], [m])
+
+
+def test_what_is_drawn_is_not_joined() -> None:
+    """Two draws are two, and none is worked out once for all."""
+    from seals.fusion.tracing import traced
+
+    def law(x: Any) -> list[Any]:
+        return [torch.rand(3) - torch.rand(3), torch.rand_like(HELD) + x]
+
+    run, x = traced(law, [torch.zeros(B, 3)]), torch.zeros(B, 3)
+    one, other = run(x), run(x)
+    assert one[0].abs().min() > 0.0
+    assert not torch.equal(one[1], other[1])
