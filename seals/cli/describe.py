@@ -10,18 +10,23 @@ from typing import Any
 from seals import registry
 from seals.cli.listing import singular, table
 from seals.config.derive import schema_of
+from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
 from seals.schema import Parameter, parameters_of
 
 
 def describe(arguments: list[str]) -> int:
-    """Print one plug-in's docstring and the table of its fields."""
+    """Print one plug-in's docstring and the table of its fields, or the file of a recipe."""
     if len(arguments) != 2:
         raise ConfigError(
             f"'{' '.join(arguments)}' is not a kind and a name.\n"
             "Write: seals describe KIND NAME, for instance: seals describe effect quadratic_drag"
         )
     kind, name = singular(arguments[0]), arguments[1]
+    recipe = next((x for x in recipe_groups().get(kind, []) if x.stem == name), None)
+    if recipe is not None and name not in registry.names(kind):
+        print(f"{kind} {name}  (recipe, {recipe})\n\n{recipe.read_text(encoding='utf-8').strip()}")
+        return 0
     plugin = registry.get(kind, name)
     if kind in ("robot", "animal"):
         print(describe_robot(plugin))

@@ -15,6 +15,7 @@ from typing import Any
 
 from seals.cli.slips import refuse_slips
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
+from seals.config import roots
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 
@@ -328,7 +329,7 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            get_args_parser().parse_args([word for word in arguments if word != TRUST])
+            given = get_args_parser().parse_args([word for word in arguments if word != TRUST])
     except SystemExit as stop:
         verdict = said.getvalue().strip().rpartition("error: ")[2].partition("\n")[0]
         raise ConfigError(
@@ -336,6 +337,11 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
             "Allowed: KEY=VALUE, --multirun, --resume, --cfg job|hydra|all, --package KEY, "
             "--config-dir DIR"
         ) from stop
+    if given.config_name in roots.NAMES:
+        raise ConfigError(
+            f"--config-name {given.config_name}: that is the schema of a configuration, not one.\n"
+            f"Leave it out: seals {given.config_name.removesuffix('_schema')} KEY=VALUE"
+        )
     return untrusted(arguments)
 
 

@@ -12,7 +12,7 @@ from seals.errors import BrokenPlugin, ConfigError, suggestion
 def list_installed(arguments: list[str]) -> int:
     """Print the installed plug-ins of one kind, or of all kinds, with their package and summary."""
     recipes = recipe_groups()
-    kinds = [*registry.GROUPS, *recipes]
+    kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
         raise ConfigError(f"'{' '.join(arguments)}' is more than one kind.\nWrite: seals list KIND")
     if arguments and singular(arguments[0]) not in kinds:
@@ -22,7 +22,7 @@ def list_installed(arguments: list[str]) -> int:
     chosen = [singular(arguments[0])] if arguments else kinds
     blocks = []
     for kind in chosen:
-        rows = _recipe_rows(recipes[kind]) if kind in recipes else _plugin_rows(kind)
+        rows = _rows(kind, recipes.get(kind, []))
         if rows or arguments:
             blocks.append(f"{kind}\n" + (table(rows) if rows else "  (none installed)"))
     print("\n\n".join(blocks))
@@ -45,6 +45,14 @@ def table(rows: list[tuple[str, ...]], *, indent: str = "  ") -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
+def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
+    """Plug-ins of a kind, and recipes: files of values for one of them, or for several."""
+    found = _recipe_rows(recipes)
+    if kind not in registry.GROUPS:
+        return [*found]
+    return [*_plugin_rows(kind), *((name, "recipe", words) for name, words in found)]
+
+
 def _plugin_rows(kind: str) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, plugin in registry.plugins(kind).items():
@@ -56,8 +64,8 @@ def _plugin_rows(kind: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def _recipe_rows(paths: list[Path]) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
+def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
     for path in paths:
         words = [
             line.lstrip("# ")

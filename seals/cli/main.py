@@ -269,7 +269,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _of_system(error: OSError) -> int:
-    """Say that the disk is full or a name too long; any other error is a fault, raised again."""
+    """Say what the system denied: room, a long name, the right; all else is a fault, raised."""
     from seals.logs.room import told_full, words
 
     if isinstance(error, BrokenPipeError):
@@ -281,6 +281,11 @@ def _of_system(error: OSError) -> int:
         refusal = DiskFull(words(error.filename))
     elif error.errno == errno.ENAMETOOLONG:
         refusal = ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
+    elif isinstance(error, PermissionError) or error.errno == errno.EROFS:
+        refusal = ConfigError(
+            f"'{error.filename}' may not be read or written: {error.strerror}.\n"
+            "Choose another place, or give yourself the right."
+        )
     else:
         raise error
     print(two_lines(refusal), file=sys.stderr)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from seals import registry
+from seals.config.roots import VERBS
 from seals.errors import BrokenPlugin
 
 
@@ -18,6 +20,26 @@ def recipe_groups() -> dict[str, list[Path]]:
             continue  # doctor's business: a list must not fail for one package
         for path in sorted(folder.glob("*/*.yaml")):
             found.setdefault(path.parent.name, []).append(path)
+    return found
+
+
+def roots_choosing(group: str) -> list[str]:
+    """Return the verbs whose root configurations choose an option of a group.
+
+    Example:
+        >>> roots_choosing("learner")
+        ['train']
+    """
+    found = []
+    for plugin in registry.plugins("conf").values():
+        try:
+            folder = plugin.folder()
+        except BrokenPlugin:
+            continue
+        for path in sorted(folder.glob("*.yaml")):
+            chosen = re.findall(r"^  - (\w+):", path.read_text(encoding="utf-8"), re.MULTILINE)
+            if group in chosen and path.stem in VERBS:
+                found.append(path.stem)
     return found
 
 

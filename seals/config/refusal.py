@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from seals import registry
-from seals.config.recipes import recipe_groups
+from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.whereabouts import unknown_robot
 from seals.errors import ConfigError, SealsError, UnknownPlugin, suggestion
 from seals.schema import parameters_of
@@ -56,6 +56,9 @@ def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> Sea
     for link in chain:
         if isinstance(link, SealsError):
             return link
+    elsewhere = _elsewhere(error, chain, root)
+    if elsewhere is not None:
+        return elsewhere
     missing = getattr(error, "missing_cfg_file", None)
     if missing:
         return _missing_option(str(missing), list(getattr(error, "options", None) or []))
@@ -63,6 +66,20 @@ def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> Sea
     if keyed is not None:
         return _keyed(keyed, str(error), overrides)
     return _by_words(str(error), overrides, root=root)
+
+
+def _elsewhere(
+    error: BaseException, chain: Sequence[BaseException], root: str
+) -> ConfigError | None:
+    """Explain a group that only other verbs know; None where that is not the matter."""
+    asked = re.search(r"Could not override '(\w+)'", str(error))
+    keys = [str(getattr(link, "full_key", "")) for link in chain]
+    group = asked.group(1) if asked else next((key for key in keys if key), "")
+    roots = roots_choosing(group) if group.isidentifier() else []
+    if not roots or root in roots:
+        return None
+    verbs = " or ".join(f"seals {name}" for name in roots)
+    return ConfigError(f"seals {root} does not know {group}=.\nIt belongs to {verbs}.")
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:

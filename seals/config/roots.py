@@ -28,6 +28,9 @@ _AT = {
 NAMES = tuple(f"{root}_schema" for root in _AT)
 """As the defaults lists of the root configurations name them."""
 
+VERBS = tuple(root for root in _AT if root not in {"arms", "learn"})
+"""Roots that verbs compose, of the same name; the others are composed by programs."""
+
 
 def root_schema(name: str) -> Any:
     """Return the class whose fields a root configuration has.

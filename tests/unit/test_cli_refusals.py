@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -59,6 +60,11 @@ WRONG = [
     ("describe effect wnd", "effect 'wnd'", "Did you mean 'wind'?"),
     ("describe wind", "not a kind and a name", "seals describe KIND NAME"),
     ("check", "robot is not given", "robot=FOLDER"),
+    ("run ROBOT learner=sac", "seals run does not know learner=", "belongs to seals train"),
+    ("run ROBOT +learner=sac", "seals run does not know learner=", "belongs to seals train"),
+    ("run env=reach", "seals run does not know env=", "seals evaluate or seals record or seals"),
+    ("run --config-name run_schema ROBOT", "schema of a configuration, not one", "seals run KEY"),
+    ("train --config-name=train_schema", "schema of a configuration, not one", "seals train KEY"),
     ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
 ]
 
@@ -209,6 +215,22 @@ def test_bug_in_the_simulation_is_not_dressed_up(
     application(monkeypatch, execute)
     with pytest.raises(ZeroDivisionError, match="a bug"):
         main(["run", f"robot={pebble}"])
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
+def test_what_may_not_be_written_is_said_in_words(
+    number: int, pebble: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder without the right to write: exit code 2, and where to go."""
+
+    def execute(config: Any) -> None:
+        raise OSError(number, os.strerror(number), "/theirs/x.hdf5")
+
+    application(monkeypatch, execute)
+    assert main(["run", f"robot={pebble}"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].endswith(f"'/theirs/x.hdf5' may not be read or written: {os.strerror(number)}.")
+    assert "another place" in said[1]
 
 
 def test_interrupt_ends_with_one_line(

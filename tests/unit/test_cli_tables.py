@@ -45,6 +45,27 @@ def test_list_shows_name_package_and_summary(capsys: pytest.CaptureFixture[str])
     assert any("aam-seals" in line and "Quadratic drag" in line for line in lines)
 
 
+def test_list_shows_learners_and_recipes_for_them_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """A kind that has plug-ins and recipes shows both, and is one kind."""
+    assert main(["list", "learners"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    names = [line[0] for line in lines]
+    assert {*registry.names("learner"), "sac_many"} <= set(names)
+    assert len(names) == len(set(names))
+    assert next(line for line in lines if line[0] == "sac_many")[1] == "recipe"
+    assert main(["list"]) == 0
+    heads = [x for x in capsys.readouterr().out.splitlines() if x and not x.startswith(" ")]
+    assert len(heads) == len(set(heads))
+
+
+def test_describe_shows_the_file_of_a_recipe(capsys: pytest.CaptureFixture[str]) -> None:
+    """What ``learner=sac_many`` sets can be read, and where it stands."""
+    assert main(["describe", "learner", "sac_many"]) == 0
+    out = capsys.readouterr().out
+    assert "sac_many.yaml" in out.splitlines()[0]
+    assert "batch: 8192" in out
+
+
 def test_list_and_help_do_not_import_hydra() -> None:
     """The quick verbs stay quick: they load no Hydra, no NumPy, nothing that is slow to load."""
     probe = (
