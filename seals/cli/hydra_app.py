@@ -134,6 +134,10 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
             f"the run folder cannot be made: {error}.\n"
             "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."
         ) from error
+    except KeyboardInterrupt:
+        if sweep.folder is not None:
+            print("To go on: the same command with --resume.", file=sys.stderr)
+        raise
     except SealsError:
         if sweep.folder is not None:
             sweep.discard()

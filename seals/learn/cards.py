@@ -30,7 +30,9 @@ def read_card(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     """
     path = folder / CARD
     if not folder.is_dir() or not path.is_file() or path.is_symlink():
-        raise ConfigError(f"{key}={folder}: there is no {CARD}.\nGive a folder that holds one.")
+        below = sorted(path.parent for path in folder.glob(f"*/{CARD}"))
+        advice = f"Did you mean {key}={below[0]}?" if below else "Give a folder that holds one."
+        raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     try:

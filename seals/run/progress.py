@@ -1,4 +1,4 @@
-"""A progress bar with the time left, for people at a terminal who wait longer than a second."""
+"""How far long work is and the time left: a bar at a terminal, a line a minute elsewhere."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 
 QUIET_SECONDS = 1.0
 """Runs shorter than this show no bar."""
+LINE_SECONDS = 60.0
+"""Time between two lines where no terminal is, in the log of a job for instance."""
 _EVERY = 32
 """Steps between two looks at the clock."""
 
@@ -25,15 +27,54 @@ def progress(
         total: number of steps.
         note: further words about the present.
     """
-    bar = _Bar(label, total, note)
+    bar = (_Bar if sys.stderr.isatty() else _Lines)(label, total, note)
     try:
-        yield bar.tell if sys.stderr.isatty() else _nothing
+        yield bar.tell
     finally:
         bar.close()
 
 
-def _nothing(done: int) -> None:
-    """Show nothing: nobody watches."""
+def spoken(seconds: float) -> str:
+    """Return a duration in words.
+
+    Example:
+        >>> spoken(42.0), spoken(252.0), spoken(9000.0)
+        ('42 s', '4.2 min', '2.5 h')
+    """
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.1f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+class _Lines:
+    """A line now and then, which shows only when the run turns out to be long."""
+
+    def __init__(self, label: str, total: int, note: Callable[[], str]) -> None:
+        self.label, self.total, self.note = label, total, note
+        self._start = self._looked = self._told = time.perf_counter()
+        self._first: int | None = None
+
+    def tell(self, done: int) -> None:
+        """Show how far the run is; cheap enough to be called every step."""
+        now = time.perf_counter()
+        if self._first is None:
+            # what was done before a run was taken up says nothing of its pace
+            self._first, self._start = done, now
+        if done % _EVERY and now - self._looked < QUIET_SECONDS:
+            return
+        self._looked = now
+        self._say(done, done - self._first, now)
+
+    def _say(self, done: int, fresh: int, now: float) -> None:
+        if now - self._told < LINE_SECONDS or fresh <= 0 or done >= self.total:
+            return
+        self._told = now
+        left = (now - self._start) * (self.total - done) / fresh
+        words = f"{self.label}: {done / self.total:.0%}, {spoken(left)} left  {self.note()}"
+        print(words.rstrip(), file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Nothing is left standing."""
 
 
 class _Bar:

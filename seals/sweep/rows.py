@@ -59,9 +59,8 @@ def find_rows(folder: Path) -> list[Row]:
         ConfigError: there is no such folder, or no run in it.
     """
     if not folder.is_dir():
-        raise ConfigError(
-            f"folder={folder} does not exist.\nGive a folder with runs: seals runs runs"
-        )
+        what = "is a file" if folder.exists() else "does not exist"
+        raise ConfigError(f"folder={folder} {what}.\nGive a folder with runs: seals runs runs")
     jobs = dict(_jobs(folder))
     places = {path.parent for path in folder.rglob("run.json")}
     places |= {path.parent.parent for path in folder.rglob(_OVERRIDES)}

@@ -16,6 +16,7 @@ from typing import Any
 from hydra.experimental.callback import Callback
 
 from seals.logs.atomic import write_json
+from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, read_jobs
 
 HYDRAS = "multirun.yaml"
@@ -198,15 +199,3 @@ def count_of(config: Any) -> int | None:
     last = {override.get_key_element(): override for override in found}
     several = [o for o in last.values() if o.is_discrete_sweep()]
     return math.prod(len(list(o.sweep_string_iterator())) for o in several)
-
-
-def spoken(seconds: float) -> str:
-    """Return a duration in words.
-
-    Example:
-        >>> spoken(42.0), spoken(252.0), spoken(9000.0)
-        ('42 s', '4.2 min', '2.5 h')
-    """
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.1f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

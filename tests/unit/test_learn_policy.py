@@ -98,6 +98,13 @@ def test_an_absent_folder_is_refused(tmp_path: Path) -> None:
         read_policy_card(tmp_path / "nowhere")
 
 
+def test_the_folder_of_a_training_leads_to_its_policy(saved: tuple[Path, Any]) -> None:
+    """Who names the folder above is told which one holds the policy."""
+    folder, _ = saved
+    with pytest.raises(ConfigError, match=rf"Did you mean policy={folder}\?"):
+        read_policy_card(folder.parent)
+
+
 def test_starts_never_meet() -> None:
     """Training, choosing and judging have seeds of their own."""
     chosen, judged = set(validation_seeds(1000)), set(held_out_seeds(1000))

@@ -143,6 +143,7 @@ def test_single_runs_and_trainings_are_rows_as_well(runs: Path) -> None:
     [
         ([], "folder is not given"),
         (["nowhere"], "folder=nowhere does not exist"),
+        (["drops/jobs.csv"], "folder=drops/jobs.csv is a file"),
         (["empty"], "there is no run in it"),
         (["drops", "where=sed<1"], "Did you mean 'seed'?"),
         (["drops", "where=seed"], "this is no condition"),

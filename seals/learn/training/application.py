@@ -16,6 +16,7 @@ from seals.errors import ConfigError, SealsError
 from seals.learn.cards import config_hash
 from seals.learn.learner import need_torch
 from seals.learn.training.beginning import agent_of, environments
+from seals.learn.training.checkpoint import FILE
 from seals.learn.training.course import Course
 from seals.learn.training.loop import POLICY, Outcome, Training
 from seals.learn.worlds import world_hash
@@ -41,7 +42,12 @@ def execute(config: Any) -> int:
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
     resume, config.resume = config.resume is not None, None
-    outcome = train_into(folder, config, overrides=overrides, resume=resume)
+    try:
+        outcome = train_into(folder, config, overrides=overrides, resume=resume)
+    except KeyboardInterrupt:
+        if (folder / FILE).exists():
+            print(f"To go on: seals train resume={folder}", file=sys.stderr)
+        raise
     _tell(folder, outcome)
     return 0
 
