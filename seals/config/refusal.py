@@ -33,11 +33,16 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
     Raises:
         SealsError: the two-line refusal; the original is its cause.
     """
+    import yaml
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
     try:
         yield
+    except yaml.MarkedYAMLError as error:
+        place = error.problem_mark or error.context_mark
+        where = f"{place.name}, line {place.line + 1}" if place else "a file of configuration"
+        raise ConfigError(f"{where} is no YAML: {error.problem}.\nMend it.") from error
     except (HydraException, OmegaConfBaseException) as error:
         refusal = explain(error, overrides, root=root)
         raise refusal from error

@@ -149,6 +149,12 @@ def _content(place: Path) -> Any:
 
     try:
         return read_plain_yaml(place)
+    except (yaml.scanner.ScannerError, yaml.parser.ParserError) as cause:
+        # nobody could compose with it: trust would not help
+        raise ConfigError(
+            f"{place} is no YAML ({' '.join(str(cause).split())[:200]}).\n"
+            "Mend it, or move it out of the folder."
+        ) from cause
     except (OSError, UnicodeDecodeError, yaml.YAMLError, SealsError) as cause:
         raise _distrust(
             place, f"is no plain YAML ({' '.join(str(cause).split())[:200]})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -105,6 +106,17 @@ def test_a_strangers_folder_only_sets_values(
     folder = strange(text if text.startswith("#") or "more/" in place else text + "\n", place)
     words = ["run", "--config-dir", str(folder), "experiment=theirs", "time.duration=0.05"]
     assert "when you trust it, say so: --config-dir FOLDER --trust" in refused(capsys, words)
+
+
+def test_a_broken_file_is_no_question_of_trust(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is refused in words with the trust of its user and without, its line named."""
+    folder = strange("name: [x\n", "experiment/broken.yaml")
+    words = ["run", "--config-dir", str(folder), "experiment=broken"]
+    said = refused(capsys, words)
+    assert "is no YAML" in said
+    assert "trust" not in said
+    said = refused(capsys, [*words, "--trust"])
+    assert re.search(r"broken.yaml, line \d is no YAML: expected ','", said)
 
 
 def test_links_that_lead_out_of_a_strangers_folder_are_refused() -> None:
