@@ -28,7 +28,7 @@ class Case(NamedTuple):
     fused: bool = False
 
 
-def built(case: Case, *words: str) -> Any:
+def built(case: Case) -> Any:
     """Return environments of a case."""
     import torch
 
@@ -39,7 +39,7 @@ def built(case: Case, *words: str) -> Any:
 
     torch.set_num_threads(1)
     fused = f"backend.fused={'true' if case.fused else 'false'}"
-    config = compose([*WORDS, fused, *words], root="learn")
+    config = compose([*WORDS, fused], root="learn")
     values = None
     if case.varied:
         settings, _ = build_learning(config)

@@ -281,7 +281,7 @@ def _of_system(error: OSError) -> int:
         refusal = DiskFull(words(error.filename))
     elif error.errno == errno.ENAMETOOLONG:
         refusal = ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
-    elif isinstance(error, PermissionError) or error.errno == errno.EROFS:
+    elif error.filename and error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
         refusal = ConfigError(
             f"'{error.filename}' may not be read or written: {error.strerror}.\n"
             "Choose another place, or give yourself the right."

@@ -10,6 +10,7 @@ from typing import Any
 
 from seals import registry
 from seals.config.recipes import recipe_groups, roots_choosing
+from seals.config.roots import VERBS
 from seals.config.whereabouts import unknown_robot
 from seals.errors import ConfigError, SealsError, UnknownPlugin, suggestion
 from seals.schema import parameters_of
@@ -84,7 +85,8 @@ def _elsewhere(
     if not roots or root in roots:
         return None
     verbs = " or ".join(f"seals {name}" for name in roots)
-    return ConfigError(f"seals {root} does not know {group}=.\nIt belongs to {verbs}.")
+    here = f"seals {root}" if root in VERBS else "this configuration"
+    return ConfigError(f"{here} does not know {group}=.\nIt belongs to {verbs}.")
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
