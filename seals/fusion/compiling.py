@@ -51,4 +51,7 @@ def _options(device: str) -> dict[str, Any]:
         # what is used often is worked out once, and kernels are large enough to keep it in them
         wanted |= {"realize_reads_threshold": 2, "realize_opcount_threshold": 10}
         wanted["max_fusion_size"] = 256
+    else:
+        # twice the compiler's own: less goes through memory, and registers still hold a kernel
+        wanted["max_fusion_size"] = 128
     return {name: value for name, value in wanted.items() if hasattr(config, name)}
