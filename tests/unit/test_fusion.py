@@ -150,6 +150,23 @@ def test_large_constants_are_kept_where_many_operations_lead_to_them(
     assert not any("sub" in name for name in names)
 
 
+def test_numbers_that_rows_hold_for_themselves_are_counted() -> None:
+    """Twice what each of 32 rows holds itself, once what all of them share, and none given."""
+    pytest.importorskip("torch", reason="a compiled law needs torch")
+    import torch
+
+    from seals.fusion.compiling import held_by_row
+    from seals.fusion.tracing import traced
+
+    own, shared, rows = torch.rand(32, 2), torch.rand(3), torch.rand(32, 3)
+
+    def law(x: torch.Tensor) -> list[torch.Tensor]:
+        return [x[:, 0] * own[:, 0] + own[:, 1] * shared[2], x[:, 1] * shared[0]]
+
+    assert held_by_row(traced(law, [rows]), [rows]) == 2
+    assert held_by_row(traced(lambda x: [x * 2.0], [torch.tensor(1.0)]), [torch.tensor(1.0)]) == 0
+
+
 def test_many_small_matrices_are_written_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their products are sums; those of large matrices stay calls."""
     from seals.fusion import Fused
