@@ -56,9 +56,10 @@ def _options(graph: GraphModule, given: Sequence[Tensor]) -> dict[str, Any]:
         # what is used often is worked out once, and kernels are large enough to keep it in them
         wanted |= {"realize_reads_threshold": 2, "realize_opcount_threshold": 10}
         wanted["max_fusion_size"] = 256
-    elif held_by_row(graph, given) < OWN:
-        # twice the compiler's own: less goes through memory, and registers still hold a kernel
-        wanted["max_fusion_size"] = 128
+    else:
+        # the compiler's own choice is 64: larger kernels send less through memory, as long as
+        # registers hold what they need
+        wanted["max_fusion_size"] = 128 if held_by_row(graph, given) < OWN else 48
     return {name: value for name, value in wanted.items() if hasattr(config, name)}
 
 
