@@ -78,7 +78,8 @@ def test_values_that_types_let_through_are_refused(override: str, words: str) ->
         (["learner=visual_sac"], "needs pictures"),
         (["course.steps=-1"], "course.steps=-1"),
         (["count=0"], "count=0"),
-        (["device=gpu"], "cpu, cuda"),
+        (["device=gpu"], "Did you mean 'cuda'"),
+        (["device=cuda:1"], "CUDA_VISIBLE_DEVICES"),
         (["resume=nowhere"], "no training in this folder"),
     ],
 )
@@ -96,6 +97,22 @@ def test_trainings_that_cannot_be_are_refused(
     said = capsys.readouterr().err
     assert refusal in said
     assert len(said.strip().splitlines()) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["train", "evaluate", "record"])
+def test_a_device_that_is_none_is_refused_by_every_verb(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the same words, before anything is computed or written."""
+    pytest.importorskip("torchrl")
+    monkeypatch.chdir(tmp_path)
+    assert main([verb, "env=reach", "device=gpu"]) == 2
+    said = capsys.readouterr().err
+    assert said.splitlines() == [
+        "ConfigError: device=gpu is not allowed.",
+        "Did you mean 'cuda'?  Allowed: cpu, cuda",
+    ]
     assert list(tmp_path.iterdir()) == []
 
 

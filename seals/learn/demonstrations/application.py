@@ -11,6 +11,7 @@ from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, 
 from seals.learn.demonstrations.exchange import write_hdf5
 from seals.learn.demonstrations.folder import read, write
 from seals.learn.demonstrations.recording import record
+from seals.learn.devices import usable_device
 from seals.learn.learner import need_torch
 from seals.learn.shipped import demonstrations_folder
 from seals.learn.starts import training_seed
@@ -70,7 +71,7 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
 
     wanted, before = int(config.episodes), _before(config)
     count = min(wanted, _BATCH) if "interval" in config.backend else 1
-    environment = batched_of(config, count=count, device=config.device)
+    environment = batched_of(config, count=count, device=usable_device(str(config.device)))
     try:
         kept, tried = _kept(environment, config)
     finally:

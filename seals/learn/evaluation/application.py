@@ -10,6 +10,7 @@ from typing import Any
 
 from seals.config.variants import Variant, variants_of, world_of
 from seals.errors import ConfigError
+from seals.learn.devices import usable_device
 from seals.learn.evaluation.judgement import Judgement, judgement
 from seals.learn.evaluation.page import write_judgements
 from seals.learn.evaluation.policies import policy_of
@@ -124,7 +125,7 @@ def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any
         config=config,
         episodes=episodes,
         count=min(count, episodes),
-        device=settings.device,
+        device=usable_device(str(settings.device)),
     )
 
 

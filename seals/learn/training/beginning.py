@@ -11,7 +11,8 @@ import numpy as np
 from seals.config.build import build
 from seals.config.train import TrainSettings
 from seals.errors import ConfigError
-from seals.learn.learner import Agent, Spaces, one_of
+from seals.learn.devices import usable_device
+from seals.learn.learner import Agent, Spaces
 from seals.learn.starts import training_seed
 from seals.learn.worlds import world_hash
 from seals.schema import check_value, parameters_of
@@ -22,7 +23,8 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     """Build the environment of the training and that of the evaluations."""
     from seals.learn.environments import batched_of
 
-    device, count, episodes = _device(config), int(config.count), int(config.course.episodes)
+    device = usable_device(str(config.device))
+    count, episodes = int(config.count), int(config.course.episodes)
     if count < 1 or config.judges < 0:
         raise ConfigError(
             f"count={count}, judges={config.judges} make no training.\n"
@@ -70,17 +72,6 @@ def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
     known = None if diagnosis is None else estimates(str(diagnosis), effects, config.model)
     rng = np.random.default_rng(seed)
     return dict(drawn(effects, count, share=share, rng=rng, known=known))
-
-
-def _device(config: Any) -> str:
-    import torch
-
-    one_of("device", str(config.device), ("cpu", "cuda"))
-    if config.device == "cuda" and not torch.cuda.is_available():
-        raise ConfigError(
-            "device=cuda: torch finds no CUDA device on this machine.\nWrite device=cpu"
-        )
-    return str(config.device)
 
 
 def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
