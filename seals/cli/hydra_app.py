@@ -130,9 +130,10 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise
+        key = "sweep" if any(word in MULTIRUN for word in arguments) else "run"
         raise ConfigError(
-            f"the run folder cannot be made: {error}.\n"
-            "Go to a folder in which you may write, or say hydra.run.dir=FOLDER."
+            f"the {key} folder cannot be made: {error}.\n"
+            f"Go to a folder in which you may write, or say hydra.{key}.dir=FOLDER."
         ) from error
     except KeyboardInterrupt:
         if sweep.folder is not None:

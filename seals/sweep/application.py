@@ -71,6 +71,12 @@ def _refuse_targets(config: Any) -> None:
             f"plot={config.plot}: {missing} is not given.\n"
             "Say what is drawn: plot=FILE.png metric=position_z.min against=seed"
         )
+    for key in ("against", "by"):
+        if config.get(key) and config.plot is None:
+            raise ConfigError(
+                f"{key}={config[key]} is of a picture, and none is asked for.\n"
+                f"Say where it goes, plot=FILE.png, or leave {key} out"
+            )
 
 
 def _names(text: Any) -> list[str]:

@@ -183,7 +183,9 @@ class Watch(Callback):
         """Begin watching; called before the first job is composed."""
         sweep = _PRESENT.get()
         if sweep is not None:
-            sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
+            # where no folder can be made Hydra fails next, and its error is told in words
+            with contextlib.suppress(NotADirectoryError, PermissionError, FileExistsError):
+                sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
 
 
 def count_of(config: Any) -> int | None:

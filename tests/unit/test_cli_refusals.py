@@ -281,14 +281,24 @@ def test_flags_and_verbs_are_answered_in_two_lines(
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "place"),
+    [([], "hydra.run.dir=FOLDER"), (["-m", "seed=1,2"], "hydra.sweep.dir=FOLDER")],
+)
 def test_a_folder_that_cannot_be_made_is_said_in_words(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    place: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """A file in the place of the run folder: exit code 2, no traceback."""
+    """A file in the place of the run folder: exit code 2, no traceback, the setting that helps."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "runs").write_text("in the way", encoding="utf-8")
-    assert main(["run", "experiment=drop_test"]) == 2
-    assert "cannot be made" in capsys.readouterr().err
+    assert main(["run", *words, "experiment=drop_test"]) == 2
+    said = capsys.readouterr().err
+    assert "cannot be made" in said
+    assert place in said
 
 
 def test_check_refuses_what_a_run_refuses(pebble: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -156,6 +156,8 @@ def test_single_runs_and_trainings_are_rows_as_well(runs: Path) -> None:
         (["drops", "sort=sed"], "Did you mean 'seed'?"),
         (["drops", "table=out.xls"], ".csv or .parquet"),
         (["drops", "table=drops/0/run.csv", "plot=a.png"], "metric is not given"),
+        (["drops", "by=seed"], "plot=FILE.png, or leave by out"),
+        (["drops", "metric=steps", "against=seed"], "plot=FILE.png, or leave against out"),
         (["drops", "plot=a.png", "metric=steps"], "against is not given"),
         (["drops", "plot=a.png", "metric=steps", "against=robot"], "differs in no run"),
         (["drops", "plot=a.png", "metric=steps", "against=initial.position"], "one place of the"),
