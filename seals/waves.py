@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from seals.arrays import Array
+from seals.arrays import Array, columns, namespace
 
 
 class Sea(NamedTuple):
@@ -16,7 +16,9 @@ class Sea(NamedTuple):
         normal: unit normal of the surface, world axes [1], shape (N, 3).
         rise: speed of the surface along its normal [m/s], shape (N, 1).
         velocity: of the water at the points, world axes [m/s], shape (N, 3).
-        acceleration: of the water at the points, world axes [m/s^2], shape (N, 3).
+        acceleration: rate of that velocity at the points, world axes [m/s^2], shape (N, 3).
+        gradient: of that velocity, row i by place that of its component i, world axes [1/s], shape
+            (N, 3, 3). Water that moves gains G u besides, and bodies feel it; None neglects that.
     """
 
     elevation: Array
@@ -24,6 +26,37 @@ class Sea(NamedTuple):
     rise: Array | None
     velocity: Array | None
     acceleration: Array | None
+    gradient: Array | None = None
+
+
+def gradient_along(east: Array, north: Array, along: Array, down: Array) -> Array:
+    """Return the velocity gradient of water that a wave moves in one vertical plane, (N, 3, 3).
+
+    No water appears and none turns, so that two numbers make all nine.
+
+    Args:
+        east: cosine of the wave's direction, a number or (N,).
+        north: its sine.
+        along: gradient of the speed along that direction, along it [1/s], shape (N,).
+        down: gradient of the same speed, upward [1/s], shape (N,).
+    """
+    across, up, side = east * north * along, east * down, north * down
+    rows = (
+        columns(east * east * along, across, up),
+        columns(across, north * north * along, side),
+        columns(up, side, -along),
+    )
+    return namespace(along).stack(rows, axis=1)
+
+
+def carried(gradient: Array, velocity: Array) -> Array:
+    """Return what water gains that flows through a gradient, G u [m/s^2], shape (N, 3).
+
+    Args:
+        gradient: shape (N, 3, 3).
+        velocity: shape (N or 1, 3).
+    """
+    return namespace(gradient).sum(gradient * velocity[:, None, :], axis=2)
 
 
 @runtime_checkable

@@ -16,8 +16,8 @@ class DragRotor(Effect):
     """Induced and flapping drag of rotors, proportional to thrust and speed.
 
     Equation:
-        F_xy = -c T v_hub,xy at each hub with v_hub = v + w x r - u the velocity of the hub relative
-        to the air, body axes; times the share of the medium.
+        F_xy = -c abs(T) v_hub,xy at each hub with v_hub = v + w x r - u the velocity of the hub
+        relative to the air, body axes; times the share of the medium.
 
     Args:
         coefficient: c [s/m].
@@ -64,7 +64,8 @@ class DragRotor(Effect):
         relative = motion.velocity - medium.velocity
         p, q, r = (motion.angular_velocity[:, k : k + 1] for k in range(3))
         x, y, z = (drives.position[:, k][None, :] for k in range(3))
-        slope = drives.thrust * params["coefficient"] * -medium.share
+        # a rotor that turns backwards brakes as well
+        slope = xp.abs(drives.thrust) * params["coefficient"] * -medium.share
         ahead = slope * (relative[:, 0:1] + q * z - r * y)
         aside = slope * (relative[:, 1:2] + r * x - p * z)
         force_x, force_y = xp.sum(ahead, axis=1), xp.sum(aside, axis=1)

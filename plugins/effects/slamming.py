@@ -33,7 +33,9 @@ class Slamming(Effect):
         Entry at moderate deadrise; impulse good to a few per cent, the peak only in size.
 
     Limitations:
-        No air cushion, no spray, no oblique entry; nothing when the body leaves the water.
+        No air cushion, no spray, no oblique entry; nothing when the body leaves the water. A is
+        that of the upright hull whatever its attitude: one that falls on a smaller face gets too
+        much.
 
     References:
         von Karman 1929, NACA TN 321; Faltinsen 1990, Sea Loads on Ships and Offshore Structures,

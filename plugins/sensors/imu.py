@@ -46,13 +46,14 @@ class SensorImu(Carried):
         bandwidth: cut-off of the first-order low-pass [Hz], 0 for none.
 
     Assumptions:
-        The accelerometer averages over one simulation step.
+        The accelerometer averages over one simulation step, its axes as at the middle of the step.
 
     Valid range:
         Rates up to that of the simulation.
 
     Limitations:
-        No temperature drift, no cross-axis sensitivity, no vibration rectification.
+        No temperature drift, no cross-axis sensitivity, no vibration rectification. The mean over a
+        step goes on as the last two forces did: a force that jumps overshoots by half for one step.
 
     References:
         IEEE Std 952-1997, annex C (noise terms); Woodman 2007, UCAM-CL-TR-696.

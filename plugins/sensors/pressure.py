@@ -21,8 +21,8 @@ class SensorPressure(Instrument):
 
     Equation:
         p = integral of rho (g + a_z) from the port to the local surface, a_z the vertical
-        acceleration of the water, rho by depth; reading = p (1 + gain_error) + bias + drift +
-        noise; depth = reading / (density gravity).
+        acceleration of the water as far below its mean level, rho by depth; reading =
+        p (1 + gain_error) + bias + drift + noise; depth = reading / (density gravity).
 
     Args:
         rate: readings a second [Hz].
@@ -49,7 +49,8 @@ class SensorPressure(Instrument):
 
     References:
         TE Connectivity, MS5837-30BA data sheet: 0 to 30 bar, resolution 0.2 mbar. Newman 1977,
-        Marine Hydrodynamics, section 6.1 (pressure in waves).
+        Marine Hydrodynamics, section 6.1 (pressure in waves); Wheeler 1970, Offshore Technology
+        Conference 1006 (up to the surface as it is).
 
     Example:
         >>> SensorPressure(noise=0.0).channels()

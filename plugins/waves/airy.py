@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from seals.arrays import Array, columns, namespace
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.waves import Sea
+from seals.waves import Sea, gradient_along
 
 
 @dataclass(kw_only=True)
@@ -108,6 +108,7 @@ class WaveAiry:
             rise=(omega * sine / length)[:, None],
             velocity=columns(east * speed * cosine, north * speed * cosine, speed * sine),
             acceleration=columns(east * push * sine, north * push * sine, -push * cosine),
+            gradient=gradient_along(east, north, -k * speed * sine, k * speed * cosine),
         )
 
 

@@ -13,7 +13,7 @@ from seals.config.fields import optional
 from seals.errors import ConfigError
 from seals.medium.linear_waves import jonswap, wavenumber
 from seals.schema import param
-from seals.waves import Sea
+from seals.waves import Sea, gradient_along
 
 _CHOSEN = "chosen"
 
@@ -136,12 +136,14 @@ class WaveSea:
         u, w = xp.sum(speed * cosine, axis=1), xp.sum(climb * sine, axis=1)
         push = xp.sum(omega * speed * sine, axis=1)
         heave = -xp.sum(omega * climb * cosine, axis=1)
+        ahead, under = -xp.sum(k * speed * sine, axis=1), xp.sum(k * climb * cosine, axis=1)
         return Sea(
             elevation=(level + xp.sum(amplitude * cosine, axis=1))[:, None],
             normal=columns(-east * slope / length, -north * slope / length, 1.0 / length),
             rise=(rise / length)[:, None],
             velocity=columns(east * u, north * u, w),
             acceleration=columns(east * push, north * push, heave),
+            gradient=gradient_along(east, north, ahead, under),
         )
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:

@@ -28,6 +28,7 @@ from seals.motion import (
     Motion,
     Wrench,
 )
+from seals.waves import carried
 
 Memory = Mapping[str, Array]
 Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
@@ -226,12 +227,16 @@ class Evaluator:
             both = (MediumKind.water, MediumKind.air)
             for kind in [k for k in both if b.kind in (k, None, MediumKind.any)]:
                 flows[kind] = flows[kind] + velocity if kind in flows else velocity
-        water, air = sample.water_velocity, sample.air_velocity
+        water, air, gain = sample.water_velocity, sample.air_velocity, sample.water_acceleration
         if MediumKind.water in flows:
-            water = water + unrotate(motion.rotation, flows[MediumKind.water])
+            flow = flows[MediumKind.water]
+            water = water + unrotate(motion.rotation, flow)
+            if sample.water_gradient is not None:
+                # water that flows through the waves' motion
+                gain = gain + unrotate(motion.rotation, carried(sample.water_gradient, flow))
         if MediumKind.air in flows:
             air = air + unrotate(motion.rotation, flows[MediumKind.air])
-        return sample._replace(water_velocity=water, air_velocity=air)
+        return sample._replace(water_velocity=water, air_velocity=air, water_acceleration=gain)
 
     def _seen(
         self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]

@@ -10,7 +10,10 @@ from seals.motion import Medium
 
 
 class Sample(NamedTuple):
-    """Air and water at the links, shapes as in `seals.motion.Medium`, for both media at once."""
+    """Air and water at the links, shapes as in `seals.motion.Medium`, for both media at once.
+
+    ``water_gradient`` is that of the waves' velocity, as in `seals.waves.Sea`.
+    """
 
     submersion: Array
     submersion_rate: Array
@@ -27,6 +30,7 @@ class Sample(NamedTuple):
     air_viscosity: Array
     one: Array
     depth: Array | None = None
+    water_gradient: Array | None = None
 
     def view(self, kind: MediumKind | None) -> Medium:
         """Return the surroundings as seen by an effect of the medium ``kind``.

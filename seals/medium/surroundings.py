@@ -13,7 +13,7 @@ from seals.medium.sample import Sample
 from seals.medium.seawater import density_of, viscosity_of
 from seals.medium.wetting import Wetting
 from seals.motion import Motion
-from seals.waves import Waves
+from seals.waves import Sea, Waves, carried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,9 +124,7 @@ class Surroundings:
             if sea.velocity is None
             else unrotate(motion.rotation, sea.velocity),
             water_acceleration=(
-                self._none
-                if sea.acceleration is None
-                else unrotate(motion.rotation, sea.acceleration)
+                self._none if sea.acceleration is None else unrotate(motion.rotation, _felt(sea))
             ),
             water_density=self._density.at(depth),
             water_viscosity=self._viscosity.at(depth),
@@ -135,6 +133,7 @@ class Surroundings:
             air_viscosity=self._constants["air_viscosity"],
             one=self._constants["one"],
             depth=height,
+            water_gradient=sea.gradient,
         )
 
     def _dry(self, motion: Motion) -> Sample:
@@ -175,6 +174,13 @@ class _Profile:
         for start, width, slope in self._pieces:
             value = value + slope * namespace(depth).clip(depth - start, 0.0, width)
         return value
+
+
+def _felt(sea: Sea) -> Array:
+    """Acceleration of the water that passes a point, world axes [m/s^2], shape (N, 3)."""
+    if sea.gradient is None:
+        return sea.acceleration
+    return sea.acceleration + carried(sea.gradient, sea.velocity)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -71,10 +71,11 @@ class Around:
         """Return the pressure above that of the air [Pa]; zero out of the water.
 
         Equation:
-            p = integral from z to the local surface of rho (g + a_z) dz', a_z the vertical
-            acceleration of the water: the vertical component of Euler's equation.
+            p = integral from z to the local surface eta of rho (g + a_z(z' - eta)) dz', a_z the
+            vertical acceleration of the water as far below its mean level: the vertical component
+            of Euler's equation, stretched (Wheeler 1970) so that waves fade with depth.
 
-        In linear waves this is rho g (-z + eta exp(k z)) to first order in the steepness.
+        In linear waves on deep water this is rho g (-z + eta exp(k (z - eta))).
         """
         if self.level is None:
             return 0.0
@@ -89,7 +90,7 @@ class Around:
         if not moves or self.waves is None:
             return still
         points = np.repeat(point[None], len(_CUBED), axis=0)
-        points[:, 2] = height - depth * _CUBED
+        points[:, 2] = self.level - depth * _CUBED
         rise = np.asarray(self.waves.at(points, now, self.level).acceleration)[:, 2]
         dense = np.interp(depth * _CUBED, self._depths, self._densities)
         return still + depth * float(np.sum(_SHARES * dense * rise))

@@ -183,6 +183,9 @@ class Senses:
         if inertial and before is not None and step > 0.0:
             force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
             rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn
+            # a mean over the step is told in the axes of its middle, half a step's turn ago
+            force = _turned(force, twist[3:], 0.5 * step)
+            rate = _turned(rate, twist[3:], 0.5 * step)
         # in the order of the fields: keywords cost as much as the arithmetic
         return Felt(
             time,
@@ -215,6 +218,19 @@ class Senses:
         self.arrived = list(arrived)
         for name, eye in self.eyes.items():
             eye.shot = shots.get(name)
+
+
+def _turned(vector: Floats, spin: Floats, time: float) -> Floats:
+    """Return a vector in the axes that a turning body had a short time before, to second order."""
+    (a, b, c), (p, q, r) = vector.tolist(), (spin * time).tolist()
+    x, y, z = q * c - r * b, r * a - p * c, p * b - q * a
+    return np.array(
+        (
+            a + x + 0.5 * (q * z - r * y),
+            b + y + 0.5 * (r * x - p * z),
+            c + z + 0.5 * (p * y - q * x),
+        )
+    )
 
 
 def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:
