@@ -39,7 +39,8 @@ class Thrusters(Effect):
         Slow vehicles: flow through the thruster far below that of its own jet.
 
     Limitations:
-        No dead zone, no loss of thrust by inflow, ventilation or the hull.
+        No dead zone, no loss of thrust by inflow, ventilation or the hull. Forces are those under
+        water: add ``thruster_medium`` where thrusters may come out of it.
 
     References:
         Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12.

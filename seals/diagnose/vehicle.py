@@ -299,10 +299,12 @@ def _effect(
     if name in ("gravity", "buoyancy"):
         links = ["*"] if name == "gravity" else ["root"]
         return {name: get("effect", name).load()(links=links)}
+    law = get("effect", name).load()
     options = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
-    if "medium" in entry:
+    # a log tells a medium of every effect, though some know of none
+    if "medium" in entry and hasattr(law, "medium"):
         options["medium"] = MediumKind(entry["medium"])
     if name == "thrust_in_water":
         options["water_level"] = environment.water_level
     key = f"{name}_{entry['medium']}" if "medium" in entry else name
-    return {key: get("effect", name).load()(**options)}
+    return {key: law(**options)}

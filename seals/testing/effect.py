@@ -74,7 +74,8 @@ def check_effect(
     Args:
         effect: name of an installed effect, or its class.
         values: parameter values that matter to a body of 1 kg and 0.1 m; otherwise those of the
-            class attribute ``material``, then chosen from units and bounds.
+            class attribute ``material``, then chosen from units and bounds. Drives are rotors
+            unless the class attribute ``actuator`` says thrusters.
         steps: of the simulator [s], falling, each dividing 4 ms; limits exist for 4 and 1 ms.
         duration: compared time [s].
         backend: name of the rigid-body backend.

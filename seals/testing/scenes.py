@@ -38,6 +38,15 @@ ROTORS: dict[str, Any] = {
 }
 """Four rotors that carry a body of 1 kg at half of their speed."""
 
+THRUSTERS: dict[str, Any] = {
+    "position": ROTORS["position"],
+    "axis": [[0.0, 0.0, 1.0]],
+    "max_force": [5.0],
+}
+"""Four thrusters that carry it at half of their force."""
+
+DRIVES = {"rotors": ROTORS, "thrusters": THRUSTERS}
+
 SHARES = (0.5, 0.49, 0.505, 0.495)
 """Held drives against their limits [1]: near hover, and the body turns."""
 
@@ -73,8 +82,8 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
 def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
     """Return weight, lift and light drags on all links, less those of the effect's phenomena.
 
-    Effects that change what actuators do get rotors, and those that state the gains of a servo such
-    a servo.
+    Effects that change what actuators do get rotors, or what their class attribute ``actuator``
+    names; those that state the gains of a servo get such a servo.
 
     Args:
         effect: under test.
@@ -93,7 +102,8 @@ def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
         "angular_drag": registry.get("effect", "angular_drag").load()(**spin, **options),
     }
     if any(hasattr(effect, hook) for hook in DRIVEN):
-        made["rotors"] = registry.get("actuator", "rotors").load()(**ROTORS)
+        kind = getattr(effect, "actuator", "rotors")
+        made[kind] = registry.get("actuator", kind).load()(**DRIVES[kind])
     if all(hasattr(effect, gain) for gain in ("kp", "kd")):
         gains = {gain: getattr(effect, gain) for gain in ("kp", "kd")}
         made["servos"] = registry.get("actuator", "servos").load()(**gains)

@@ -18,6 +18,7 @@ from seals.plugins.effects.battery import Battery, cell_voltage
 from seals.plugins.effects.battery_sag import BatterySag
 from seals.plugins.effects.rotor_medium import RotorMedium
 from seals.plugins.effects.thrust_in_water import ThrustInWater
+from seals.plugins.effects.thruster_medium import ThrusterMedium
 from seals.world import Drivetrain
 
 INPUTS = Inputs(0.004, np.zeros((1, 0)))
@@ -36,16 +37,32 @@ def rotors(thrust: float = 3.0, torque: float = 0.03) -> Drives:
     return Drives(places, axes, np.array([0.1, 0.0]), pull, reaction, np.array([[400.0, 0.0]]))
 
 
-def submerged(depth: float | None, efficiency: float = 0.7, limit: float = 0.1) -> Drives:
-    """Return the rotor with its hub at a depth [m] in fresh water of 1000 kg/m^3."""
+def placed(depth: float | None, air: float = 1.0) -> tuple[Motion, Medium]:
+    """Return a body whose hubs are at a depth [m] in fresh water of 1000 kg/m^3."""
     one, none = np.ones((1, 1)), np.zeros((1, 3))
     up = np.array([[0.0, 0.0, 1.0]])
     body = Body(*(np.ones((1, k)) for k in (1, 3, 1, 1)))
     moved = Motion(np.zeros((1, 1)), none, np.eye(3)[None], up, none, none, body)
     level = None if depth is None else (depth + 0.5) * one
-    around = Medium(one, none, none, one, one, one, one, none, up, one, one, level, 1e3 * one, one)
+    own = (one, none, none, one, one, one, one, none, up, one, one)
+    return moved, Medium(*own, level, 1e3 * one, air * one)
+
+
+def submerged(depth: float | None, efficiency: float = 0.7, limit: float = 0.1) -> Drives:
+    """Return what a rotor gives with its hub at a depth [m]."""
     effect = RotorMedium(efficiency=efficiency, torque_limit=limit, reference_density=1.0)
-    return RotorMedium.actuation(rotors(), moved, around, INPUTS, params(effect))
+    return RotorMedium.actuation(rotors(), *placed(depth), INPUTS, params(effect))
+
+
+@pytest.mark.parametrize(
+    ("depth", "share"),
+    [(None, 0.0012), (-0.11, 0.0012), (-0.1, 0.0012), (0.0, 0.5006), (0.1, 1.0), (3.0, 1.0)],
+)
+def test_a_thruster_pushes_with_the_density_around_it(depth: float | None, share: float) -> None:
+    """All of its force a radius under water, 1.2 of 1000 parts a radius above; rotors stay."""
+    effect = ThrusterMedium(radius=0.1)
+    found = ThrusterMedium.actuation(rotors(), *placed(depth, air=1.2), INPUTS, params(effect))
+    assert_allclose(found.thrust, [[3.0, 5.0 * share]], rtol=1e-12)
 
 
 @pytest.mark.parametrize("depth", [-0.11, None])

@@ -49,6 +49,21 @@ def test_auv_rises_with_its_buoyancy_against_its_drag() -> None:
     assert velocity[2] == pytest.approx(expected, rel=0.01)
 
 
+def test_auv_does_not_fly() -> None:
+    """Upright thrusters at 120 N together, more than its weight, take it up to the surface only."""
+    world = submerged("auv", [], "initial.position=[0,0,-1]")
+    actor, highest = world.actors["robot"], -1.0
+    for _ in range(1500):
+        actor.command = np.array([[40.0, 0.0, 40.0, 0.0, 40.0, 0.0]])
+        world.step()
+        highest = max(highest, float(actor.body.read().position[2]))
+    weight = GRAVITY * float(actor.robot.mass.sum())
+    world.close()
+    assert weight < 100.0
+    # it jumps once, as fast as 120 N drive it against its drag, and stays
+    assert 0.0 < highest < 0.35
+
+
 def test_aam_sinks_with_its_weight_against_its_drag() -> None:
     """With the arm stowed its speed settles where c v^2 equals the net weight, upright."""
     stowed = [1.5708, 0.0, 0.0, 0.0, 0.0, 0.0]
