@@ -16,6 +16,8 @@ from seals.schema import param
 from seals.waves import Sea, gradient_along
 
 _CHOSEN = "chosen"
+STEEPEST = 2.0 * math.pi / 15.0
+"""Significant height of an irregular sea times k of its peak, at most [1]: DNV-RP-C205, 3.5.4."""
 
 
 class Spectrum(enum.Enum):
@@ -52,7 +54,8 @@ class WaveSea:
         Linear theory.
 
     Valid range:
-        Steepness k a below 0.3, with half the height for a and k of the peak.
+        Steepness k a below 0.3, with half the height for a; an irregular sea up to 1/15 of the
+        length at its peak.
 
     Limitations:
         No second-order crest, no breaking, no spread of directions; velocity above the mean level
@@ -60,7 +63,8 @@ class WaveSea:
 
     References:
         Airy 1845; Dean and Dalrymple 1991, Water Wave Mechanics for Engineers and Scientists,
-        ch. 3 and 4; Hasselmann et al. 1973.
+        ch. 3 and 4; Hasselmann et al. 1973; DNV-RP-C205, Environmental Conditions and Environmental
+        Loads.
 
     Example:
         >>> round(WaveSea(height=0.2, period=2.0).shortest, 3)
@@ -103,6 +107,13 @@ class WaveSea:
                 "period."
             )
         if self.spectrum is Spectrum.jonswap:
+            if peak * self.height > STEEPEST:
+                raise ConfigError(
+                    f"an irregular sea of {self.height:g} m at {self.period:g} s is steeper than "
+                    f"seas are: {peak * self.height / (2.0 * math.pi):.3f} of its length.\n"
+                    f"Allowed: up to 1/15, that is {STEEPEST / peak:.3g} m; lower the height or "
+                    "raise the period."
+                )
             rates, self._amplitude = jonswap(
                 self.height, self.period, peakedness=self.peakedness, components=self.components
             )

@@ -32,11 +32,13 @@ def wet_share(depth: Array, half_width: Array | float) -> Array:
 
 
 def hub_depth(drives: Drives, motion: Motion, medium: Medium) -> Array | None:
-    """Return the depth of every hub below the water surface [m], shape (N, n); None without water.
+    """Return the distance of every hub below the surface [m], shape (N, n); None without water.
 
-    Under waves the surface is taken as plane around the link.
+    Under waves the surface is taken as plane around the link, and the distance is along its normal.
     """
     if medium.depth is None:
         return None
-    normal = motion.up if medium.normal is None else medium.normal
-    return medium.depth - normal @ drives.position.T
+    if medium.normal is None:
+        return medium.depth - motion.up @ drives.position.T
+    slant = namespace(motion.up).sum(medium.normal * motion.up, axis=1, keepdims=True)
+    return medium.depth * slant - medium.normal @ drives.position.T

@@ -10,6 +10,7 @@ from typing import Any
 from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, MissingExtra
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
+from seals.run.contradictions import contradictions
 from seals.run.folder import write_config, write_end, write_log, write_start
 from seals.run.oversights import oversights
 from seals.run.provenance import provenance
@@ -99,7 +100,7 @@ def run_into(
         settings, label=settings.name, started=begin, keepers=watching, kept=kept, folder=folder
     )
     write_log(folder, record, settings)
-    remarks = oversights(settings, overrides or [])
+    remarks = oversights(settings, overrides or []) + contradictions(settings)
     remarks += [] if original is None else _verdict(folder, original)
     remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]
     views = views_of(record, settings)

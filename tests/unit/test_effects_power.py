@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from seals.effects import bind_effects
 from seals.errors import ConfigError
+from seals.medium.disc import hub_depth
 from seals.motion import Body, Drives, Inputs, Joints, Medium, Motion
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.actuators.servos import Servos
@@ -204,3 +206,16 @@ def test_gains_of_a_servo_may_be_given_joint_by_joint() -> None:
         servo.of_joints("kd", 3)
     with pytest.raises(ConfigError, match=r"servos\.speed_limit"):
         Servos(speed_limit=[0.0])
+
+
+def test_hubs_on_a_sloping_surface_are_at_no_depth() -> None:
+    """A plane that rises by 0.3 a metre, a link 0.1 m straight below it, hubs where it is met."""
+    slope, under = 0.3, 0.1
+    moved, around = placed(0.0)
+    normal = np.array([[-slope, 0.0, 1.0]]) / math.hypot(1.0, slope)
+    around = around._replace(normal=normal, depth=np.array([[under]]))
+    places = np.array([[x, 0.2, under + slope * x] for x in (-0.5, 0.0, 0.5)])
+    found = hub_depth(rotors()._replace(position=places), moved, around)
+    assert_allclose(found, np.zeros((1, 3)), atol=1e-15)
+    lower = hub_depth(rotors()._replace(position=places - 0.05 * normal), moved, around)
+    assert_allclose(lower, np.full((1, 3), 0.05), atol=1e-15)

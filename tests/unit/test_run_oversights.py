@@ -12,6 +12,7 @@ from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.experiments.ending import ended
+from seals.run.contradictions import contradictions
 from seals.run.oversights import oversights
 
 
@@ -34,6 +35,39 @@ def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
     found = oversights(build_run(compose(words)), words)
     assert [remark.split(":")[0] for remark in found] == said
     assert all(len(remark.splitlines()) == 2 for remark in found)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["wave=airy"], []),
+        (["wave=airy", "environment.gravity=1.62"], ["wave.gravity=1.62"]),
+        (["wave=airy", "wave.amplitude=0.02", "environment.gravity=1.62", "wave.gravity=1.62"], []),
+        (["wave=airy", "wave.period=2", "environment.tank_bottom=-4"], []),
+        (["wave=airy", "wave.period=4", "environment.tank_bottom=-4"], ["wave=sea wave.depth=4"]),
+        (["wave=sea", "wave.period=4", "environment.tank_bottom=-4"], ["wave=sea wave.depth=4"]),
+        (["wave=sea", "wave.depth=4", "environment.tank_bottom=-4"], []),
+        (["wave=sea", "wave.depth=5", "environment.tank_bottom=-4"], ["wave.depth=4"]),
+        (
+            ["+effect@effects.cushion=ground_effect", "environment.ground_level=5"],
+            ["effects.cushion.ground_level=5"],
+        ),
+        (
+            [
+                "+effect@effects.cushion=ground_effect",
+                "environment.ground_level=5",
+                "effects.cushion.ground_level=5",
+            ],
+            [],
+        ),
+    ],
+)
+def test_what_is_told_twice_and_differently_is_said(words: list[str], said: list[str]) -> None:
+    """Gravity, levels and depth of the water stand in two places; what to write follows."""
+    found = contradictions(build_run(compose(["robot=ball", "water=fossen", *words])))
+    assert [remark.splitlines()[1].split(", or")[0] for remark in found] == [
+        f"Say {words}" for words in said
+    ]
 
 
 def test_an_experiment_refuses_in_two_lines(capsys: pytest.CaptureFixture[str]) -> None:

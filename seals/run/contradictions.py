@@ -1,0 +1,67 @@
+"""What a run was told twice, and differently."""
+
+from __future__ import annotations
+
+import math
+
+from seals.config.run import RunSettings
+
+_NEAR = 1e-3
+"""Share of a number by which two statements of it may differ [1]."""
+_FELT = 0.5
+"""Depth in wave lengths from which a wave feels no bottom [1]."""
+
+
+def contradictions(settings: RunSettings) -> list[str]:
+    """Return a remark for each quantity that stands in two places with two values.
+
+    Args:
+        settings: of the run.
+    """
+    e, wave = settings.environment, settings.wave
+    found = []
+    own = getattr(wave, "gravity", None)
+    if own is not None and _apart(own, e.gravity):
+        found.append(
+            f"The wave has a gravity of its own: wave.gravity={own:g}, environment.gravity="
+            f"{e.gravity:g}.\nSay wave.gravity={e.gravity:g}, or mean it."
+        )
+    for name, effect in settings.effects.items():
+        for level in ("ground_level", "water_level"):
+            mine, ours = getattr(effect, level, None), getattr(e, level)
+            if mine is not None and ours is not None and _apart(mine, ours):
+                found.append(
+                    f"{name} has a level of its own: effects.{name}.{level}={mine:g}, "
+                    f"environment.{level}={ours:g}.\n"
+                    f"Say effects.{name}.{level}={ours:g}, or mean it."
+                )
+    return [*found, *_bottoms(settings)]
+
+
+def _bottoms(settings: RunSettings) -> list[str]:
+    """Return a remark where the wave's water is not as deep as that of the run."""
+    e, wave = settings.environment, settings.wave
+    shortest = getattr(wave, "shortest", None)
+    if shortest is None or e.water_level is None or e.tank_bottom is None:
+        return []
+    deep, told = e.water_level - e.tank_bottom, getattr(wave, "depth", None)
+    if told is None:
+        # the longest that matters: of an irregular sea the one at its peak
+        period = float(getattr(wave, "period", 0.0))
+        length = max(shortest, e.gravity * period**2 / (2.0 * math.pi))
+        if deep > _FELT * length:
+            return []
+        return [
+            f"The wave is one of deep water, {length:.3g} m long; the water is {deep:g} m deep.\n"
+            f"Say wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
+        ]
+    if not _apart(told, deep):
+        return []
+    return [
+        f"The water has two depths: wave.depth={told:g}, and {deep:g} m from "
+        f"environment.water_level to environment.tank_bottom.\nSay wave.depth={deep:g}, or mean it."
+    ]
+
+
+def _apart(one: float, other: float) -> bool:
+    return abs(one - other) > _NEAR * max(abs(one), abs(other))
