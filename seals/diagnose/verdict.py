@@ -137,7 +137,7 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         )
     if not best.candidates:
         return _quiet(search, left)
-    if _unexcited(search, best):
+    if _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
     drags = {c.label.partition(" ")[2] for c in best.candidates if c.name == "linear_drag"}
     if drags & {c.label.partition(" ")[2] for c in best.candidates if c.name == "quadratic_drag"}:
@@ -168,8 +168,10 @@ def _floor(search: Search) -> float:
     return 0.985 * float(search.best.fitter.windows.observed)
 
 
-def _unexcited(search: Search, best: Hypothesis) -> bool:
+def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
     """Whether the log could not show any of the named effects at a plausible size."""
+    # what falls freely has no feedback that could fight gusts
+    wary = () if problem.impact else DYNAMIC
     gains = expected_gains(search.nominal)
     library = best.fitter.library
 
@@ -177,7 +179,7 @@ def _unexcited(search: Search, best: Hypothesis) -> bool:
         gain = gains.get(candidate.label, np.inf)
         if gain < EXCITED and best.score < CERTAIN:
             return False
-        if candidate.name not in DYNAMIC:
+        if candidate.name not in wary:
             return True
         factors = [library.factors[k] for k in candidate.keys]
         if any(f.tolerance == 0.0 for f in factors):
