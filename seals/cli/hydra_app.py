@@ -15,6 +15,7 @@ from typing import Any
 
 from seals.cli.slips import refuse_slips
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
+from seals.cli.words import joined
 from seals.config import roots
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
@@ -108,7 +109,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.sweep.watch import Sweep, watched
 
     # Hydra's parser takes no flag between two overrides
-    arguments = sorted(arguments, key=lambda word: word not in (*MULTIRUN, RESUME))
+    arguments = sorted(joined(arguments), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
     checked = _refuse_flags([word for word in arguments if word != RESUME])
     arguments, resumed = begun(root, [*kept, *checked])

@@ -1,4 +1,7 @@
-"""Overrides that a file brings along: they set values, they make no classes and run nothing."""
+"""Words of a command line as they are: flags with their values; overrides that files bring along.
+
+Those of files set values, they make no classes and run nothing.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,32 @@ from collections.abc import Sequence
 from seals.errors import ConfigError
 
 _DANGER = re.compile(r"_target_|\$|hydra[./]|^[^=]*hydra\b|^-|[\n\r]")
+
+_VALUED = {
+    "-c": "--cfg",
+    "-p": "--package",
+    "-cp": "--config-path",
+    "-cn": "--config-name",
+    "-cd": "--config-dir",
+    "-i": "--info",
+}
+"""Flags of Hydra with a value, short and long."""
+
+
+def joined(words: Sequence[str]) -> list[str]:
+    """Return the words of a command line with every flag and its value in one word.
+
+    Example:
+        >>> joined(["-cd", "options", "--cfg=job", "seed=1"])
+        ['--config-dir=options', '--cfg=job', 'seed=1']
+    """
+    found: list[str] = []
+    for word in words:
+        if found and found[-1] in _VALUED.values() and not word.startswith("-"):
+            found[-1] += f"={word}"
+        else:
+            found.append(_VALUED.get(word, word))
+    return found
 
 
 def refuse_dangerous(words: Sequence[str], *, where: str, remedy: str) -> None:
