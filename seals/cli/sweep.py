@@ -55,8 +55,6 @@ def begun(root: str, words: Sequence[str]) -> Begun:
         return Begun(_taken_up(root, folder, words), resumed=True)
     sweep = any(word in MULTIRUN for word in words)
     if RESUME not in words:
-        if sweep:
-            _refuse_used(_stated(words))
         return Begun(list(words), resumed=False)
     if not sweep:
         raise ConfigError(
@@ -71,7 +69,8 @@ def begun(root: str, words: Sequence[str]) -> Begun:
             f"{folder} was begun by other words: seals {note['verb']} {' '.join(note['words'])}.\n"
             "Give the very same ones, or take it up by its folder alone: resume=FOLDER"
         )
-    return Begun(_going_on(rest, folder), resumed=True)
+    hydras = [word for word in rest if word not in own_words(rest)]
+    return Begun(_going_on([*note["words"], *hydras], folder), resumed=True)
 
 
 def is_sweep(folder: str | Path) -> bool:
@@ -91,8 +90,25 @@ def _named(words: Sequence[str]) -> Path | None:
 
 
 def _stated(words: Sequence[str]) -> Path | None:
-    given = [word.partition("=")[2].strip("'\"") for word in words if word.startswith(_FOLDER)]
-    return Path(given[-1]) if given else None
+    """Return the folder that is to be taken up, where one is given.
+
+    Raises:
+        ConfigError: it is given by something that only Hydra can look up.
+    """
+    given = [word for word in words if _names_folder(word)]
+    if not given:
+        return None
+    name = given[-1].partition("=")[2].strip("'\"")
+    if "$" in name:
+        raise ConfigError(
+            f"{given[-1]}: with {RESUME} the folder is one that is there already.\n"
+            f"Give it by its name: {_FOLDER}=FOLDER"
+        )
+    return Path(name)
+
+
+def _names_folder(word: str) -> bool:
+    return word.partition("=")[0].lstrip("+") == _FOLDER
 
 
 def _newest(root: str, words: Sequence[str]) -> Path:
@@ -150,17 +166,11 @@ def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
 
 
 def _going_on(words: Sequence[str], folder: Path) -> list[str]:
-    """Add what sends the jobs into their old folders, where Hydra shall overwrite nothing."""
-    kept = [word for word in words if word not in MULTIRUN and not word.startswith(_FOLDER)]
-    return ["--multirun", *kept, f"{_FOLDER}='{folder}'", "hydra.output_subdir=null"]
-
-
-def _refuse_used(folder: Path | None) -> None:
-    if folder is not None and is_sweep(folder):
-        raise ConfigError(
-            f"{_FOLDER}={folder} holds a sweep already.\n"
-            f"Add {RESUME} to go on with it, or choose another folder."
-        )
+    """Add what sends the jobs into their old folders."""
+    kept = [word for word in words if word not in MULTIRUN and not _names_folder(word)]
+    # Hydra's parser takes no flag between two overrides
+    kept.sort(key=lambda word: not word.startswith("-"))
+    return ["--multirun", *kept, f"{_FOLDER}='{folder}'"]
 
 
 def _refuse_other_places(words: Sequence[str]) -> None:

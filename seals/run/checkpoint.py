@@ -64,8 +64,7 @@ class Checkpoints:
 
     def clear(self) -> None:
         """Remove the last one: the run is complete."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-        shutil.rmtree(_before(self.folder), ignore_errors=True)
+        remove_checkpoint(self.folder.parent)
 
 
 def interval_of(settings: RunSettings) -> float:
@@ -179,15 +178,30 @@ def checkpoint_of(run: Path) -> Path:
     Raises:
         ConfigError: there is none.
     """
-    whole = run / FOLDER
-    # cut off between two renames, the one before stands beside
-    folder = whole if whole.exists() else _before(whole)
+    folder = _last(run)
     if (folder / STATE).is_file():
         return folder
     raise ConfigError(
         f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
         "none.\nBegin anew with repeat=FOLDER, and keep checkpoints: checkpoint=60"
     )
+
+
+def has_checkpoint(run: Path) -> bool:
+    """Return whether a run can be taken up."""
+    return (_last(run) / STATE).is_file()
+
+
+def remove_checkpoint(run: Path) -> None:
+    """Remove whatever checkpoint there is: the run is complete, or begins anew."""
+    shutil.rmtree(run / FOLDER, ignore_errors=True)
+    shutil.rmtree(_before(run / FOLDER), ignore_errors=True)
+
+
+def _last(run: Path) -> Path:
+    whole = run / FOLDER
+    # cut off between two renames, the one before stands beside
+    return whole if whole.exists() else _before(whole)
 
 
 def _live(world: World) -> Mapping[str, Any]:

@@ -105,6 +105,18 @@ class Claim:
 
 
 @contextlib.contextmanager
+def opened(folder: Path) -> Iterator[None]:
+    """Hold the folder of a sweep while it is looked at and noted whose it is."""
+    folder.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        with _held(descriptor, 0):
+            yield
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
 def claimed(folder: Path, number: int) -> Iterator[Claim]:
     """Wait until nobody else does the job of a number, and hold it."""
     folder.mkdir(parents=True, exist_ok=True)

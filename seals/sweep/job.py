@@ -13,11 +13,10 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_yaml
 from seals.sweep.book import DONE, FAILED, REFUSED, Claim, Job, claimed, read_jobs
+from seals.sweep.cut import HYDRA, began, goes_on
 
 SAID = "said.txt"
 """What a job printed, in its folder: on the terminal a sweep has one line for each job."""
-HYDRA = ".hydra"
-CHECKPOINT = "checkpoint"
 
 
 def perform(task: Callable[[Any], int | None], config: Any) -> int:
@@ -28,13 +27,19 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         config: composed for this job.
 
     Raises:
-        ConfigError: the folder of the sweep holds another one.
+        ConfigError: the folder of the sweep holds another one, or nobody watches it.
     """
     from hydra.core.hydra_config import HydraConfig
+    from omegaconf import open_dict
 
     hydra = HydraConfig.get()
     sweep, folder = Path(hydra.sweep.dir), Path(hydra.runtime.output_dir)
     number, words = int(hydra.job.num), tuple(str(word) for word in hydra.overrides.task)
+    if began(hydra) is None:
+        raise ConfigError(
+            "hydra.callbacks.sweep is not there: nobody would notice how this sweep ends.\n"
+            "Leave its words about hydra.callbacks.sweep out."
+        )
     with claimed(sweep, number) as claim:
         before = read_jobs(sweep).get(number)
         if before is not None and sorted(before.words) != sorted(words):
@@ -44,19 +49,19 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
             )
         if before is not None and before.state == DONE:
             return before.code
-        _prepare(folder, config, hydra, list(words))
+        folder.mkdir(parents=True, exist_ok=True)
+        if goes_on(folder, config, hydra, words, before):
+            with open_dict(config):
+                config.resume = str(folder)
+        else:
+            _note(folder, config, hydra, list(words))
         return _done(task, config, claim, folder, Job(number, DONE, 0, 0.0, words, ""))
 
 
-def _prepare(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
-    """Write Hydra's notes where a sweep that was taken up has none; find a checkpoint."""
-    from omegaconf import OmegaConf, open_dict
+def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
+    """Write Hydra's notes, each of them whole or not at all."""
+    from omegaconf import OmegaConf
 
-    folder.mkdir(parents=True, exist_ok=True)
-    if "resume" in config and (folder / CHECKPOINT).exists():
-        with open_dict(config):
-            config.resume = str(folder)
-        return
     notes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra}), "overrides": words}
     for name, node in notes.items():
         plain = node if isinstance(node, list) else OmegaConf.to_container(node, enum_to_str=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import json
 import math
 import sys
 import threading
@@ -14,10 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from hydra.experimental.callback import Callback
+from omegaconf import read_write
 
+from seals.errors import ConfigError
+from seals.intake import read_bytes
 from seals.logs.atomic import write_json
 from seals.run.progress import spoken
-from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, read_jobs
+from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""
@@ -52,29 +56,49 @@ class Sweep:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def begin(self, folder: Path, total: int | None) -> None:
+    def begin(self, folder: Path, total: int | None) -> str:
         """Note what is swept and start watching.
 
         Args:
             folder: of the sweep.
             total: number of jobs, None when only the sweeper knows.
+
+        Returns:
+            When the sweep began.
+
+        Raises:
+            ConfigError: the folder holds another sweep.
         """
-        self.folder, self._total, self._start = folder, total, time.perf_counter()
+        self._total, self._start = total, time.perf_counter()
+        began = self._noted(folder)
+        self.folder = folder
         jobs = read_jobs(folder) if self.resumed else {}
         # a job that failed is run again: only those that are done are no news
         self._ended = {number for number, job in jobs.items() if job.state == DONE}
         self._before = {number: job for number, job in jobs.items() if job.state != DONE}
-        # two sweeps may begin in one second: what the first wrote is not for the second to touch
-        self._fresh = not self.resumed and not (folder / NOTE).exists()
-        if self._fresh:
-            started = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
-            facts = {"verb": self.verb, "words": self.words, "jobs": total, "started": started}
-            write_json(folder / NOTE, facts)
         known = f"{total} jobs" if total is not None else "jobs"
         gone = f", {len(self._ended)} of them done before" if self._ended else ""
         print(f"sweep of {known}{gone}: {folder}", file=self._out, flush=True)
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
+        return began
+
+    def _noted(self, folder: Path) -> str:
+        """Write the note of a sweep, which belongs to one only; return when it began."""
+        note = folder / NOTE
+        with opened(folder):
+            if self.resumed:
+                return str(json.loads(read_bytes(note)).get("started", ""))
+            if note.exists():
+                raise ConfigError(
+                    f"hydra.sweep.dir={folder} holds a sweep already.\n"
+                    "Add --resume to go on with it, or choose another folder."
+                )
+            started = datetime.datetime.now().astimezone().isoformat(timespec="microseconds")
+            facts = {"verb": self.verb, "words": self.words, "jobs": self._total}
+            write_json(note, {**facts, "started": started})
+            self._fresh = True
+            return started
 
     def _watch(self) -> None:
         known = len(self._ended)
@@ -171,32 +195,62 @@ def watched(sweep: Sweep) -> Iterator[None]:
     token = _PRESENT.set(sweep)
     try:
         yield
+    except _Stopped as stop:
+        raise stop.cause from stop.cause.__cause__
     finally:
         _PRESENT.reset(token)
         sweep.stop()
 
 
+class _Stopped(BaseException):
+    """Carries an error out of a callback: those of class Exception Hydra tells as warnings.
+
+    Args:
+        cause: to be raised in its place.
+    """
+
+    def __init__(self, cause: Exception) -> None:
+        self.cause = cause
+
+
 class Watch(Callback):
-    """Tells the present sweep, if there is one, where Hydra put it."""
+    """Tells the present sweep, if there is one, where Hydra put it, and each job whose it is.
+
+    Args:
+        began: when the sweep began; the jobs find it in their own configuration.
+    """
+
+    def __init__(self, began: str | None = None) -> None:
+        """Take what the configuration holds."""
+        self.began = began
 
     def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
         """Begin watching; called before the first job is composed."""
         sweep = _PRESENT.get()
-        if sweep is not None:
-            # where no folder can be made Hydra fails next, and its error is told in words
-            with contextlib.suppress(NotADirectoryError, PermissionError, FileExistsError):
-                sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
+        if sweep is None:
+            return
+        try:
+            began = sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
+            # a job writes its notes itself, once it has claimed its number
+            for_jobs = ["hydra.output_subdir=null", f"hydra.callbacks.sweep.began='{began}'"]
+            with read_write(config.hydra):
+                config.hydra.overrides.hydra += for_jobs
+        except Exception as cause:
+            raise _Stopped(cause) from cause
 
 
 def count_of(config: Any) -> int | None:
     """Return the number of jobs of a composed sweep; None when its sweeper alone knows."""
+    from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     if not str(config.hydra.sweeper.get("_target_")).endswith(".BasicSweeper"):
         return None
     extra = [f"{key}={value}" for key, value in (config.hydra.sweeper.params or {}).items()]
     words = [*extra, *(str(word) for word in config.hydra.overrides.task)]
-    found = OverridesParser.create().parse_overrides(words)
+    # glob(...) asks it for the options of a group
+    loader = GlobalHydra.instance().config_loader()
+    found = OverridesParser.create(config_loader=loader).parse_overrides(words)
     # a key that is given twice counts by its last value, as for the sweeper
     last = {override.get_key_element(): override for override in found}
     several = [o for o in last.values() if o.is_discrete_sweep()]

@@ -210,16 +210,17 @@ def _is_held(lock: Path, place: int) -> bool:
     return subprocess.run([sys.executable, "-c", code], check=False).returncode == 1
 
 
-def test_a_second_sweep_in_the_same_folder_touches_nothing(whole: Path, tmp_path: Path) -> None:
-    """Two that begin in one second: the second is refused, and the first stays whole."""
-    from seals.cli import sweep as words_of_sweeps
-
-    before = {path: path.read_bytes() for path in whole.glob("*.*") if path.name != "multirun.yaml"}
-    with pytest.MonkeyPatch.context() as patch:
-        # the check before Hydra sees nothing where the folder is named by the clock
-        patch.setattr(words_of_sweeps, "_refuse_used", lambda folder: None)
-        assert main(["run", "-m", "robot=box", "seed=0,1", f"hydra.sweep.dir={whole}"]) == 2
-    assert {path: path.read_bytes() for path in before} == before
+@pytest.mark.parametrize("key", ["hydra.sweep.dir", "++hydra.sweep.dir"])
+def test_a_second_sweep_in_the_same_folder_touches_nothing(
+    key: str, whole: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second is refused however it names the folder, and the first stays whole."""
+    before = {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()}
+    place = f"{whole.parent}/${{replace}}" if key.startswith("+") else f"{whole}"
+    words = ["run", "-m", "robot=box", "seed=0,1", f"name={whole.name}"]
+    assert main([*words, f"{key}={place.replace('replace', 'name')}"]) == 2
+    assert "holds a sweep already" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()} == before
 
 
 def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
@@ -247,6 +248,8 @@ def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
         (["-m", "robot=ball", "hydra/launcher=jobli"], "Did you mean 'joblib'"),
         (["-m", "robot=ball", "hydra.sweep.dir=WHOLE"], "holds a sweep already"),
         (["-m", "robot=box", "--resume", "hydra.sweep.dir=WHOLE"], "begun by other words"),
+        (["-m", "robot=box", "--resume", "++hydra.sweep.dir=WHOLE"], "begun by other words"),
+        (["-m", "robot=box", "--resume", "hydra.sweep.dir=${name}"], "Give it by its name"),
         (["resume=WHOLE", "seed=3"], "would make another sweep"),
     ],
 )
@@ -318,6 +321,43 @@ def test_values_that_are_wrong_together_end_a_sweep_that_can_go_on(
     assert [job.state for job in read_jobs(tmp_path / "s").values()] == ["done"]
     assert main([*words, "--resume"]) == 2
     assert [row["number"] for row in lines(tmp_path / "s")] == ["0"]
+
+
+def test_options_found_by_their_names_are_watched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Only Hydra's loader knows what ``glob(...)`` stands for: counted and noted."""
+    from seals.run import application
+
+    monkeypatch.setattr(application, "execute", lambda config: 0)
+    words = ["run", "-m", "robot=glob(bal*)", "seed=1,2", f"hydra.sweep.dir={tmp_path / 's'}"]
+    assert main(words) == 0
+    assert capsys.readouterr().out.startswith("sweep of 2 jobs")
+    assert json.loads((tmp_path / "s" / "sweep.json").read_text())["jobs"] == 2
+
+
+@pytest.mark.parametrize("wrong", ["~hydra.callbacks.sweep", "begin"])
+def test_a_sweep_that_nobody_watches_does_not_run(
+    wrong: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Without its callback, or when that fails, the command fails instead of passing it over."""
+    from seals.sweep import watch
+
+    words = ["run", "-m", *SHORT, "seed=1,2", f"hydra.sweep.dir={tmp_path / 's'}"]
+    if wrong == "begin":
+
+        def broken(config: Any) -> int:
+            raise ConfigError("it cannot be counted.\nCount it.")
+
+        monkeypatch.setattr(watch, "count_of", broken)
+    else:
+        words.append(wrong)
+    assert main(words) == 2
+    assert ("counted" if wrong == "begin" else "nobody would notice") in capsys.readouterr().err
+    assert not list(tmp_path.glob("s/*/log.parquet"))
 
 
 def test_every_kind_of_value_is_composed_once_before_the_first_job(

@@ -59,6 +59,11 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     return state
 
 
+def has_checkpoint(folder: Path) -> bool:
+    """Return whether a training can be taken up."""
+    return (folder / FILE).is_file()
+
+
 def remove_checkpoint(folder: Path) -> None:
-    """Remove the checkpoint of a training that is complete."""
+    """Remove the checkpoint of a training that is complete, or begins anew."""
     (folder / FILE).unlink(missing_ok=True)

@@ -1,0 +1,69 @@
+"""What a job that was cut off left behind to go on from, and whether that is this job's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.errors import DiskFull, LogError
+from seals.intake import read_plain_yaml
+from seals.sweep.book import Job
+
+HYDRA = ".hydra"
+
+
+def goes_on(
+    folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
+) -> bool:
+    """Return whether a job is to be taken up at its checkpoint; one that is not, is removed.
+
+    Args:
+        folder: of the job.
+        config: composed for it.
+        hydra: Hydra's part of that.
+        words: its overrides.
+        before: what the book says of it. A job that failed begins anew: what is mended since would
+            not be in its checkpoint. One that had no room on the disk has nothing to be mended.
+    """
+    if "resume" not in config:
+        return False
+    keeper = _keeper(str(hydra.job.config_name))
+    if not keeper.has_checkpoint(folder):
+        return False
+    cut_off = before is None or before.message.startswith(DiskFull.__name__)
+    if cut_off and _is_own(folder, hydra, words):
+        return True
+    keeper.remove_checkpoint(folder)
+    return False
+
+
+def _keeper(verb: str) -> Any:
+    """Return the module that knows the checkpoints of a verb."""
+    if verb == "train":
+        from seals.learn.training import checkpoint as of_trainings
+
+        return of_trainings
+    from seals.run import checkpoint as of_runs
+
+    return of_runs
+
+
+def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:
+    """Whether a job of this very sweep, with these words, was at work in a folder."""
+    import yaml
+
+    try:
+        noted = read_plain_yaml(folder / HYDRA / "hydra.yaml")
+        same = read_plain_yaml(folder / HYDRA / "overrides.yaml") == list(words)
+        return bool(same and noted["hydra"]["callbacks"]["sweep"]["began"] == began(hydra))
+    except (OSError, ValueError, yaml.YAMLError, LogError, KeyError, TypeError):
+        # notes of a single run, or none: whoever was at work here was no job of this sweep
+        return False
+
+
+def began(hydra: Any) -> str | None:
+    """Return when the sweep of a job began, which tells it from every other; None for no sweep."""
+    watch = hydra.callbacks.get("sweep") if hydra.get("callbacks") else None
+    found = watch.get("began") if watch else None
+    return None if found is None else str(found)
