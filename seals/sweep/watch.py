@@ -22,6 +22,7 @@ from seals.intake import read_bytes
 from seals.logs.atomic import write_json
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
+from seals.sweep.place import place
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""
@@ -214,7 +215,7 @@ class _Stopped(BaseException):
 
 
 class Watch(Callback):
-    """Tells the present sweep, if there is one, where Hydra put it, and each job whose it is.
+    """Places runs and sweeps; tells the present sweep where it is, and each job whose it is.
 
     Args:
         began: when the sweep began; the jobs find it in their own configuration.
@@ -224,13 +225,22 @@ class Watch(Callback):
         """Take what the configuration holds."""
         self.began = began
 
+    def on_run_start(self, config: Any, **kwargs: Any) -> None:
+        """See to it that no other run has the folder of this one."""
+        try:
+            place(config, "run")
+        except OSError as cause:
+            raise _Stopped(cause) from cause
+
     def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
         """Begin watching; called before the first job is composed."""
         sweep = _PRESENT.get()
         if sweep is None:
             return
         try:
-            began = sweep.begin(Path(config.hydra.sweep.dir), count_of(config))
+            total = count_of(config)
+            place(config, "sweep")
+            began = sweep.begin(Path(config.hydra.sweep.dir), total)
             # a job writes its notes itself, once it has claimed its number
             for_jobs = ["hydra.output_subdir=null", f"hydra.callbacks.sweep.began='{began}'"]
             with read_write(config.hydra):

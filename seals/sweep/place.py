@@ -1,0 +1,55 @@
+"""A folder named by the clock is of one run only: two that begin in one second get two."""
+
+from __future__ import annotations
+
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from omegaconf import OmegaConf, read_write
+
+
+def fresh_folder(path: Path) -> Path:
+    """Make a folder that was not there, and return it: the path, or the path and a number.
+
+    Example:
+        >>> import tempfile
+        >>> folder = Path(tempfile.mkdtemp()) / "12-00-00_ball"
+        >>> fresh_folder(folder).name, fresh_folder(folder).name
+        ('12-00-00_ball', '12-00-00_ball_2')
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for number in count(1):
+        folder = path if number == 1 else path.with_name(f"{path.name}_{number}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        break
+    return folder
+
+
+def place(config: Any, kind: str) -> None:
+    """Make the folder of a run or sweep where the clock names it, and see that it is a new one.
+
+    A folder that a word names is the user's own business.
+
+    Args:
+        config: composed by Hydra, before it makes a folder.
+        kind: ``run`` or ``sweep``.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    hydra, key = config.hydra, f"hydra.{kind}.dir"
+    named = any(word.partition("=")[0].lstrip("+") == key for word in hydra.overrides.hydra)
+    raw = OmegaConf.to_container(hydra[kind], resolve=False)
+    assert isinstance(raw, dict)
+    if named or "${now:" not in str(raw["dir"]):
+        return
+    folder = str(fresh_folder(Path(hydra[kind].dir)))
+    with read_write(hydra):
+        hydra[kind].dir = folder
+        # jobs of a sweep are composed anew, from these words
+        quoted = folder.replace("'", "\\'")
+        hydra.overrides.hydra.append(f"{key}='{quoted}'")
