@@ -19,6 +19,7 @@ from seals.cli.words import joined
 from seals.config import roots
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
+from seals.logs.room import told_full
 
 Task = Callable[[Any], "int | None"]
 
@@ -129,7 +130,8 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
         ):
             application(outcome)()
     except OSError as error:
-        if error.errno == errno.ENAMETOOLONG:
+        # those have words of their own
+        if error.errno == errno.ENAMETOOLONG or told_full(error):
             raise
         key = "sweep" if any(word in MULTIRUN for word in arguments) else "run"
         raise ConfigError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from seals.logs.atomic import write_table
 from seals.sweep.conditions import read_conditions
 from seals.sweep.metrics import USUAL, Measures, refuse_unknown
 from seals.sweep.picture import SUFFIXES, draw
-from seals.sweep.rows import FIXED, Row, Value, differing_keys, find_rows, shared_words, shown
+from seals.sweep.rows import FIXED, RUN, Row, Value, differing_keys, find_rows, shared_words, shown
 
 
 def execute(config: Any) -> int:
@@ -30,6 +31,9 @@ def execute(config: Any) -> int:
         raise ConfigError("folder is not given.\nSay which: seals runs FOLDER")
     _refuse_targets(config)
     rows = find_rows(Path(str(config.folder)))
+    for row in rows:
+        if row.damage:
+            print(f"note: {row.values[RUN]}: {row.damage}", file=sys.stderr)
     metrics = _names(config.metric)
     columns = _columns(rows, metrics)
     chosen = _chosen(rows, columns, str(config.where))

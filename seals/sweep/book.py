@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from seals.errors import ConfigError
 from seals.intake import read_bytes
+from seals.logs.room import room
 
 NOTE, TABLE, LOCK = "sweep.json", "jobs.csv", ".jobs.lock"
 DONE, FAILED, REFUSED = "done", "failed", "refused"
@@ -55,7 +56,8 @@ def read_jobs(folder: Path) -> dict[int, Job]:
         ConfigError: the book is damaged.
     """
     path = folder / TABLE
-    if not path.is_file():
+    # a full disk, or a kill, may leave one without a single byte
+    if not path.is_file() or path.stat().st_size == 0:
         return {}
     whole = read_bytes(path, most=MOST).rpartition(b"\n")[0].decode("utf-8", "replace")
     found = {}
@@ -90,8 +92,13 @@ class Claim:
         self._folder, self._descriptor = folder, descriptor
 
     def note(self, job: Job) -> None:
-        """Append one line to the book, and see to it that it is on disk."""
-        with _held(self._descriptor, 0), (self._folder / TABLE).open("a+b") as file:
+        """Append one line to the book, and see to it that it is on disk.
+
+        Raises:
+            DiskFull: there is no room for it; the job counts as cut off.
+        """
+        path = self._folder / TABLE
+        with _held(self._descriptor, 0), room(path), path.open("a+b") as file:
             _forget_torn_line(file)
             text = io.StringIO()
             writer = csv.writer(text, lineterminator="\n")

@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.intake import plain_yaml, read_bytes
 from seals.sweep.book import NOTE, Job, read_jobs
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
 FIXED = (RUN, STATE, SECONDS)
 """Columns that every row has."""
+DAMAGED = "damaged"
+"""State of a run whose notes cannot be read."""
 _OVERRIDES = ".hydra/overrides.yaml"
 _MOST = 1 << 24
 
@@ -31,12 +33,14 @@ class Row:
         values: of the columns in `FIXED`; None where unknown.
         words: value of every override by its key.
         facts: what the run noted of itself in ``run.json``.
+        damage: which of its files cannot be read, and why; empty for none.
     """
 
     folder: Path
     values: Mapping[str, Value]
     words: Mapping[str, Value]
     facts: Mapping[str, Any] = field(default_factory=dict)
+    damage: str = ""
 
     def get(self, key: str) -> Value:
         """Return a fixed column, an override, or one place of an override that is a list."""
@@ -83,14 +87,20 @@ def _jobs(folder: Path) -> Iterator[tuple[Path, Job]]:
 
 
 def _row(root: Path, place: Path, job: Job | None) -> Row:
-    facts = _facts(place)
-    words = list(job.words) if job is not None else _words(place, facts)
+    facts: dict[str, Any] = {}
+    words, damage = list(job.words) if job is not None else [], ""
+    try:
+        facts = _facts(place)
+        words = words or _words(place, facts)
+    except SealsError as cause:
+        # one run that a kill or a full disk tore does not hide the others
+        damage = " ".join(str(cause).split())
     seconds = facts.get(SECONDS) if job is None else job.seconds
     state = str(facts.get(STATE, "begun")) if job is None else job.state
     name = str(place.relative_to(root)) if place != root else place.name
-    values: dict[str, Value] = {RUN: name, STATE: state}
+    values: dict[str, Value] = {RUN: name, STATE: DAMAGED if damage else state}
     values[SECONDS] = float(seconds) if isinstance(seconds, int | float) else None
-    return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts)
+    return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts, damage=damage)
 
 
 def _facts(place: Path) -> dict[str, Any]:

@@ -160,6 +160,9 @@ class Sweep:
             return
         if any(job.state != REFUSED for job in read_jobs(self.folder).values()):
             return
+        # a job that could not note its end, on a full disk say, has a folder but no line
+        if any(self.folder.glob("[0-9]*/*")):
+            return
         for name in (NOTE, TABLE, LOCK, HYDRAS):
             (self.folder / name).unlink(missing_ok=True)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -178,17 +177,30 @@ def test_refusals_of_runs(
     assert len(told.splitlines()) == 2
 
 
-def test_a_damaged_folder_is_named(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A torn run.json, or a book with a wrong line, says which file it is."""
-    whole = (runs / "0" / "run.json").read_text()
-    (runs / "0" / "run.json").write_text(whole[:20])
-    assert main(["runs", "drops"]) == 2
-    assert "0/run.json is damaged" in capsys.readouterr().err
-    (runs / "0" / "run.json").write_text(json.dumps({"state": "done"}))
+@pytest.mark.parametrize("file", ["run.json", ".hydra/overrides.yaml"])
+@pytest.mark.parametrize("left", [0, 7])
+def test_a_damaged_run_does_not_hide_the_others(
+    file: str, left: int, runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file that a kill tore or emptied is named, its run is marked, and the rest is shown."""
+    write_json(runs.parent / "one" / "0" / "run.json", {"state": "done", "overrides": ["seed=4"]})
+    write_yaml(runs.parent / "one" / "0" / ".hydra" / "overrides.yaml", {"seed": [1, 2]})
+    write_json(runs.parent / "one" / "1" / "run.json", {"state": "done"})
+    torn = runs.parent / "one" / "0" / file
+    torn.write_text("{ seed: [1, 2"[:left])
+    assert main(["runs", "one", "table=out.csv"]) == 0
+    assert f"one/0/{file}" in capsys.readouterr().err
+    assert [row["state"] for row in rows_of(Path("out.csv"))] == ["damaged", "done"]
+
+
+def test_a_damaged_book_is_named(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A book with a wrong line says which file and line it is; an empty one counts as none."""
     with (runs / "jobs.csv").open("a") as file:
         file.write("x,done,0,1.0,seed=1,\n")
     assert main(["runs", "drops"]) == 2
     assert "jobs.csv, line 6, is damaged" in capsys.readouterr().err
+    (runs / "jobs.csv").write_text("")
+    assert main(["runs", "drops"]) == 0
 
 
 def test_a_measure_stays_inside_the_folder(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
@@ -97,6 +98,29 @@ def test_a_job_without_room_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert main(line) == 1
     assert main([*line, "--resume"]) == 0
     assert job.resumed == [False, True]
+
+
+def test_a_sweep_goes_on_after_a_full_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without room for its line a job counts as cut off; with room again --resume does it."""
+    job = Job("checkpoint/state.pkl", KeyboardInterrupt())
+    job.resumed.append(False)
+    monkeypatch.setattr(runs, "execute", job)
+    line = ["run", "-m", *SHORT, "seed=3", f"hydra.sweep.dir={tmp_path / 's'}"]
+
+    def full(file: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seals.sweep.book._forget_torn_line", full)
+        assert main(line) == 2
+    told = capsys.readouterr().err
+    assert "no room left on the disk" in told
+    assert "Make room, then go on" in told
+    assert (tmp_path / "s" / "jobs.csv").read_bytes() == b""
+    assert main([*line, "--resume"]) == 0
+    assert [state.state for state in read_jobs(tmp_path / "s").values()] == ["done"]
 
 
 def test_what_was_mended_counts(tmp_path: Path) -> None:
