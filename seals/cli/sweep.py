@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import datetime
 import importlib.util
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -113,11 +115,19 @@ def _names_folder(word: str) -> bool:
 
 def _newest(root: str, words: Sequence[str]) -> Path:
     """Return the newest sweep below ``runs`` that the same words began."""
-    places = sorted(Path("runs").glob(f"*/*/{NOTE}"), reverse=True)
+    found: list[tuple[str, Path]] = []
+    places = list(Path("runs").rglob(NOTE))
     for place in places:
-        note = _note(place.parent)
+        try:
+            note = _note(place.parent)
+        except ConfigError as damaged:
+            # it may be anybody's
+            print(f"note: passed over. {' '.join(str(damaged).split())}", file=sys.stderr)
+            continue
         if note["verb"] == root and sorted(note["words"]) == sorted(words):
-            return place.parent
+            found.append((note["started"], place.parent))
+    if found:
+        return max(found)[1]
     raise ConfigError(
         f"{RESUME}: none of the {len(places)} sweeps in runs/ was begun by these words.\n"
         "Name its folder: resume=FOLDER, or begin the sweep without --resume."
@@ -129,6 +139,7 @@ def _note(folder: Path) -> dict[str, Any]:
     try:
         note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
         verb, words = str(note["verb"]), [str(word) for word in note["words"]]
+        started = _in_utc(str(note.get("started", "")))
     except FileNotFoundError as cause:
         raise ConfigError(
             f"{folder}: there is no sweep in this folder.\n"
@@ -138,7 +149,15 @@ def _note(folder: Path) -> dict[str, Any]:
         raise ConfigError(
             f"{folder / NOTE} is damaged: {cause}.\nRestore it, or begin anew."
         ) from (cause)
-    return {"verb": verb, "words": words}
+    return {"verb": verb, "words": words, "started": started}
+
+
+def _in_utc(moment: str) -> str:
+    """Return a moment as text that sorts by time, whatever its zone; empty for none."""
+    if not moment:
+        return ""
+    there = datetime.datetime.fromisoformat(moment)
+    return there.astimezone(datetime.timezone.utc).isoformat(timespec="microseconds")
 
 
 def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:

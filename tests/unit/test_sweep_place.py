@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from seals.cli.main import main
+from seals.cli.sweep import begun
+from seals.logs.atomic import write_json
 from seals.run import application
 from seals.sweep.book import read_jobs
 from seals.sweep.place import fresh_folder
@@ -71,6 +73,28 @@ def test_sweeps_of_one_second_have_folders_of_their_own(launcher: str, stopped: 
             noted = (folder / str(number) / ".hydra" / "overrides.yaml").read_text()
             assert f"seed={seed}\n" in noted
     assert main(["run", "-m", *words, "seed=1,2", "--resume"]) == 0
+
+
+def test_the_sweep_that_began_last_is_taken_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not the last by name; a damaged note of some other sweep is told and passed over."""
+    monkeypatch.chdir(tmp_path)
+    moments = {
+        "2030-01-02/03-04-05_ball": "2030-01-02T03:04:05+00:00",
+        "foo": "2030-01-02T05:04:05.250000+01:00",
+        "2031-09-09/a_name": "2030-01-02T03:59:00+00:00",
+        "other": "2033-01-02T03:04:05+00:00",
+    }
+    for name, started in moments.items():
+        words = ["seed=1,2", "robot=box" if name == "other" else "robot=ball"]
+        note = {"verb": "run", "words": words, "started": started}
+        write_json(tmp_path / "runs" / name / "sweep.json", note)
+    (tmp_path / "runs" / "torn").mkdir()
+    (tmp_path / "runs" / "torn" / "sweep.json").write_text("{")
+    words = begun("run", ["-m", "robot=ball", "seed=1,2", "--resume"]).words
+    assert words[-1] == "hydra.sweep.dir='runs/foo'"
+    assert "torn/sweep.json is damaged" in capsys.readouterr().err
 
 
 def test_many_at_once_get_different_folders(tmp_path: Path) -> None:
