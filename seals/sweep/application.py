@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,17 @@ from seals.logs.atomic import write_table
 from seals.sweep.conditions import read_conditions
 from seals.sweep.metrics import USUAL, Measures, refuse_unknown
 from seals.sweep.picture import SUFFIXES, draw
-from seals.sweep.rows import FIXED, RUN, Row, Value, differing_keys, find_rows, shared_words, shown
+from seals.sweep.rows import (
+    FIXED,
+    RUN,
+    Row,
+    Value,
+    differing_keys,
+    find_rows,
+    shared_words,
+    shown,
+    written,
+)
 
 
 def execute(config: Any) -> int:
@@ -43,7 +53,7 @@ def execute(config: Any) -> int:
     columns = _sorted(columns, str(config.sort))
     shared = " ".join(shared_words(picked)) or "(nothing)"
     print(f"{len(picked)} of {len(rows)} runs; all of them: {shared}")
-    print(_text(columns))
+    print(_text(columns, {key for row in rows for key in row.words}))
     if config.table is not None:
         write_table(Path(str(config.table)), {k: _typed(v) for k, v in columns.items()})
         print(f"table: {config.table}")
@@ -141,10 +151,13 @@ def _sorted(columns: dict[str, list[Value]], by: str) -> dict[str, list[Value]]:
     return _picked(columns, order)
 
 
-def _text(columns: Mapping[str, list[Value]]) -> str:
-    lines = [tuple(columns)]
-    lines += [tuple(shown(v) for v in row) for row in zip(*columns.values(), strict=True)]
-    return aligned(lines, indent="")
+def _text(columns: Mapping[str, list[Value]], overrides: Container[str]) -> str:
+    """Return the table for the eye: what was chosen in full, what was measured in four digits."""
+    cells = [
+        [(written if key in overrides else shown)(value) for value in values]
+        for key, values in columns.items()
+    ]
+    return aligned([tuple(columns), *zip(*cells, strict=True)], indent="")
 
 
 def _typed(values: Sequence[Value]) -> Any:

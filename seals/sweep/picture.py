@@ -10,7 +10,7 @@ import numpy as np
 from seals.errors import ConfigError, suggestion
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
-from seals.sweep.rows import Value, shown
+from seals.sweep.rows import Value, written
 
 SUFFIXES = (".png",)
 """Kinds of pictures."""
@@ -35,7 +35,7 @@ def draw(
     across, up = _numbers(columns, "against", against), _numbers(columns, "metric", metric)
     if by and by not in columns:
         raise ConfigError(f"by={by}: it differs in no run.\n{suggestion(by, columns)}")
-    groups = [shown(value) for value in columns[by]] if by else [metric] * len(across)
+    groups: Sequence[Value] = columns[by] if by else [metric] * len(across)
     series: list[Series] = []
     for name in dict.fromkeys(groups):
         mine = np.array([group == name for group in groups]) & np.isfinite(across + up)
@@ -44,7 +44,7 @@ def draw(
         x, y = across[mine], up[mine]
         places = np.unique(x)
         means = np.array([y[x == place].mean() for place in places])
-        label = f"{by}={name}" if by else "mean"
+        label = f"{by}={written(name)}" if by else "mean"
         series += [
             Series(name=label, x=places, y=means),
             Series(name=f"{label}: runs" if by else "runs", x=x, y=y, points=True),

@@ -156,11 +156,23 @@ def differing_keys(rows: Sequence[Row]) -> list[str]:
 def shared_words(rows: Sequence[Row]) -> list[str]:
     """Return the overrides that all runs share, as they are written."""
     different = set(differing_keys(rows))
-    return [f"{key}={shown(value)}" for key, value in rows[0].words.items() if key not in different]
+    return [
+        f"{key}={written(value)}" for key, value in rows[0].words.items() if key not in different
+    ]
+
+
+def written(value: Value) -> str:
+    """Return the value of an override with all its digits.
+
+    Example:
+        >>> written(12346.0), written(0.1), written("[0,0,1.0]"), written(None)
+        ('12346', '0.1', '[0,0,1.0]', '-')
+    """
+    return repr(value).removesuffix(".0") if isinstance(value, float) else shown(value)
 
 
 def shown(value: Value) -> str:
-    """Return a value as it stands in a table for the eye.
+    """Return a measure as it stands in a table for the eye.
 
     Example:
         >>> shown(3.0), shown(0.123456), shown(None)

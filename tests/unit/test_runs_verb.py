@@ -121,6 +121,30 @@ def test_a_picture_of_a_measure_against_an_override(runs: Path) -> None:
     assert points.y.tolist() == [1.0, 3.0, 5.0]
 
 
+def test_values_that_differ_far_behind_the_point_stay_apart(
+    runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Overrides keep their digits in the table and in a picture; measures are shown with four."""
+    seeds = (12345, 12346, 0.1234567)
+    for number, seed in enumerate(seeds):
+        place = runs.parent / "big" / str(number)
+        write_yaml(place / ".hydra" / "overrides.yaml", [f"seed={seed}", "name=1.23456"])
+        write_json(place / "run.json", {"state": "done", "height": 0.123456})
+    assert main(["runs", "big", "metric=height"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].endswith("name=1.23456")
+    assert [line.split()[-2:] for line in out[2:]] == [[str(seed), "0.1235"] for seed in seeds]
+    from seals.report.figures import Chart
+    from seals.sweep import picture
+
+    drawn: list[Chart] = []
+    columns = {"seed": [12345.0, 12346.0], "m": [1.0, 3.0], "h": [1.0, 1.0]}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(picture, "write_picture", lambda path, chart: drawn.append(chart))
+        picture.draw(Path("x.png"), columns, "m", "h", "seed")
+    assert [one.name for one in drawn[0].series][::2] == ["seed=12345", "seed=12346"]
+
+
 def test_single_runs_and_trainings_are_rows_as_well(runs: Path) -> None:
     """Folders without a sweep count by run.json, or by the words that Hydra noted."""
     other = runs.parent / "others"
