@@ -22,6 +22,7 @@ from seals.errors import ConfigError, SealsError, suggestion
 from seals.logs.room import told_full
 
 Task = Callable[[Any], "int | None"]
+_DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
 
 
 def run(arguments: list[str]) -> int:
@@ -121,35 +122,47 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
+    with (
+        _endings(sweep, "sweep" if any(word in MULTIRUN for word in arguments) else "run"),
+        _hydra_process(root, arguments),
+        refusals(overrides, root=root),
+        watched(sweep),
+        checked_by_value(),
+    ):
+        application(outcome)()
+    if outcome.error is not None:
+        raise outcome.error
+    return outcome.code if sweep.folder is None else _ended(sweep)
+
+
+@contextlib.contextmanager
+def _endings(sweep: Any, kind: str) -> Iterator[None]:
+    """Say in words why Hydra, or a launcher, gave up; a sweep that was refused leaves nothing."""
     try:
-        with (
-            _hydra_process(root, arguments),
-            refusals(overrides, root=root),
-            watched(sweep),
-            checked_by_value(),
-        ):
-            application(outcome)()
-    except OSError as error:
-        # those have words of their own
-        if error.errno == errno.ENAMETOOLONG or told_full(error):
-            raise
-        key = "sweep" if any(word in MULTIRUN for word in arguments) else "run"
-        raise ConfigError(
-            f"the {key} folder cannot be made: {error}.\n"
-            f"Go to a folder in which you may write, or say hydra.{key}.dir=FOLDER."
-        ) from error
-    except KeyboardInterrupt:
-        if sweep.folder is not None:
-            print("To go on: the same command with --resume.", file=sys.stderr)
-        raise
+        yield
     except SealsError:
         if sweep.folder is not None:
             sweep.discard()
             discard(sweep.folder.absolute())
         raise
-    if outcome.error is not None:
-        raise outcome.error
-    return outcome.code if sweep.folder is None else _ended(sweep)
+    except KeyboardInterrupt:
+        if sweep.folder is not None:
+            print("To go on: the same command with --resume.", file=sys.stderr)
+        raise
+    except Exception as error:
+        # those have words of their own
+        if told_full(error) or (isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG):
+            raise
+        if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
+            raise ConfigError(
+                f"the {kind} folder cannot be made: {error}.\n"
+                f"Go to a folder in which you may write, or say hydra.{kind}.dir=FOLDER."
+            ) from error
+        if sweep.folder is None:
+            raise
+        refusal = sweep.cut_short(error)
+        discard(sweep.folder.absolute())
+        raise refusal from error
 
 
 def _ended(sweep: Any) -> int:

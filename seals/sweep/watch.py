@@ -9,7 +9,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 from hydra.experimental.callback import Callback
 from omegaconf import read_write
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.intake import read_bytes
 from seals.logs.atomic import write_json
 from seals.run.progress import spoken
@@ -29,6 +29,7 @@ HYDRAS = "multirun.yaml"
 LOOK = 0.5
 """Time between two looks at the book [s]."""
 _MOST_WORDS = 60
+_MOST_NUMBERS = 10
 
 
 class Sweep:
@@ -166,24 +167,48 @@ class Sweep:
         for name in (NOTE, TABLE, LOCK, HYDRAS):
             (self.folder / name).unlink(missing_ok=True)
 
+    def cut_short(self, fault: Exception) -> SealsError:
+        """Return the words about a sweep whose launcher gave up: a lost process, say."""
+        assert self.folder is not None
+        self.discard()
+        text = f"{type(fault).__name__}: {' '.join(str(fault).split())}"
+        if not (self.folder / NOTE).exists():
+            advice = "No job began. Mend it and begin anew; SEALS_DEBUG=1 shows more."
+            return SealsError(f"the sweep could not begin: {text:.300}\n{advice}")
+        without = self._without_end(read_jobs(self.folder))
+        jobs = f"Without an end: {without}." if without else "Every job came to its end."
+        advice = "The same command with --resume goes on; SEALS_DEBUG=1 shows more."
+        return SealsError(f"the sweep was cut short: {text:.300}\n{jobs} {advice}")
+
+    def _without_end(self, jobs: Collection[int]) -> str:
+        """Return the numbers of the jobs that have no line in the book, as far as it is known."""
+        missing = [str(number) for number in range(self._total or 0) if number not in jobs]
+        if not missing:
+            return ""
+        more = f" and {len(missing) - _MOST_NUMBERS} more" if len(missing) > _MOST_NUMBERS else ""
+        return f"job{'s' * (len(missing) > 1)} {', '.join(missing[:_MOST_NUMBERS])}{more}"
+
     def report(self) -> int:
         """Print how the sweep ended and return its exit code.
 
-        0 when all jobs are done, 2 when every one was refused, 1 when some failed.
+        0 when all jobs are done, 2 when every one was refused, 1 when some failed or did not end.
         """
         if self.folder is None:
             return 0
         jobs = read_jobs(self.folder)
         bad = [job for job in jobs.values() if job.state != DONE]
+        without = self._without_end(jobs)
         seconds = time.perf_counter() - self._start
         counts = f"{len(jobs) - len(bad)} done" + (f", {len(bad)} failed" if bad else "")
         print(f"{len(jobs)} jobs: {counts}, in {spoken(seconds)}", file=self._out)
-        if not bad:
+        if without:
+            print(f"Without an end: {without}.", file=sys.stderr)
+        if not bad and not without:
             print(f"table: seals runs {self.folder}", file=self._out)
             return 0
         for job in sorted(bad):
             print(f"job {job.number}  {self._own(job)}: {job.message}", file=sys.stderr)
-        if len(bad) == len(jobs) and all(job.state == REFUSED for job in bad):
+        if not without and len(bad) == len(jobs) and all(job.state == REFUSED for job in bad):
             self.discard()
             return 2
         print("Once mended, the same command with --resume runs these again.", file=sys.stderr)
@@ -214,6 +239,7 @@ class _Stopped(BaseException):
     """
 
     def __init__(self, cause: Exception) -> None:
+        # raised from None: an error that is the cause of what it comes from goes round for ever
         self.cause = cause
 
 
@@ -232,8 +258,8 @@ class Watch(Callback):
         """See to it that no other run has the folder of this one."""
         try:
             place(config, "run")
-        except OSError as cause:
-            raise _Stopped(cause) from cause
+        except Exception as cause:
+            raise _Stopped(cause) from None
 
     def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
         """Begin watching; called before the first job is composed."""
@@ -249,7 +275,7 @@ class Watch(Callback):
             with read_write(config.hydra):
                 config.hydra.overrides.hydra += for_jobs
         except Exception as cause:
-            raise _Stopped(cause) from cause
+            raise _Stopped(cause) from None
 
 
 def count_of(config: Any) -> int | None:

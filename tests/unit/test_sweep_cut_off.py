@@ -59,6 +59,16 @@ class Job:
         raise self.error
 
 
+def launcher() -> Any:
+    """Return the class of the default launcher, as Hydra holds it: it loads the module itself."""
+    from hydra.core.plugins import Plugins
+
+    Plugins.instance()
+    from hydra._internal.core_plugins.basic_launcher import BasicLauncher
+
+    return BasicLauncher
+
+
 VERBS = [("run", runs, "checkpoint/state.pkl", SHORT)]
 VERBS += [("run", runs, ".checkpoint.before/state.pkl", SHORT)]
 VERBS += [("train", trainings, "checkpoint.pt", ["env=reach", "learner=sac"])]
@@ -121,6 +131,58 @@ def test_a_sweep_goes_on_after_a_full_disk(
     assert (tmp_path / "s" / "jobs.csv").read_bytes() == b""
     assert main([*line, "--resume"]) == 0
     assert [state.state for state in read_jobs(tmp_path / "s").values()] == ["done"]
+
+
+def test_a_lost_worker_is_told_in_two_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A launcher that gives up: what did not end is named, and --resume does it and it alone."""
+    basic = launcher()
+    before = basic.launch
+
+    def lossy(self: Any, jobs: Any, initial_job_idx: int) -> Any:
+        before(self, jobs[:1], initial_job_idx)
+        raise RuntimeError("a worker\nwas killed.")
+
+    monkeypatch.setattr(runs, "execute", lambda config: 0)
+    line = ["run", "-m", *SHORT, "seed=1,2,3", f"hydra.sweep.dir={tmp_path / 's'}"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(basic, "launch", lossy)
+        assert main(line) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "SealsError: the sweep was cut short: RuntimeError: a worker was killed."
+    assert second.startswith("Without an end: jobs 1, 2. The same command with --resume goes on;")
+    assert main([*line, "--resume"]) == 0
+    assert sorted(read_jobs(tmp_path / "s")) == [0, 1, 2]
+
+
+def test_a_launcher_that_cannot_begin_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a job there is nothing to go on with, and the folder is free again."""
+
+    def absent(self: Any, jobs: Any, initial_job_idx: int) -> Any:
+        raise FileNotFoundError(2, "no queue here")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(launcher(), "launch", absent)
+    assert main(["run", "-m", *SHORT, "seed=1,2", "hydra.sweep.dir=s"]) == 2
+    assert "the sweep could not begin: FileNotFoundError" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_jobs_that_vanish_are_missed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A launcher that returns although a job has no line in the book: that is no success."""
+    basic = launcher()
+    before = basic.launch
+    monkeypatch.setattr(runs, "execute", lambda config: 0)
+    monkeypatch.setattr(
+        basic, "launch", lambda self, jobs, initial_job_idx: before(self, jobs[:2], 0)
+    )
+    assert main(["run", "-m", *SHORT, "seed=1,2,3", f"hydra.sweep.dir={tmp_path / 's'}"]) == 1
+    assert "Without an end: job 2." in capsys.readouterr().err
 
 
 def test_what_was_mended_counts(tmp_path: Path) -> None:
