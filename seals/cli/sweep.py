@@ -172,14 +172,17 @@ def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
         note["words"],
         where=f"resume={folder}: {NOTE}",
         remedy="Take it up by the command that began it, with --resume.",
+        writer=f"sweep of seals {root}",
     )
     flags = {*MULTIRUN, RESUME}
     rest = [word for word in words if word not in flags and not word.startswith("resume=")]
     for word in rest:
-        if not word.startswith((_LAUNCHER, "hydra.launcher.")):
+        # a folder of configuration is named by a person, never by a note
+        if not word.startswith((_LAUNCHER, "hydra.launcher.", "--config-dir=")):
             raise ConfigError(
                 f"resume={folder}: {word} would make another sweep of it.\n"
-                "Allowed beside resume: hydra/launcher=NAME, hydra.launcher.KEY=VALUE"
+                "Allowed beside resume: hydra/launcher=NAME, hydra.launcher.KEY=VALUE, "
+                "--config-dir DIR"
             )
     return _going_on([*note["words"], *rest], folder)
 

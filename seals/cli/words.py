@@ -39,24 +39,27 @@ def joined(words: Sequence[str]) -> list[str]:
     return found
 
 
-def refuse_dangerous(words: Sequence[str], *, where: str, remedy: str) -> None:
+def refuse_dangerous(
+    words: Sequence[str], *, where: str, remedy: str, writer: str = "training"
+) -> None:
     """Refuse overrides from a file that name classes, look things up, or turn to Hydra itself.
 
     Args:
         words: overrides such as ``env.duration=4``.
         where: what brought them, for the message.
         remedy: what to do about it.
+        writer: what writes such words, for the message.
 
     Raises:
         ConfigError: one of them may do more than set a value.
 
     Example:
-        >>> refuse_dangerous(["env=reach"], where="card.json", remedy="")
+        >>> refuse_dangerous(["env=reach", "~effects.slamming"], where="card.json", remedy="")
         >>> refuse_dangerous(["hydra.run.dir=/"], where="card.json", remedy="Remove it.")
         Traceback (most recent call last):
         seals.errors.ConfigError: card.json asks for 'hydra.run.dir=/', which no training writes.
         Remove it.
     """
     for word in words:
-        if _DANGER.search(word) or "=" not in word:
-            raise ConfigError(f"{where} asks for '{word:.80}', which no training writes.\n{remedy}")
+        if _DANGER.search(word) or not ("=" in word or word.startswith("~")):
+            raise ConfigError(f"{where} asks for '{word:.80}', which no {writer} writes.\n{remedy}")

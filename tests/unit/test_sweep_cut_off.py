@@ -201,6 +201,29 @@ def test_what_was_mended_counts(tmp_path: Path) -> None:
     assert [job.state for job in read_jobs(tmp_path / "s").values()] == ["done"]
 
 
+def test_sweeps_with_less_and_with_more_are_taken_up_by_their_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Words that take something away, and a folder of configuration that is named again."""
+    options = tmp_path / "options" / "experiment"
+    options.mkdir(parents=True)
+    text = "# @package _global_\ndefaults:\n  - drop_test\n  - _self_\n"
+    (options / "mine.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(runs, "execute", lambda config: 0)
+    flag = ["--config-dir", str(options.parent)]
+    words = ["experiment=mine", "~effects.slamming", "seed=1,2"]
+    folder = tmp_path / "s"
+    assert main(["run", "-m", *words, f"hydra.sweep.dir={folder}", *flag]) == 0
+    assert json.loads((folder / "sweep.json").read_text())["words"] == words
+    (folder / "jobs.csv").unlink()
+    assert main(["run", f"resume={folder}", *flag]) == 0
+    assert sorted(read_jobs(folder)) == [0, 1]
+    note = {"verb": "run", "words": ["robot=ball", "bare"]}
+    (folder / "sweep.json").write_text(json.dumps(note))
+    assert main(["run", f"resume={folder}"]) == 2
+    assert "'bare', which no sweep of seals run writes" in capsys.readouterr().err
+
+
 def test_words_in_another_order_number_the_jobs_as_before(tmp_path: Path) -> None:
     """The order of the words is that of the note, or job 1 would become another one."""
     note = {"verb": "run", "words": ["robot=ball", "seed=1,2", "name=a,b"]}
