@@ -38,7 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise ConfigError(f"--steps {given.steps} is not allowed.\nAllowed: one step or more.")
     stamp = datetime.datetime.now().astimezone()
     out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_soak"
-    rows = soaked(out, build_run(compose([*OVERRIDES, *given.overrides])), given.steps)
+    settings = build_run(compose([*OVERRIDES, *given.overrides]))
+    rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
     (out / "table.md").write_text(table(found), encoding="utf-8")
     draw(out / "figure.png", rows)

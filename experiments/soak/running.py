@@ -6,18 +6,25 @@ import csv
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from seals.config.run import RunSettings
+from seals.errors import ConfigError
 from seals.experiments.soak.energy import Books
 from seals.experiments.soak.flight import LENGTH, tell, wish
 from seals.run import build_world
 from seals.run.assembly import ROBOT
-from seals.run.checkpoint import FOLDER, checkpoint_of, take_up, write_checkpoint
+from seals.run.checkpoint import (
+    FOLDER,
+    checkpoint_of,
+    has_checkpoint,
+    take_up,
+    write_checkpoint,
+)
 from seals.world import Actor, World
 
 TABLE = "soak.csv"
@@ -42,21 +49,25 @@ MINUTE = 60.0
 """Wall time between two checkpoints [s]."""
 
 
-def soaked(out: Path, settings: RunSettings, steps: int) -> list[dict[str, float]]:
+def soaked(
+    out: Path, settings: RunSettings, steps: int, words: Sequence[str] = ()
+) -> list[dict[str, float]]:
     """Fly until so many steps are done and return the rows of the table.
 
     Args:
         out: folder of the table and the checkpoint; a soak that was cut off goes on there.
         settings: of the run.
         steps: of the engine, from the start.
+        words: overrides that made the settings what they are.
 
     Raises:
-        SealsError: the run cannot start, or the motion is none any more.
+        SealsError: the soak in the folder began by other words, the run cannot start, or the motion
+            is none any more.
     """
     out.mkdir(parents=True, exist_ok=True)
     world = build_world(settings)
     try:
-        soak = _Soak(out, settings, world)
+        soak = _Soak(out, settings, world, sorted(words))
         for row in soak.rows(steps):
             _tell_progress(row, steps, soak.begun)
         return read_rows(out / TABLE)
@@ -67,14 +78,17 @@ def soaked(out: Path, settings: RunSettings, steps: int) -> list[dict[str, float
 class _Soak:
     """A world on its way, its books and its table."""
 
-    def __init__(self, out: Path, settings: RunSettings, world: World) -> None:
+    def __init__(
+        self, out: Path, settings: RunSettings, world: World, words: Sequence[str]
+    ) -> None:
         """Take up the checkpoint where there is one."""
-        self.out, self.settings, self.world = out, settings, world
+        self.out, self.settings, self.world, self.words = out, settings, world, list(words)
         self.actor: Actor = world.actors[ROBOT]
         self.books = Books(self.actor)
         self.done, self.crossings, self.wet = 0, 0, False
-        if (out / FOLDER).exists():
+        if has_checkpoint(out):
             kept = take_up(checkpoint_of(out), world)
+            _refuse_other(out, kept.get("words", self.words), self.words)
             self.done, self.crossings, self.wet = kept["steps"], kept["crossings"], kept["wet"]
             self.books.take_up(kept["books"])
         self.begun, self.start, self._kept = self.done, time.perf_counter(), time.perf_counter()
@@ -132,8 +146,17 @@ class _Soak:
         if now - self._kept < MINUTE:
             return
         kept: dict[str, Any] = {"steps": self.done, "crossings": self.crossings, "wet": self.wet}
-        write_checkpoint(self.out / FOLDER, self.world, {**kept, "books": self.books.keep()})
+        kept |= {"words": self.words, "books": self.books.keep()}
+        write_checkpoint(self.out / FOLDER, self.world, kept)
         self._kept = now
+
+
+def _refuse_other(out: Path, before: Sequence[str], words: Sequence[str]) -> None:
+    if list(before) != list(words):
+        raise ConfigError(
+            f"{out} holds a soak that began with: {' '.join(before) or 'no words'}.\n"
+            "Give the very same ones to go on with it, or another folder: --out FOLDER"
+        )
 
 
 def resident() -> int:

@@ -9,6 +9,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import build_run
+from seals.errors import ConfigError
 from seals.experiments import soak
 from seals.experiments.soak import running
 from seals.experiments.soak.flight import OVERRIDES, wish
@@ -44,6 +45,24 @@ def test_a_soak_goes_on_where_it_was_cut_off(
     assert [row["process"] for row in rows] == [1.0, 1.0, 2.0]
     for key in ("step", "time_s", "height_m", "crossings", "gap_J", "moved_J"):
         assert [row[key] for row in rows] == [row[key] for row in whole], key
+
+
+def test_a_soak_goes_on_by_its_own_words_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Others are refused before the table is touched; killed between two renames it goes on."""
+    monkeypatch.setattr(running, "EVERY", 50)
+    monkeypatch.setattr(running, "MINUTE", 0.0)
+    settings, words = build_run(compose([*OVERRIDES, "seed=5"])), ["seed=5"]
+    soaked(tmp_path, settings, 100, words)
+    before = (tmp_path / "soak.csv").read_bytes()
+    other = build_run(compose([*OVERRIDES, "seed=6"]))
+    with pytest.raises(ConfigError, match="began with: seed=5"):
+        soaked(tmp_path, other, 150, ["seed=6"])
+    assert (tmp_path / "soak.csv").read_bytes() == before
+    (tmp_path / "checkpoint").rename(tmp_path / ".checkpoint.before")
+    rows = soaked(tmp_path, settings, 150, words)
+    assert [row["process"] for row in rows] == [1.0, 1.0, 2.0]
 
 
 def test_a_leak_and_a_gap_are_found() -> None:
