@@ -20,6 +20,7 @@ from seals.sweep.rows import (
     RUN,
     Row,
     Value,
+    column_of,
     differing_keys,
     find_rows,
     shared_words,
@@ -142,9 +143,9 @@ def _sorted(columns: dict[str, list[Value]], by: str) -> dict[str, list[Value]]:
     if not by:
         return columns
     key = by.removeprefix("-")
-    if key not in columns:
+    values = column_of(columns, key)
+    if values is None:
         raise ConfigError(f"sort={by}: there is no column '{key}'.\n{suggestion(key, columns)}")
-    values = columns[key]
     known = [k for k, value in enumerate(values) if value is not None]
     known.sort(key=lambda k: (isinstance(values[k], str), values[k]), reverse=by.startswith("-"))
     order = [*known, *(k for k, value in enumerate(values) if value is None)]

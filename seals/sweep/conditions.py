@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from operator import ge, gt, le, lt
 from typing import NamedTuple
 
 from seals.errors import ConfigError
+from seals.sweep.lists import parts
 from seals.sweep.rows import Value, read_value
 
 _SIGNS: dict[str, Callable[[float, float], bool]] = {"<=": le, ">=": ge, "<": lt, ">": gt}
@@ -40,9 +41,11 @@ class Condition(NamedTuple):
     def _same(self, found: Value) -> bool:
         if isinstance(found, float):
             return found == read_value(self.text)
-        # brackets are those of lists, no choice of letters
-        pattern = self.text.replace("[", "[[]")
-        return isinstance(found, str) and fnmatchcase(found, pattern)
+        if not isinstance(found, str):
+            return False
+        # brackets are those of lists, no choice of letters; blanks in lists do not count
+        pattern, value = (re.sub(r"([\[,])\s+", r"\1", text) for text in (self.text, found))
+        return fnmatchcase(value, pattern.replace("[", "[[]"))
 
 
 def read_conditions(text: str) -> list[Condition]:
@@ -56,7 +59,7 @@ def read_conditions(text: str) -> list[Condition]:
         ['<', '=']
     """
     found = []
-    for part in _parts(text):
+    for part in parts(text):
         match = _FORM.match(part)
         if match is None:
             raise ConfigError(
@@ -71,7 +74,3 @@ def read_conditions(text: str) -> list[Condition]:
             )
         found.append(Condition(key, sign, value))
     return found
-
-
-def _parts(text: str) -> Sequence[str]:
-    return [part for part in re.split(r",(?![^\[]*\])", text) if part.strip()]

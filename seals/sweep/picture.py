@@ -10,7 +10,7 @@ import numpy as np
 from seals.errors import ConfigError, suggestion
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
-from seals.sweep.rows import Value, written
+from seals.sweep.rows import Value, column_of, written
 
 SUFFIXES = (".png",)
 """Kinds of pictures."""
@@ -33,9 +33,9 @@ def draw(
         ConfigError: a column is not there, or holds no numbers.
     """
     across, up = _numbers(columns, "against", against), _numbers(columns, "metric", metric)
-    if by and by not in columns:
+    groups = column_of(columns, by) if by else [metric] * len(across)
+    if groups is None:
         raise ConfigError(f"by={by}: it differs in no run.\n{suggestion(by, columns)}")
-    groups: Sequence[Value] = columns[by] if by else [metric] * len(across)
     series: list[Series] = []
     for name in dict.fromkeys(groups):
         mine = np.array([group == name for group in groups]) & np.isfinite(across + up)
@@ -57,10 +57,7 @@ def draw(
 
 def _numbers(columns: Mapping[str, Sequence[Value]], what: str, key: str) -> np.ndarray:
     """Return a column as numbers, NaN where a run has none."""
-    values = columns.get(key)
-    stem, _, place = key.rpartition(".")
-    if values is None and stem in columns and place.isdigit():
-        values = [_part(value, int(place)) for value in columns[stem]]
+    values = column_of(columns, key)
     if values is None:
         raise ConfigError(f"{what}={key}: it differs in no run.\n{suggestion(key, columns)}")
     words = [value for value in values if isinstance(value, str)]
@@ -69,11 +66,3 @@ def _numbers(columns: Mapping[str, Sequence[Value]], what: str, key: str) -> np.
         hint = f"Name one place of the list: {what}={key}.0" if listed else _NUMBERS + "."
         raise ConfigError(f"{what}={key} is '{words[0]}' in a run.\n{hint}")
     return np.array([np.nan if value is None else float(value) for value in values])
-
-
-def _part(value: Value, place: int) -> Value:
-    parts = str(value).strip("[]").split(",")
-    try:
-        return float(parts[place])
-    except (IndexError, ValueError):
-        return None

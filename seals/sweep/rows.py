@@ -12,6 +12,7 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.intake import plain_yaml, read_bytes
 from seals.sweep.book import NOTE, Job, read_jobs
+from seals.sweep.lists import at_place
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
 FIXED = (RUN, STATE, SECONDS)
@@ -50,10 +51,7 @@ class Row:
             return self.words[key]
         stem, _, place = key.rpartition(".")
         listed = self.words.get(stem)
-        if isinstance(listed, str) and listed.startswith("[") and place.isdigit():
-            parts = listed.strip("[]").split(",")
-            return read_value(parts[int(place)]) if int(place) < len(parts) else None
-        return None
+        return place_of(listed, place) if place.isdigit() else None
 
 
 def find_rows(folder: Path) -> list[Row]:
@@ -131,6 +129,25 @@ def _pairs(words: Sequence[str]) -> Iterator[tuple[str, Value]]:
     for word in words:
         key, sign, value = word.partition("=")
         yield (key.lstrip("+"), read_value(value)) if sign else (word, "")
+
+
+def place_of(value: Value, place: str) -> Value:
+    """Return one place of a value that is a list; None for others.
+
+    Example:
+        >>> place_of("[0,0,1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
+        (1.0, '[3,4]', None)
+    """
+    found = at_place(value, int(place)) if isinstance(value, str) else None
+    return None if found is None else read_value(found)
+
+
+def column_of(columns: Mapping[str, Sequence[Value]], key: str) -> Sequence[Value] | None:
+    """Return a column, or one place of a column of lists; None where there is neither."""
+    stem, _, place = key.rpartition(".")
+    if key not in columns and stem in columns and place.isdigit():
+        return [place_of(value, place) for value in columns[stem]]
+    return columns.get(key)
 
 
 def read_value(text: str) -> Value:

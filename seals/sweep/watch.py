@@ -211,7 +211,8 @@ class Sweep:
         if not without and len(bad) == len(jobs) and all(job.state == REFUSED for job in bad):
             self.discard()
             return 2
-        print("Once mended, the same command with --resume runs these again.", file=sys.stderr)
+        mended = "Once mended, the same command with --resume runs these again"
+        print(f"{mended}; where a word is wrong, begin another sweep.", file=sys.stderr)
         return 1
 
 

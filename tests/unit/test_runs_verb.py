@@ -13,7 +13,7 @@ from seals.cli.main import main
 from seals.logs.atomic import write_json, write_table, write_yaml
 from seals.sweep.book import DONE, REFUSED, Job, claimed
 from seals.sweep.conditions import read_conditions
-from seals.sweep.rows import find_rows
+from seals.sweep.rows import Row, find_rows
 
 
 @pytest.fixture
@@ -81,6 +81,8 @@ def test_measures_come_from_facts_logs_and_tables(runs: Path) -> None:
         ("seed>=1, state=re*", "3"),
         ("initial.position=[0,0,0.5]", "01"),
         ("initial.position.2>0.7", "23"),
+        ("initial.position=[0, 0, 0.5]", "01"),
+        ("initial.position!=[0, 0, 0.5], seed=0", "2"),
         ("seconds<=8", "23"),
         ("robot=b?ll, run!=1", "023"),
     ],
@@ -233,6 +235,24 @@ def test_a_measure_stays_inside_the_folder(runs: Path, capsys: pytest.CaptureFix
     for name in ("../secret.key", f"{runs}/secret.key", f"{runs}/0/fits.error.mean"):
         assert main(["runs", "drops", f"metric={name}"]) == 2
         assert "no run has it" in capsys.readouterr().err
+
+
+def test_places_of_lists_sort_and_group(runs: Path) -> None:
+    """``KEY.2`` stands for a column wherever one is named."""
+    words = ["sort=-initial.position.2", "metric=position_z.min", "table=out.csv"]
+    words += ["plot=a.png", "against=seed", "by=initial.position.2"]
+    assert main(["runs", "drops", *words]) == 0
+    assert [row["run"] for row in rows_of(Path("out.csv"))] == ["2", "3", "0", "1"]
+    assert Path("a.png").is_file()
+
+
+def test_lists_of_lists_keep_their_places() -> None:
+    """A place of a list of lists is a list, in conditions as well."""
+    row = Row(folder=Path(), values={}, words={"p": "[[1,2],[3,4]]"})
+    assert row.get("p.1") == "[3,4]"
+    assert row.get("p.3") is None
+    (condition,) = read_conditions("p=[[1,2],[3,4]]")
+    assert condition.holds(row.get("p"))
 
 
 def test_missing_values_meet_no_order() -> None:
