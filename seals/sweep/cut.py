@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import DiskFull, LogError
+from seals.errors import ConfigError, DiskFull, LogError
 from seals.intake import read_plain_yaml
 from seals.sweep.book import Job
 
@@ -24,14 +24,16 @@ def goes_on(
         hydra: Hydra's part of that.
         words: its overrides.
         before: what the book says of it. A job that failed begins anew: what is mended since would
-            not be in its checkpoint. One that had no room on the disk has nothing to be mended.
+            not be in its checkpoint. One that had no room on the disk has nothing to be mended, and
+            one whose words were refused has lost nothing yet.
     """
     if "resume" not in config:
         return False
     keeper = _keeper(str(hydra.job.config_name))
     if not keeper.has_checkpoint(folder):
         return False
-    cut_off = before is None or before.message.startswith(DiskFull.__name__)
+    kept = (DiskFull.__name__, ConfigError.__name__)
+    cut_off = before is None or before.message.startswith(kept)
     if cut_off and _is_own(folder, hydra, words):
         return True
     keeper.remove_checkpoint(folder)
