@@ -15,7 +15,8 @@ from seals.diagnose.problem import GUSTS, Problem
 from seals.diagnose.rough import surface
 from seals.diagnose.screen import candidate_keys, linear_gain, screen
 from seals.diagnose.standing import Doubt, Standing, converged, stand
-from seals.diagnose.trials import nearest_course
+from seals.diagnose.trajectory import Course
+from seals.diagnose.trials import nearest_courses
 
 _COARSE = 2
 """Parts of a row in which plausible runs are simulated."""
@@ -29,6 +30,8 @@ _HOPELESS, _SPARED = 4.0, 4
 """Linear gain below which an effect is not fitted, and how many are in any case."""
 _DOUBTED, _RIVALS = 10.0, 3
 """Score from which on the nominal model and some rivals are fitted once more."""
+_RANKS = (0, 1, 2, 3, 5, 8)
+"""Courses from which the nominal model sets out, by how near their runs came to the readings."""
 _SPECIAL = ("tether", "waves")
 """Effects of unknown place or period: readings without pose do not hold them."""
 
@@ -153,14 +156,34 @@ def search_drops(
     """
     plant = problem.plant
     coarse = Plant(problem.vehicle, plant.library, problem.samples, parts=_COARSE)
-    course = nearest_course(coarse, leave=_SPECIAL, processes=processes)
-    doubt = Doubt(gusts=GUSTS, rough=surface(plant, course))
-    outset = stand(Between(plant), course, (), {}, doubt)
-    base = converged(outset, rounds=_ROUNDS)
+    courses = nearest_courses(coarse, leave=_SPECIAL, ranks=_RANKS, processes=processes)
+    outset, base = settled(plant, courses, processes=processes)
     tell(1)
     found = chosen(Drops(base, outset, processes=processes), asked)
     tell(2)
     return found
+
+
+def settled(
+    plant: Plant, courses: Sequence[Course], *, processes: int
+) -> tuple[Standing, Standing]:
+    """Fit the nominal model from the nearest course, from the others where that leaves something.
+
+    A hull that comes up a little early or late turns another way, and no small step leads from the
+    one course to the other.
+    """
+    between = Between(plant)
+    doubt = Doubt(gusts=GUSTS, rough=surface(plant, courses[0]))
+    outset = stand(between, courses[0], (), {}, doubt)
+    base = converged(outset, rounds=_ROUNDS)
+    if base.fit.cost < base.fitter.windows.observed:
+        return outset, base
+    others = [stand(between, course, (), {}, doubt) for course in courses[1:]]
+    found = spread(lambda job: converged(job, rounds=_ROUNDS), others, processes)
+    for one in found:
+        one.fitter.settle(between)
+    pairs = [(outset, base), *zip(others, found, strict=True)]
+    return min(pairs, key=lambda pair: pair[1].fit.cost)
 
 
 def chosen(drops: Drops, asked: float) -> Found:

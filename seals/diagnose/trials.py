@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -121,12 +122,15 @@ def bred(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list[Tr
     return out
 
 
-def nearest_course(plant: Plant, *, leave: Sequence[str], processes: int = 1) -> Course:
-    """Simulate all runs in many trials and keep, run by run, the course nearest to the readings.
+def nearest_courses(
+    plant: Plant, *, leave: Sequence[str], ranks: Sequence[int] = (0,), processes: int = 1
+) -> list[Course]:
+    """Simulate all runs in many trials and keep, run by run, courses near the readings.
 
     Args:
         plant: extended model of a log without actuators; its parts say how finely.
         leave: names of effects that are left out.
+        ranks: which courses to keep: 0 takes the nearest of every run, 1 the second of every run.
         processes: that share the simulations.
     """
 
@@ -146,11 +150,16 @@ def nearest_course(plant: Plant, *, leave: Sequence[str], processes: int = 1) ->
         chosen = [*chosen, *more]
         misfit = np.concatenate([misfit, found[0]])
         tracks = [np.concatenate(pair) for pair in zip(tracks, found[1], strict=True)]
-    best = np.argmin(misfit, axis=0)
+    order = np.argsort(misfit, axis=0)
+    return [_course(plant, tracks, order[rank]) for rank in ranks]
+
+
+def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Course:
+    """Put one course together from the trial that is taken for each run."""
     parts: dict[str, Floats] = {}
     for name, track in zip(FIELDS, tracks, strict=True):
         parts[name] = np.concatenate(
-            [track[best[r], r, : b - a] for r, (a, b) in enumerate(plant.samples.runs)]
+            [track[taken[r], r, : b - a] for r, (a, b) in enumerate(plant.samples.runs)]
         )
     return Course(**parts)
 

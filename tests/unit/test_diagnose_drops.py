@@ -10,13 +10,14 @@ import pytest
 
 from seals.diagnose.between import Between, finer
 from seals.diagnose.catalogue import library_of
+from seals.diagnose.drop import settled
 from seals.diagnose.plant import Plant
 from seals.diagnose.problem import Problem, linearised
 from seals.diagnose.rollout import simulated_course
 from seals.diagnose.rough import surface
 from seals.diagnose.samples import Samples
 from seals.diagnose.standing import Doubt, converged, stand
-from seals.diagnose.trials import nearest_course, trials
+from seals.diagnose.trials import nearest_courses, trials
 from seals.diagnose.vehicle import Vehicle, read_vehicle
 
 STEP, ROWS = 0.02, 60
@@ -140,9 +141,23 @@ def test_trials_are_the_same_every_time_and_find_the_run(problem: Problem) -> No
     one, two = (trials(problem.plant, leave=("tether", "waves"), count=40) for _ in range(2))
     assert [t.values for t in one] == [t.values for t in two]
     assert not one[0].start.any()
-    course = nearest_course(problem.plant, leave=("tether", "waves"))
-    away = np.abs(course.position - problem.fitter.course.position)
+    near, next_to_it = nearest_courses(problem.plant, leave=("tether", "waves"), ranks=(0, 1))
+    away = np.abs(near.position - problem.fitter.course.position)
     assert away.max() < 0.05
+    assert not np.array_equal(near.position, next_to_it.position)
+
+
+def test_a_fit_that_got_stuck_sets_out_from_other_courses(problem: Problem) -> None:
+    """From a course that turned over it comes to nothing; the next one leads to the readings."""
+    good = problem.fitter.course
+    turned = np.zeros((len(good.position), 12))
+    turned[:, 3] = np.linspace(0.0, 3.0, len(turned))
+    stuck, other = good.moved(turned), good.moved(0.02 * turned)
+    alone = settled(problem.plant, [stuck], processes=1)[1]
+    assert alone.fit.cost > 1.5 * alone.fitter.windows.observed
+    outset, base = settled(problem.plant, [stuck, other], processes=1)
+    assert base.fit.cost < base.fitter.windows.observed
+    assert np.array_equal(outset.fitter.course.position, other.position)
 
 
 def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Problem) -> None:
