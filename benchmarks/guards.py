@@ -306,7 +306,7 @@ GUARDS: dict[str, Guard] = {
     ),
     "words of a file": Guard(
         "seals.cli.words",
-        'if _DANGER.search(word) or "=" not in word:',
+        'if _DANGER.search(word) or not ("=" in word or word.startswith("~")):',
         "if False:",
         FILES,
         "words",
