@@ -18,7 +18,7 @@ from seals.cli.main import main
 from seals.cli.sweep import begun
 from seals.config.compose import compose
 from seals.config.run import build_run
-from seals.errors import DiskFull, PhysicsError
+from seals.errors import ConfigError, DiskFull, PhysicsError
 from seals.learn.training import application as trainings
 from seals.logs.atomic import write_yaml
 from seals.run import application as runs
@@ -100,12 +100,21 @@ def test_a_job_that_failed_begins_anew(
     assert (job.resumed, job.kept) == ([False, False], [False, False])
 
 
-def test_a_job_without_room_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A full disk is nothing that was wrong with the job: with room again it goes on."""
-    job = Job("checkpoint/state.pkl", DiskFull("there is no room.\nMake some."))
+@pytest.mark.parametrize(
+    "fault",
+    [
+        DiskFull("there is no room.\nMake some."),
+        ConfigError("it began by other words.\nGive the same."),
+    ],
+)
+def test_a_job_without_room_or_refused_goes_on(
+    fault: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk and words that were refused are no faults of what was computed: it goes on."""
+    job = Job("checkpoint/state.pkl", fault)
     monkeypatch.setattr(runs, "execute", job)
     line = ["run", "-m", *SHORT, "seed=3", f"hydra.sweep.dir={tmp_path / 's'}"]
-    assert main(line) == 1
+    assert main(line) != 0
     assert main([*line, "--resume"]) == 0
     assert job.resumed == [False, True]
 
