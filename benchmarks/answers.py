@@ -1,7 +1,7 @@
 """Four classical answers to the question which effect a log is missing.
 
 All of them see what the diagnosis sees: the same log, the same course through it, and the responses
-of the same library of effects (`seals.diagnose`). Only the inference differs: no tolerances of the
+of the same library of effects (`seals.sysid`). Only the inference differs: no tolerances of the
 nominal values, no gusts, no price of freedom beyond that of BIC, and no way to abstain but to find
 nothing. A fifth answer is granted tolerances and gusts, to show what they alone are worth.
 """
@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seals.arrays import Floats
-from seals.diagnose.factors import Candidate, Library
-from seals.diagnose.fit import Fitter
-from seals.diagnose.hypothesis import Hypothesis
-from seals.diagnose.linearise import Prediction, columns_along, predict
-from seals.diagnose.problem import Problem, forgotten, windows_of
-from seals.diagnose.screen import candidate_keys, linear_gain, screen
-from seals.diagnose.special import special_starts
+from seals.sysid.factors import Candidate, Library
+from seals.sysid.fit import Fitter
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.linearise import Prediction, columns_along, predict
+from seals.sysid.problem import Problem, forgotten, windows_of
+from seals.sysid.screen import candidate_keys, linear_gain, screen
+from seals.sysid.special import special_starts
 
 Names = tuple[str, ...]
 """Effects that are declared missing, the likeliest first; none for nothing missing."""

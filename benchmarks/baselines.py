@@ -100,8 +100,8 @@ def answered(cases: Path, out: Path | None, ours: str, folder: Path) -> Case:
 def baselines(folder: Path) -> dict[str, dict[str, Any]]:
     """Answers of the classical methods; the time of making the log ready is no part of theirs."""
     from benchmarks.answers import METHODS, THRESHOLDS, question, sparse, stlsq_of_pysindy
-    from seals.diagnose.problem import prepare
     from seals.logs.native import read_native
+    from seals.sysid.problem import prepare
 
     asked = question(prepare(read_native(folder)))
     answers = {}
@@ -130,8 +130,8 @@ def stated(names: Sequence[str], begin: float) -> dict[str, Any]:
 
 def diagnosed(folder: Path) -> dict[str, Any]:
     """SEALS's own answer."""
-    from seals.diagnose.diagnosis import diagnose
     from seals.logs.native import read_native
+    from seals.sysid.diagnosis import diagnose
 
     return diagnose(read_native(folder)).to_dict()
 

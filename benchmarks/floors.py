@@ -71,7 +71,7 @@ def size_of(node: Any) -> float:
 
 def watched(fly: Callable[[], None]) -> Cost:
     """Return the cost of the last law that is compiled while something is called."""
-    from seals.fusion import fused
+    from seals.tensor_compiler import fused
 
     compiled = fused.compiled
 

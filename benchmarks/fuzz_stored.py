@@ -53,15 +53,15 @@ def _model() -> Target:
 
 
 def _manoeuvre() -> Target:
-    from seals.plan.experiment import KIND, read_experiment
+    from seals.sysid.experiment_design.experiment import KIND, read_experiment
 
     text = _MANOEUVRE.replace("kind: manoeuvre", f"kind: {KIND}")
     return Target(whole=text.encode(), name="a.yaml", load=read_experiment)
 
 
 def _answer() -> Target:
-    from seals.plan.application import read_diagnosis
-    from seals.repair.answer import read_answer
+    from seals.sysid.experiment_design.application import read_diagnosis
+    from seals.sysid.validation.answer import read_answer
 
     def load(path: Path) -> None:
         read_diagnosis(path)

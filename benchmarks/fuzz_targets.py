@@ -212,7 +212,7 @@ def _built() -> Target:
 def _mesh(ending: str) -> Target:
     import trimesh
 
-    from seals.hulls.meshes import hull_from_mesh
+    from seals.hydrostatics.meshes import hull_from_mesh
 
     box: Any = trimesh.creation.box((0.5, 0.4, 0.3))
     raw = box.export(file_type=ending)

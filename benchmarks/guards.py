@@ -60,7 +60,7 @@ class Guard(NamedTuple):
 
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
-_YAML = "seals.intake"
+_YAML = "seals.untrusted_io"
 GUARDS: dict[str, Guard] = {
     "entities of a URDF": Guard("seals.robot.urdf", _XML, "if False:", FILES, "entities_of_a_urdf"),
     "zero bytes of a URDF": Guard(
@@ -70,10 +70,10 @@ GUARDS: dict[str, Guard] = {
         "seals.scaffold.takeover", _XML, "if False:", BOUNDS, "taken_over"
     ),
     "entities of a mesh": Guard(
-        "seals.hulls.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
+        "seals.hydrostatics.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
     ),
     "zero bytes of a mesh": Guard(
-        "seals.hulls.formats", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
+        "seals.hydrostatics.formats", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
     ),
     "entities of a manifest": Guard(
         "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
@@ -82,7 +82,7 @@ GUARDS: dict[str, Guard] = {
         "seals.robot.macros", "_INSIDE.match(name)", "False", CLASSES, "macro", "xacro"
     ),
     "formats of meshes": Guard(
-        "seals.hulls.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
+        "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
     ),
     "meshes inside": Guard(
         "seals.robot.meshes", "if not target.is_relative_to(folder):", "if False:", ROBOT, "outside"
@@ -94,7 +94,7 @@ GUARDS: dict[str, Guard] = {
         "seals.robot.meshes", "if max(size, declared) > MOST_BYTES:", "if False:", ROBOT, "huge"
     ),
     "work on broken meshes": Guard(
-        "seals.hulls.meshes",
+        "seals.hydrostatics.meshes",
         "MOST_WORK // len(even)",
         "4 * MOST_WORK // len(even)",
         FOUND,

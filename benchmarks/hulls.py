@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.hulls import (
+from seals.hydrostatics import (
     Hull,
     HullBox,
     HullCapsule,

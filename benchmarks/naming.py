@@ -40,8 +40,8 @@ def jobs_of(words: list[str], seed: int) -> list[tuple[str, str, int]]:
 
 def run(job: tuple[Path, tuple[str, str, int]]) -> str:
     """Make one log and diagnose it."""
-    from seals.diagnose.diagnosis import diagnose
     from seals.logs.native import read_native
+    from seals.sysid.diagnosis import diagnose
     from tests.validation.hidden import generate
 
     out, (level, vehicle, seed) = job

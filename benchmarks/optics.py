@@ -27,7 +27,7 @@ def view(kind: str, count: int) -> Any:
     """Return views of a floor: ranges, directions, colours and normals, in NumPy, float32."""
     import numpy as np
 
-    from seals.optics import Sight
+    from seals.rendering.optics import Sight
 
     half = math.tan(0.65)
     across = (np.arange(SIZE) + 0.5 - 0.5 * SIZE) * (2.0 * half / SIZE)
@@ -63,7 +63,7 @@ def rate(kind: str, count: int, *, torch: bool, device: str) -> float:
     """Return images a second, once."""
     import numpy as np
 
-    from seals.optics import Optics, Sight, SurfaceAiry, SurfaceStill, SurfaceSum, ripples
+    from seals.rendering.optics import Optics, Sight, SurfaceAiry, SurfaceStill, SurfaceSum, ripples
 
     optics, views = Optics(water_type="coastal_5", **KINDS[kind]), view(kind, count)
     sea = SurfaceSum(SurfaceAiry([0.03], [[2.0, 0.6]], [4.5], [0.3]), ripples(wind=2.0, seed=3))

@@ -62,6 +62,8 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
 def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     """Return where a flock is after a second under rotor speeds that stay."""
     from seals.arrays import as_like
+    from seals.batch import Twin
+    from seals.batch.holding import hold
     from seals.config.compose import compose
     from seals.config.learning import build_learning
     from seals.control.plant import build_plant
@@ -69,8 +71,6 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     from seals.motion import Inputs
     from seals.run.assembly import build_model
     from seals.run.carrying import carrying_speeds
-    from seals.twin import Twin
-    from seals.twin.holding import hold
 
     settings, task = build_learning(compose(WORDS, root="learn"))
     robot, effects = build_model(settings)

@@ -72,11 +72,11 @@ def catch(environments: int, detail: str) -> tuple[Any, Any, Any]:
     """Return scene, poses and cameras of a catch; every environment stands otherwise."""
     import numpy as np
 
-    from seals.dynamics.tree import forward
+    from seals.environment.ground import Solid
     from seals.frames import matrix_of, quaternion_of_rpy
-    from seals.ground import Solid
-    from seals.sight import OPTICAL, Cameras, Detail, Poses
-    from seals.sight.gather import build_scene
+    from seals.multibody.tree import forward
+    from seals.rendering import OPTICAL, Cameras, Detail, Poses
+    from seals.rendering.gather import build_scene
 
     rng = np.random.default_rng(0)
     robots = {"robot": robot_of("aam"), "cube": robot_of("cube")}
@@ -101,7 +101,7 @@ def catch(environments: int, detail: str) -> tuple[Any, Any, Any]:
 
 def chain(name: str) -> Any:
     """Return the optics of a chain, None for none."""
-    from seals.optics import Optics
+    from seals.rendering.optics import Optics
 
     values = CHAINS[name]
     return None if values is None else Optics(water_type="coastal_5", **values)
@@ -109,7 +109,7 @@ def chain(name: str) -> Any:
 
 def water(optics: Any) -> Any:
     """Return the surface: ripples where the chain looks at it."""
-    from seals.optics import SurfaceStill, ripples
+    from seals.rendering.optics import SurfaceStill, ripples
 
     made = ripples(wind=3.0, seed=1, components=8)
     return made if optics is not None and optics.surface else SurfaceStill()
@@ -119,9 +119,9 @@ def tiny(name: str, seconds: float) -> float:
     """Return pairs a second of TinyRenderer, as the cameras of a run take them."""
     import numpy as np
 
-    from seals.optics import Optics
     from seals.plugins.viewers.bullet import RendererTiny
-    from seals.sight import Lens, Poses, Watch
+    from seals.rendering import Lens, Poses, Watch
+    from seals.rendering.optics import Optics
 
     scene, poses, cameras = catch(8, "visual")
     now = [0]
@@ -147,10 +147,10 @@ def raycast(name: str, args: argparse.Namespace) -> float:
     """Return pairs a second of the ray caster."""
     import torch
 
-    from seals.optics import Sight
     from seals.plugins.viewers.raycast import RendererRaycast
-    from seals.sight import Lens, Light
-    from seals.sight.camera import lengths
+    from seals.rendering import Lens, Light
+    from seals.rendering.camera import lengths
+    from seals.rendering.optics import Sight
 
     scene, poses, cameras = catch(args.environments, args.detail)
     poses, cameras = (

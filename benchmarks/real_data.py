@@ -17,8 +17,8 @@ from seals.compare.predict import Job
 from seals.config.compose import compose
 from seals.errors import SealsError
 from seals.logs.datasets import OFFLINE
-from seals.rivals.diagnosis import RunsDiagnosis, diagnose_runs
-from seals.rivals.problem import prepare
+from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
+from seals.sysid.rivals.problem import prepare
 
 Samples = dict[str, Floats]
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -12,8 +12,8 @@ import numpy as np
 from seals.arrays import Floats
 from seals.config.environment import EnvironmentSettings
 from seals.config.run import RunSettings
+from seals.environment.ground import solids_of
 from seals.errors import MissingExtra
-from seals.ground import solids_of
 from seals.logs import Log
 from seals.robot.build import build_robot
 

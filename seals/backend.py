@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
-from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.evaluation import Evaluation
 from seals.motion import JointDrive, Motion
+from seals.multibody.kinematics import Kinematics, Moving
 from seals.robot.model import RobotModel
 
 

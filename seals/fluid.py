@@ -23,9 +23,9 @@ from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
 from seals.config.ground import ObstacleSettings
-from seals.ground import Solid
+from seals.environment.ground import Solid
+from seals.environment.waves import Sea, Waves
 from seals.robot.pieces import Piece
-from seals.waves import Sea, Waves
 
 
 class FluidBody(NamedTuple):

@@ -12,8 +12,8 @@ from seals.arrays import Floats
 from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
-from seals.plugins.fluids.window import FluidWindow
-from seals.plugins.fluids.window.outer import Outer
+from seals.plugins.fluids.moving_domain import FluidWindow
+from seals.plugins.fluids.moving_domain.outer import Outer
 from seals.robot.pieces import Piece
 
 DIP = 2.0

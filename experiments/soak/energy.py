@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.dynamics.added import added_terms
+from seals.multibody.added import added_terms
 from seals.world import Actor
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.optics import Optics, Sight
+from seals.rendering.optics import Optics, Sight
 
 Pixels = NDArray[np.float32]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.experiments.underwater_light.scene import Eye, Pixels, seen
-from seals.optics import Optics, Surface, SurfaceAiry, SurfaceSum, ripples, to_bytes
+from seals.rendering.optics import Optics, Surface, SurfaceAiry, SurfaceSum, ripples, to_bytes
 
 DEPTHS = (0.5, 2.0, 5.0, 10.0)
 """Of the camera [m]."""

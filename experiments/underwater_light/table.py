@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from seals.optics import WATERS, Optics
+from seals.rendering.optics import WATERS, Optics
 
 HEAD = (
     "water type",

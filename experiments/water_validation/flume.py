@@ -8,11 +8,11 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from seals.config.environment import EnvironmentSettings
+from seals.environment.linear_waves import wavenumber
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
 from seals.fluid import BodyStates, Surrounding
-from seals.medium.linear_waves import wavenumber
-from seals.plugins.fluids.particles import FluidParticles
-from seals.plugins.fluids.particles.settings import BeachSettings, Maker, MakerSettings
+from seals.plugins.fluids.tank import FluidParticles
+from seals.plugins.fluids.tank.settings import BeachSettings, Maker, MakerSettings
 from seals.plugins.waves.still import WaveStill
 from seals.report.figures import Chart, Series
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import curve_fit
 
+from seals.environment.linear_waves import wavenumber
 from seals.experiments.water_validation.box import advance, filled_box
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
-from seals.medium.linear_waves import wavenumber
 from seals.report.figures import Chart, Series
 
 LENGTH, DEPTH, STEP, GRAVITY = 1.0, 0.4, 0.004, 9.81

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.dynamics.servo import limited
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Inputs, JointDrive, Joints
+from seals.multibody.servo import limited
 from seals.plugins.actuators.layout import numbers
 from seals.schema import param
 

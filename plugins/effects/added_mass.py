@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
-from seals.dynamics.spatial import momentum
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
+from seals.multibody.spatial import momentum
 from seals.schema import param
 
 _LIMITS: dict[str, Any] = {

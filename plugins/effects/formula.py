@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.localise.laws import FORCES, TORQUES, Scene
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
+from seals.sysid.residual_force.laws import FORCES, TORQUES, Scene
 
 _SOURCE = "zero: a term counts only when it is stated"
 _SIZE: dict[str, Any] = {"bounds": (-1e5, 1e5), "tolerance": 0.1, "source": _SOURCE}

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import namespace, some
 from seals.effects.effect import Effect, Parameters
-from seals.medium.disc import hub_depth, wet_share
+from seals.environment.disc import hub_depth, wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 

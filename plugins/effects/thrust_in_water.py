@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.medium.disc import wet_share
+from seals.environment.disc import wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from seals.errors import LogError
-from seals.intake import MOST_BYTES, read_bytes, regular_file
 from seals.logs.arrays import refuse_hollow
 from seals.logs.datasets import DataFile, Dataset, locate, paths_of
 from seals.logs.log import Log
 from seals.logs.units import to_si
+from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
 _SHEETS = DataFile(
     path="data/Ball_drops_data.xls",

@@ -10,11 +10,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.intake import read_bytes
 from seals.logs.datasets import DataFile, Dataset, paths_of
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
 from seals.plugins.readers.crazyflie_log import parse
+from seals.untrusted_io import read_bytes
 
 DATASET = Dataset(
     folder="crazyflie-sysid",

@@ -12,11 +12,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, MissingExtra
-from seals.intake import regular_file
 from seals.logs.arrays import read_npz
 from seals.logs.datasets import DataFile, Dataset, paths_of
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
+from seals.untrusted_io import regular_file
 
 # checksums of the offline .npz form; the public .ide recordings were not at hand to be summed
 _OFFLINE = {

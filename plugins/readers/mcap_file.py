@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from seals.errors import LogError, MissingExtra
-from seals.intake import regular_file
 from seals.plugins.readers.ros_streams import Message
+from seals.untrusted_io import regular_file
 
 MAGIC = b"\x89MCAP0\r\n"
 MOST_BYTES = 1 << 34

@@ -11,9 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
-from seals.intake import regular_file
 from seals.logs.datasets import DataFile, Dataset, paths_of
 from seals.logs.log import Log
+from seals.untrusted_io import regular_file
 
 DATASET = Dataset(
     folder="single-pendulum",

@@ -9,10 +9,10 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from seals.errors import LogError
-from seals.intake import read_yaml, regular_file
 from seals.plugins.readers.mcap_file import MOST_BYTES
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Message
+from seals.untrusted_io import read_yaml, regular_file
 
 Wants = Callable[[str, str, str], bool]
 _MAGIC = b"SQLite format 3\0"

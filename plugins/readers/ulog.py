@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.frames import matrix_of, normalised, unrotate
-from seals.intake import read_bytes
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.plugins.readers.streams import by_topic, converted, finished, refuse_unknown, vector
 from seals.plugins.readers.ulog_file import Samples, parse
+from seals.untrusted_io import read_bytes
 
 _GAUSS = 1e-4
 _ROOT_HALF = float(np.sqrt(0.5))

@@ -12,10 +12,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
-from seals.intake import read_bytes
 from seals.logs.log import Log
 from seals.logs.units import to_si
 from seals.schema import param
+from seals.untrusted_io import read_bytes
 
 _MOST_BYTES = 1 << 26
 _DAY = 86_400.0

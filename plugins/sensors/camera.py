@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.config.fields import optional
 from seals.errors import ConfigError, suggestion
+from seals.rendering.camera import OPTICAL, Lens
+from seals.rendering.eye import Shot
+from seals.rendering.picture import Picture
 from seals.schema import param
-from seals.sensing.carried import Carried
-from seals.sensing.mount import Mount
-from seals.sensor import Felt
-from seals.sight.camera import OPTICAL, Lens
-from seals.sight.eye import Shot
-from seals.sight.picture import Picture
+from seals.sensors.carried import Carried
+from seals.sensors.mount import Mount
+from seals.sensors.protocol import Felt
 
 WHAT = ("rgb", "depth", "segmentation", "normals")
 """Kinds of images."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
-from seals.sensing.carried import Carried
-from seals.sensor import Felt
+from seals.sensors.carried import Carried
+from seals.sensors.protocol import Felt
 
 
 @dataclass(kw_only=True)

@@ -12,10 +12,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensing.instrument import Instrument, Seen
-from seals.sensing.mount import crossed
-from seals.sensing.noise import Noise
-from seals.sensor import Felt
+from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.mount import crossed
+from seals.sensors.noise import Noise
+from seals.sensors.protocol import Felt
 
 BEAMS = 4
 LEAST = 3

@@ -10,10 +10,10 @@ import numpy as np
 
 from seals.errors import ConfigError, suggestion
 from seals.schema import param
-from seals.sensing.board import Outfit
-from seals.sensing.instrument import Instrument, Seen
-from seals.sensing.noise import Noise
-from seals.sensor import Felt
+from seals.sensors.board import Outfit
+from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.noise import Noise
+from seals.sensors.protocol import Felt
 
 
 @dataclass(kw_only=True)

@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
-from seals.sensing.carried import Carried
-from seals.sensing.mount import Mount
-from seals.sensor import Felt
+from seals.sensors.carried import Carried
+from seals.sensors.mount import Mount
+from seals.sensors.protocol import Felt
 
 
 class _Memory(NamedTuple):

@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensing.instrument import Instrument, Seen
-from seals.sensing.noise import Noise
-from seals.sensor import Felt
+from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.noise import Noise
+from seals.sensors.protocol import Felt
 
 
 @dataclass(kw_only=True)

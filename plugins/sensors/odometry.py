@@ -12,8 +12,8 @@ from seals.arrays import Floats
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.frames import exponential, multiply, quaternion_of
 from seals.schema import param
-from seals.sensing.carried import Carried
-from seals.sensor import Felt
+from seals.sensors.carried import Carried
+from seals.sensors.protocol import Felt
 
 _SIGMA: dict[str, Any] = {"tolerance": 0.3, "relative": True}
 

@@ -13,9 +13,9 @@ from seals.arrays import Floats
 from seals.effects.effect import MediumKind
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensing.instrument import Instrument, Seen
-from seals.sensing.noise import Noise
-from seals.sensor import Felt
+from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.noise import Noise
+from seals.sensors.protocol import Felt
 
 RINGS, SPOKES = 2, 8
 """Rays of a cone: rings about the axis, rays of a ring."""

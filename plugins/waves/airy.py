@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from seals.arrays import Array, columns, namespace
+from seals.environment.waves import Sea, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.waves import Sea, gradient_along
 
 
 @dataclass(kw_only=True)

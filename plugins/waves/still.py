@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seals.arrays import Array
-from seals.waves import Sea
+from seals.environment.waves import Sea
 
 
 @dataclass(kw_only=True)

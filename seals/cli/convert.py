@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
-from seals.intake import read_bytes, read_yaml
 from seals.logs.check import check_log
 from seals.logs.finding import Severity
 from seals.logs.log import Log
 from seals.logs.native import TABLES, write_native
+from seals.untrusted_io import read_bytes, read_yaml
 
 _BY_SUFFIX = {".ulg": "ulog", ".mcap": "mcap", ".db3": "rosbag2"}
 _QUOTES = "'\""

@@ -33,7 +33,7 @@ def run(arguments: list[str]) -> int:
     for word in arguments:
         key, _, value = word.partition("=")
         if key == "experiment" and value.endswith((".yaml", ".yml")):
-            from seals.plan.simulated import run as fly
+            from seals.sysid.experiment_design.simulated import run as fly
 
             return fly(arguments)
     return launch("run", arguments, _run_task)
@@ -45,7 +45,7 @@ def compare(arguments: list[str]) -> int:
 
 
 def diagnose(arguments: list[str]) -> int:
-    """Diagnose: compose, then hand over to ``seals.findings.application``.
+    """Diagnose: compose, then hand over to ``seals.sysid.report.application``.
 
     The runs of an experiment are those that ``seals compare`` takes.
     """
@@ -57,19 +57,19 @@ def diagnose(arguments: list[str]) -> int:
 
 
 def add(arguments: list[str]) -> int:
-    """Add: compose, then hand over to ``seals.repair.application``."""
+    """Add: compose, then hand over to ``seals.sysid.validation.application``."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("add", arguments, _add_task)
 
 
 def verify(arguments: list[str]) -> int:
-    """Verify: compose, then hand over to ``seals.repair.application``."""
+    """Verify: compose, then hand over to ``seals.sysid.validation.application``."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("verify", arguments, _verify_task)
 
 
 def plan(arguments: list[str]) -> int:
-    """Plan: compose, then hand over to ``seals.plan.application``."""
+    """Plan: compose, then hand over to ``seals.sysid.experiment_design.application``."""
     for word in arguments:
         if word.startswith("effect="):
             better = word.replace("=", "s=", 1)
@@ -251,14 +251,14 @@ def _compare_task(config: Any) -> int | None:
 
 
 def _runs_task(config: Any) -> int | None:
-    from seals.rivals.application import execute
+    from seals.sysid.rivals.application import execute
 
     result: int | None = execute(config)
     return result
 
 
 def _diagnose_task(config: Any) -> int | None:
-    from seals.findings.application import execute
+    from seals.sysid.report.application import execute
 
     _place_logs(config)
     result: int | None = execute(config)
@@ -269,7 +269,7 @@ def _add_task(config: Any) -> int | None:
     from hydra.core.hydra_config import HydraConfig
 
     _place_logs(config)
-    from seals.repair.application import add as execute
+    from seals.sysid.validation.application import add as execute
 
     result: int | None = execute(config)
     # the model itself says where it comes from
@@ -278,7 +278,7 @@ def _add_task(config: Any) -> int | None:
 
 
 def _verify_task(config: Any) -> int | None:
-    from seals.repair.application import verify as execute
+    from seals.sysid.validation.application import verify as execute
 
     _place_logs(config)
     result: int | None = execute(config)
@@ -286,7 +286,7 @@ def _verify_task(config: Any) -> int | None:
 
 
 def _plan_task(config: Any) -> int | None:
-    from seals.plan.application import execute
+    from seals.sysid.experiment_design.application import execute
 
     _place_logs(config)
     result: int | None = execute(config)

@@ -10,7 +10,7 @@ from seals.cli.hydra_app import launch
 from seals.cli.sweep import is_sweep
 from seals.cli.words import refuse_dangerous
 from seals.errors import ConfigError
-from seals.intake import read_plain_yaml
+from seals.untrusted_io import read_plain_yaml
 
 RESUME = "resume"
 FREE = ("course", "threads", "film")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch import Twin
 from seals.compare.case import Case
 from seals.compare.noise import noise_of
 from seals.compare.predict import Job
@@ -16,7 +17,6 @@ from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.plain import moving_mean
 from seals.robot.model import RobotModel
-from seals.twin import Twin
 
 NEEDED = ("depth", "pitch", "ballast_volume", "water_density")
 _WINDOW = 15

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.batch import Twin
 from seals.compare.case import Case
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
@@ -17,7 +18,6 @@ from seals.config.compare import CompareSettings
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.model import RobotModel
-from seals.twin import Twin
 
 Complex = NDArray[np.complex128]
 PROBES = (4, 6)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
+from seals.batch import Twin
 from seals.compare.case import Case, Start
 from seals.compare.predict import Job, Predictor
 from seals.compare.regimes import Regime
 from seals.config.compare import CompareSettings
 from seals.errors import ConfigError, suggestion
-from seals.twin import Twin
 
 
 def bare_case(

@@ -9,7 +9,7 @@ from seals.compare.case import Start
 from seals.compare.events import DropEvents
 from seals.config.run import InitialSettings
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.hulls import Hull
+from seals.hydrostatics import Hull
 from seals.logs import Log
 from seals.robot.model import RobotModel
 
@@ -116,7 +116,7 @@ def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
 
     Found by bisection on the wetted volume.
     """
-    from seals.dynamics.tree import forward
+    from seals.multibody.tree import forward
 
     origins, rotations = forward(
         robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints))

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 from seals.config.targets import refuse_references
 from seals.effects.effect import Effect, MediumKind
+from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
-from seals.intake import read_plain_yaml
 from seals.schema import check_value, parameters_of
-from seals.waves import Waves
+from seals.untrusted_io import read_plain_yaml
 
 FOLDER = "models"
 """Folder in which models are looked for by name."""

@@ -15,7 +15,7 @@ from typing import Any
 from seals.config.fields import optional, vector
 from seals.config.targets import refuse_references
 from seals.errors import RobotError, suggestion
-from seals.intake import read_plain_yaml
+from seals.untrusted_io import read_plain_yaml
 
 _KEYS = (
     "summary",

@@ -18,8 +18,8 @@ from seals.config.robot import RobotSettings
 from seals.config.sight import SightSettings
 from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError, suggestion
-from seals.optics import Optics
 from seals.registry import get, names
+from seals.rendering.optics import Optics
 from seals.schema import param
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.rendering.scene import TILE, Detail
 from seals.schema import param
-from seals.sight.scene import TILE, Detail
 
 
 @dataclass(kw_only=True)

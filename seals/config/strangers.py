@@ -15,7 +15,7 @@ from typing import Any
 
 from seals.config.targets import SPECIAL, TARGET
 from seals.errors import ConfigError, SealsError
-from seals.intake import read_plain_yaml
+from seals.untrusted_io import read_plain_yaml
 
 TRUST = "--trust"
 _HYDRA = re.compile(r"\bhydra\b")
@@ -136,7 +136,7 @@ def _refuse_classes(place: Path, content: Any) -> None:
 
 
 def _text(place: Path) -> str:
-    from seals.intake import read_bytes
+    from seals.untrusted_io import read_bytes
 
     try:
         return read_bytes(place, most=1 << 20).decode("utf-8") if place.stat().st_size else ""

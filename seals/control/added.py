@@ -7,9 +7,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.limbs import stowed
 from seals.control.plant import Plant
-from seals.dynamics.spatial import twist_map
-from seals.dynamics.tree import forward
 from seals.effects.effect import MediumKind
+from seals.multibody.spatial import twist_map
+from seals.multibody.tree import forward
 
 
 def added_inertia(plant: Plant) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, Layout
-from seals.dynamics.linear import solved
+from seals.multibody.linear import solved
 
 LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""

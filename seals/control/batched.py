@@ -9,8 +9,8 @@ import numpy as np
 from seals.arrays import Array, Floats, as_like, columns, namespace, some, unasked
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.plant import ROTOR, Plant
-from seals.dynamics.linear import solve_symmetric
-from seals.fusion import repeated
+from seals.multibody.linear import solve_symmetric
+from seals.tensor_compiler import repeated
 
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""

@@ -12,7 +12,7 @@ from seals.control.plant import ROTOR, Plant
 from seals.control.thrust import KNOWN, SLOW, WET
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.evaluation import rows_of, take, take_motion
-from seals.medium.sample import Sample
+from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
 
 

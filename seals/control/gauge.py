@@ -9,10 +9,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import Plant
 from seals.control.protocols import Buoyancy
-from seals.dynamics.kinematics import Kinematics
-from seals.dynamics.tree import forward
+from seals.environment.sample import Sample
 from seals.frames import CROSS
-from seals.medium.sample import Sample
+from seals.multibody.kinematics import Kinematics
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
 

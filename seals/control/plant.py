@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.environment import EnvironmentSettings
-from seals.dynamics.tree import forward
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
 ROTOR, THRUSTER = "rotor", "thruster"

@@ -10,7 +10,7 @@ from seals.arrays import Floats
 from seals.control.plant import ROTOR, Plant
 from seals.effects.binding import BoundEffect
 from seals.effects.evaluation import take, take_motion
-from seals.medium.sample import Sample
+from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
 
 KNOWN = "thrust in water"

@@ -14,9 +14,10 @@ from seals.arrays import Array, namespace
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
 from seals.effects.rigid import weight_of
+from seals.environment.sample import Sample
+from seals.environment.surroundings import Surroundings
+from seals.environment.waves import carried
 from seals.frames import cross, unrotate
-from seals.medium.sample import Sample
-from seals.medium.surroundings import Surroundings
 from seals.motion import (
     AddedInertia,
     Body,
@@ -28,7 +29,6 @@ from seals.motion import (
     Motion,
     Wrench,
 )
-from seals.waves import carried
 
 Memory = Mapping[str, Array]
 Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)

@@ -16,11 +16,11 @@ from seals.config.render import RenderSettings
 from seals.learn.environments.eyes import with_ball
 from seals.learn.environments.standing import Standing
 from seals.learn.policy import Policy
-from seals.render.application import draw, photographer_of, shooting_of
-from seals.render.files import Frames
-from seals.render.film import refuse_missing, write_film
-from seals.render.viewpoint import Way
-from seals.sight import NOTHING, Light, Poses, Renderer, Scene
+from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
+from seals.rendering.films.application import draw, photographer_of, shooting_of
+from seals.rendering.films.files import Frames
+from seals.rendering.films.film import refuse_missing, write_film
+from seals.rendering.films.viewpoint import Way
 from seals.view.replay import Replay, Track, continuous
 from seals.view.stage import Stage, build_stage
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from seals.nests import copied, put
+from seals.pytree import copied, put
 
 if TYPE_CHECKING:
     from torch import Generator

@@ -16,7 +16,7 @@ from numpy.lib import format as npy
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.intake import MOST_BYTES, read_bytes, regular_file
+from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
 _ARCHIVE = (
     *(zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError),

@@ -15,7 +15,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from seals.errors import LogError, suggestion
-from seals.intake import regular_file
+from seals.untrusted_io import regular_file
 
 OFFLINE = "SEALS_DATA"
 """Environment variable: folder with one sub-folder for each data set."""

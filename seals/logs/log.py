@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.intake import first_bad_number
 from seals.logs.channels import columns_of, stem_of
+from seals.untrusted_io import first_bad_number
 
 Integers = NDArray[np.int64]
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, SealsError
-from seals.intake import read_bytes, read_yaml
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
 from seals.logs.log import Integers, Log
 from seals.logs.table import read_csv_columns, read_parquet
+from seals.untrusted_io import read_bytes, read_yaml
 
 FORMAT = "hidden-effect-log"
 """Name of the format, as written in ``meta.yaml``."""

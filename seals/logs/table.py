@@ -11,8 +11,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.intake import read_bytes, regular_file
 from seals.logs.channels import CHANNELS, stem_of
+from seals.untrusted_io import read_bytes, regular_file
 
 MOST_VALUES = 100_000_000
 """Largest table that is read, in values."""

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from seals.config.robot import HullSettings, RobotSettings, ShapeSettings
-from seals.dynamics.tree import Tree
 from seals.errors import RobotError, suggestion
-from seals.hulls import (
+from seals.hydrostatics import (
     Hull,
     HullBox,
     HullCapsule,
@@ -18,6 +17,7 @@ from seals.hulls import (
     HullSphere,
     hull_from_mesh,
 )
+from seals.multibody.tree import Tree
 from seals.robot.limbs import build_arms, build_grippers, build_legs
 from seals.robot.model import RobotModel
 from seals.robot.urdf import Urdf, UrdfJoint, read_urdf

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.config.robot import RobotSettings
 from seals.effects.effect import Effect
-from seals.medium.seawater import density_of
+from seals.environment.seawater import density_of
 from seals.robot.build import build_robot
 from seals.robot.check_drives import look_at_drives
 from seals.robot.check_joints import look_at_joints, look_at_servos

@@ -80,7 +80,7 @@ def _size(path: Path) -> tuple[int, float]:
 
 def _hulls(settings: RobotSettings) -> Iterator[tuple[str, list[str]]]:
     """Yield link and remarks of the meshes that displace water."""
-    from seals.hulls import hull_from_mesh
+    from seals.hydrostatics import hull_from_mesh
 
     folder = Path(settings.folder)
     for link, hull in settings.hulls.items():

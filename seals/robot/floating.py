@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.tree import forward
-from seals.hulls import Hull
+from seals.hydrostatics import Hull
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
 _TILT = math.radians(0.5)

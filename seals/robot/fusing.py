@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.tree import Tree, forward
 from seals.errors import ConfigError
-from seals.hulls import Hull
-from seals.hulls.fused import HullFused, Part
+from seals.hydrostatics import Hull
+from seals.hydrostatics.fused import HullFused, Part
+from seals.multibody.tree import Tree, forward
 from seals.robot.model import RobotModel
 
 

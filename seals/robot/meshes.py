@@ -8,7 +8,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
-from seals.hulls.formats import refuse_strange_format
+from seals.hydrostatics.formats import refuse_strange_format
 
 MOST_BYTES = 50_000_000
 """Largest mesh that is loaded [bytes]."""

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like
-from seals.dynamics.spatial import rigid_inertia
-from seals.dynamics.tree import Tree
-from seals.hulls import Hull
+from seals.hydrostatics import Hull
 from seals.motion import Body
+from seals.multibody.spatial import rigid_inertia
+from seals.multibody.tree import Tree
 from seals.robot.limbs import Arm, Gripper, Leg
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import RobotError
-from seals.hulls import (
+from seals.hydrostatics import (
     Hull,
     HullBox,
     HullCapsule,

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.backend import Configuration
+from seals.batch import Twin, TwinState
 from seals.config.run import DriveStart, RunSettings
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
@@ -24,7 +25,6 @@ from seals.run.origin import plugin_name
 from seals.run.resting import refuse_fluid, resting_effects, without
 from seals.run.sight import open_eyes
 from seals.run.stability import check_step
-from seals.twin import Twin, TwinState
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
 from seals.world.servos import check_gains
@@ -152,7 +152,7 @@ def build_twin(
         settings: of the run.
         batch: number of robots.
         like: array whose library, type and device to use.
-        values: parameters in place of the configured ones, see `seals.twin.Twin`.
+        values: parameters in place of the configured ones, see `seals.batch.Twin`.
         fused: let PyTorch's compiler join the arithmetic, likewise.
     """
     refuse_fluid(settings, "the twin")

@@ -13,10 +13,10 @@ from seals.config.fields import vars_of
 from seals.config.robot import HullSettings
 from seals.config.run import RunSettings
 from seals.control.plant import Layout
-from seals.dynamics.tree import forward
+from seals.environment.surroundings import WaterColumn
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
-from seals.medium.surroundings import WaterColumn
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.run.equipment import (
     describe_battery,

@@ -8,9 +8,9 @@ from dataclasses import replace
 from seals.config.environment import EnvironmentSettings
 from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet, bind_effects
+from seals.environment.ground import solids_of
 from seals.errors import ConfigError
 from seals.fluid import Fluid, Surrounding
-from seals.ground import solids_of
 from seals.registry import get
 from seals.world import Actor
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
-from seals.sight import Eye, Shot
-from seals.sight.files import MILLIMETRE, images
+from seals.rendering import Eye, Shot
+from seals.rendering.files import MILLIMETRE, images
 from seals.world import Actor
 
 FOLDER = "pictures"

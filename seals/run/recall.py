@@ -9,9 +9,9 @@ from typing import Any
 from seals.config.derive import schema_of
 from seals.config.refusal import refusals
 from seals.errors import ConfigError, RobotError
-from seals.intake import read_plain_yaml
 from seals.run.origin import plugin_at
 from seals.run.provenance import digest
+from seals.untrusted_io import read_plain_yaml
 
 _SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}

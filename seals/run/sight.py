@@ -9,15 +9,15 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.run import RunSettings
+from seals.environment.ground import solids_of
+from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.fluid import SeaOfFluid
-from seals.ground import solids_of
-from seals.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
 from seals.registry import names
+from seals.rendering import Poses, Renderer, Watch
+from seals.rendering.gather import build_scene
+from seals.rendering.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
 from seals.run.immersed import surroundings
-from seals.sight import Poses, Renderer, Watch
-from seals.sight.gather import build_scene
-from seals.waves import Waves
 from seals.world import Actor
 
 FLUID = 1.0

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.tree import forward
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
 FEWEST = 4

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
-from seals.dynamics.tree import forward
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.scaffold.takeover import Takeover
 

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import RobotError, suggestion
-from seals.hulls.formats import refuse_strange_format
+from seals.hydrostatics.formats import refuse_strange_format
 from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
 from seals.scaffold.resources import find_resource

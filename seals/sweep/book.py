@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.errors import ConfigError
-from seals.intake import read_bytes
 from seals.logs.room import room
+from seals.untrusted_io import read_bytes
 
 NOTE, TABLE, LOCK = "sweep.json", "jobs.csv", ".jobs.lock"
 DONE, FAILED, REFUSED = "done", "failed", "refused"

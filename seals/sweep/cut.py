@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, DiskFull, LogError
-from seals.intake import read_plain_yaml
 from seals.sweep.book import Job
+from seals.untrusted_io import read_plain_yaml
 
 HYDRA = ".hydra"
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, LogError, suggestion
-from seals.intake import read_bytes
 from seals.logs.table import read_csv_columns, read_parquet
 from seals.sweep.rows import RUN, Row
+from seals.untrusted_io import read_bytes
 
 STATISTICS: Mapping[str, Callable[[Floats], float]] = {
     "first": lambda x: float(x[0]),

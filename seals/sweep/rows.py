@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
-from seals.intake import plain_yaml, read_bytes
 from seals.sweep.book import NOTE, Job, read_jobs
 from seals.sweep.lists import at_place
+from seals.untrusted_io import plain_yaml, read_bytes
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
 FIXED = (RUN, STATE, SECONDS)

@@ -18,11 +18,11 @@ from hydra.experimental.callback import Callback
 from omegaconf import read_write
 
 from seals.errors import ConfigError, SealsError
-from seals.intake import read_bytes
 from seals.logs.atomic import write_json
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
 from seals.sweep.place import place
+from seals.untrusted_io import read_bytes
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""

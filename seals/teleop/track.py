@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.errors import ConfigError, suggestion
-from seals.intake import plain_yaml
 from seals.logs.atomic import write_text
 from seals.teleop.keymap import CONTROLS, is_control
+from seals.untrusted_io import plain_yaml
 
 HEADER = ("t", "control", "value")
 _WORDS = ("t", "press", "release", "hold", "seconds", "set", "value")

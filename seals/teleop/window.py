@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Situation
-from seals.dynamics.tree import forward
+from seals.multibody.tree import forward
 
 WIDTH, HEIGHT = 960, 520
 PANEL, TOP = 470, 40

@@ -10,12 +10,12 @@ import numpy as np
 from seals import registry
 from seals.arrays import Floats
 from seals.backend import Configuration
+from seals.batch import Twin
 from seals.effects.binding import EffectSet
+from seals.environment.waves import Waves
 from seals.frames import conjugate, matrix_of, multiply, rotation_vector, unrotate
 from seals.robot.model import RobotModel
 from seals.testing.scenes import ENVIRONMENT, held_inputs
-from seals.twin import Twin
-from seals.waves import Waves
 from seals.world import Actor, World
 
 SAMPLE = 0.004

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensor import Felt, Sensor
+from seals.sensors.protocol import Felt, Sensor
 from seals.testing.contract import require
 
 STEP = 0.001

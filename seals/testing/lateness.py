@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from seals.sensing.delivery import NEW, Delivery, Values
-from seals.sensor import Felt, Sensor
+from seals.sensors.delivery import NEW, Delivery, Values
+from seals.sensors.protocol import Felt, Sensor
 from seals.testing.contract import require
 
 COUNT = 600

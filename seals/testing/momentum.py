@@ -6,7 +6,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import LinkPoses
-from seals.dynamics.kinematics import Kinematics
+from seals.multibody.kinematics import Kinematics
 from seals.robot.model import RobotModel
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.config.environment import EnvironmentSettings
 from seals.config.ground import ObstacleSettings
-from seals.sensing.around import Around
-from seals.sensing.board import Board, Outfit
-from seals.sensor import Felt, Sensor
+from seals.sensors.around import Around
+from seals.sensors.board import Board, Outfit
+from seals.sensors.protocol import Felt, Sensor
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
@@ -83,7 +83,7 @@ def check_sensor(
         isinstance(made, Sensor),
         name,
         "lacks link, rate, channels, start or sense",
-        "See seals.sensor.Sensor.",
+        "See seals.sensors.protocol.Sensor.",
     )
     require(made.rate > 0.0, name, f"has the rate {made.rate} Hz", "Allowed: above zero.")
     place = _check_due(name, made, seed)

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats, as_like
+from seals.environment.waves import Waves
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.hooks import other_libraries
 from seals.testing.instants import copied
-from seals.waves import Waves
 
 ROWS = 64
 LEVEL = 0.3

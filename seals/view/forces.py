@@ -9,8 +9,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.logs.table import read_parquet
+from seals.rendering.scene import Poses
 from seals.run.assembly import ROBOT
-from seals.sight.scene import Poses
 from seals.view.stage import Stage
 
 LEDGER = "ledger.parquet"

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import SealsError
+from seals.rendering.scene import Poses
 from seals.run.thinned import thinned
-from seals.sight.scene import Poses
 
 RATE = 30.0
 """Frames sent in one second of simulated time [Hz]."""

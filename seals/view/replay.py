@@ -10,16 +10,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.run import build_run
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError
 from seals.frames import matrix_of
 from seals.logs import Log
 from seals.logs.native import read_native
+from seals.multibody.tree import forward
+from seals.rendering.scene import Poses
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
 from seals.run.company import POSE, TURN
 from seals.run.recall import recalled
-from seals.sight.scene import Poses
 from seals.view.stage import Stage, build_stage
 
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.config.run import build_run
 from seals.errors import ConfigError, SealsError, suggestion
+from seals.rendering.scene import Poses
 from seals.run.folder import write_config
 from seals.run.recall import recalled
-from seals.sight.scene import Poses
 from seals.view.forces import Forces
 from seals.view.instants import Drops
 from seals.view.live import Frame, Live

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from seals.config.run import RunSettings
-from seals.ground import solids_of
+from seals.environment.ground import solids_of
+from seals.rendering.gather import build_scene
+from seals.rendering.scene import Detail, Scene
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
 from seals.run.immersed import surroundings
 from seals.run.objects import object_robot
-from seals.sight.gather import build_scene
-from seals.sight.scene import Detail, Scene
 
 
 class Stage(NamedTuple):

@@ -11,21 +11,21 @@ from seals.arrays import Array, Floats
 from seals.backend import Backend, Configuration, Dynamics
 from seals.config.environment import EnvironmentSettings
 from seals.control import Order
-from seals.dynamics.equations import Assembly
-from seals.dynamics.kinematics import Kinematics, Moving
-from seals.dynamics.rows import link_motion
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
+from seals.environment.build import build_surroundings, exact_of
+from seals.environment.waves import Waves
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid
-from seals.medium.build import build_surroundings, exact_of
 from seals.motion import Inputs, Joints, Wrench
+from seals.multibody.equations import Assembly
+from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.rows import link_motion
 from seals.robot.model import RobotModel
-from seals.sensing.around import Around
-from seals.sensing.board import Board, spins
-from seals.sensing.rays import Shape, shapes_of_hull
-from seals.sensor import Sensor
-from seals.waves import Waves
+from seals.sensors.around import Around
+from seals.sensors.board import Board, spins
+from seals.sensors.protocol import Sensor
+from seals.sensors.rays import Shape, shapes_of_hull
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger

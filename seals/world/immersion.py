@@ -18,9 +18,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics, LinkPoses
-from seals.dynamics.equations import Assembly
-from seals.dynamics.servo import driven
 from seals.fluid import BodyStates, FluidBody
+from seals.multibody.equations import Assembly
+from seals.multibody.servo import driven
 from seals.robot.model import RobotModel
 from seals.robot.pieces import pieces_of
 

@@ -14,10 +14,10 @@ from seals.control.estimate import Estimate, Estimator
 from seals.control.gauge import MassGauge, MassNow, WaterGauge
 from seals.control.protocols import NO_LEGS, Buoyancy
 from seals.control.thrust import Reach, ThrustGauge
-from seals.dynamics.kinematics import Kinematics, Moving
+from seals.environment.sample import Sample
 from seals.errors import PhysicsError
-from seals.medium.sample import Sample
 from seals.motion import Joints, Motion
+from seals.multibody.kinematics import Kinematics, Moving
 
 
 class Seen(NamedTuple):

@@ -11,7 +11,7 @@ from seals.arrays import Floats
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.motion import Reading
-from seals.sensor import Sensor
+from seals.sensors.protocol import Sensor
 from seals.world.drivetrain import INSTANT
 
 CHANNELS = ("angular_velocity", "specific_force")

@@ -9,16 +9,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import RigidBody
-from seals.dynamics.kinematics import Kinematics, Moving
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
+from seals.multibody.kinematics import Kinematics, Moving
+from seals.rendering.eye import Eye, Watch
 from seals.robot.model import RobotModel
-from seals.sensing.around import Around
-from seals.sensing.board import Board, outfit_of
-from seals.sensing.delivery import NEW, Delivery, Line, Values
-from seals.sensing.rays import Shape
-from seals.sensor import NOBODY, Felt, Sensor
-from seals.sight.eye import Eye, Watch
+from seals.sensors.around import Around
+from seals.sensors.board import Board, outfit_of
+from seals.sensors.delivery import NEW, Delivery, Line, Values
+from seals.sensors.protocol import NOBODY, Felt, Sensor
+from seals.sensors.rays import Shape
 from seals.world.readings import Faults, Past
 
 _STILL = np.zeros(3)

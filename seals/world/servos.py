@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.gears import armature_of, felt_inertia
-from seals.dynamics.servo import summed
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation
 from seals.errors import ConfigError
 from seals.motion import Inputs, JointDrive
+from seals.multibody.gears import armature_of, felt_inertia
+from seals.multibody.servo import summed
 from seals.robot.model import RobotModel
 
 HEAVIEST = 100.0

@@ -12,7 +12,7 @@ from seals.backend import Backend, Configuration
 from seals.config.environment import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.fluid import Fluid
-from seals.sight.eye import Watch
+from seals.rendering.eye import Watch
 from seals.world.actor import Actor
 from seals.world.immersion import joined
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from seals import registry
+from seals.environment.waves import Sea
 from seals.logs import Log
 from seals.plugins.sensors.imu import SensorImu
 from seals.plugins.waves.airy import WaveAiry
@@ -22,7 +23,6 @@ from seals.testing import (
     check_waves,
 )
 from seals.testing.__main__ import main
-from seals.waves import Sea
 
 
 @pytest.mark.parametrize("name", registry.names("backend"))

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.environment.waves import Sea
 from seals.fluid import BodyStates, Books, FluidBody, Surrounding
 from seals.plugins.fluids.sampling import Samples, sample_pieces
-from seals.waves import Sea
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import RunSettings, build_run
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError, RobotError
+from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.robot.build import build_robot
 from seals.robot.check import Verdict, check_robot

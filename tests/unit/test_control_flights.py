@@ -16,7 +16,7 @@ from seals.plugins.guides.oval import Oval
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run.assembly import build_world
 from seals.run.simulation import simulate
-from seals.sensor import Felt
+from seals.sensors.protocol import Felt
 
 QUAD = ("robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]")
 ARM = ("robot=aam", "guide=hover", "guide.arm=sweep", "guide.delay=0.1", "initial.position=[0,0,2]")

@@ -18,9 +18,9 @@ from seals.control.gauge import MassGauge
 from seals.control.limbs import Reckoned, joint_targets, stowed, way_of
 from seals.control.reach import Reach
 from seals.control.tracking import minimum_jerk
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError, PhysicsError, RobotError
 from seals.frames import exponential, matrix_of, quaternion_of
+from seals.multibody.tree import forward
 from seals.robot.build import build_robot
 from seals.robot.limbs import build_arms, build_grippers
 from seals.robot.model import RobotModel

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.diagnose.along import Along, packed
-from seals.diagnose.catalogue import library_of
-from seals.diagnose.fit import Fitter
-from seals.diagnose.linearise import dynamics_along, predict
-from seals.diagnose.plant import Plant
-from seals.diagnose.problem import linearised, rewindowed, windows_of
-from seals.diagnose.samples import Samples
-from seals.diagnose.trajectory import Course
-from seals.diagnose.vehicle import Vehicle, read_vehicle
+from seals.sysid.along import Along, packed
+from seals.sysid.catalogue import library_of
+from seals.sysid.fit import Fitter
+from seals.sysid.linearise import dynamics_along, predict
+from seals.sysid.plant import Plant
+from seals.sysid.problem import linearised, rewindowed, windows_of
+from seals.sysid.samples import Samples
+from seals.sysid.trajectory import Course
+from seals.sysid.vehicle import Vehicle, read_vehicle
 
 ROWS, STEP = 150, 0.01
 VALUES = {

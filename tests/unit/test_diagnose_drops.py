@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.diagnose.between import Between, finer
-from seals.diagnose.catalogue import library_of
-from seals.diagnose.drop import settled
-from seals.diagnose.plant import Plant
-from seals.diagnose.problem import Problem, linearised
-from seals.diagnose.rollout import simulated_course
-from seals.diagnose.rough import surface
-from seals.diagnose.samples import Samples
-from seals.diagnose.standing import Doubt, converged, stand
-from seals.diagnose.trials import nearest_courses, trials
-from seals.diagnose.vehicle import Vehicle, read_vehicle
+from seals.sysid.between import Between, finer
+from seals.sysid.catalogue import library_of
+from seals.sysid.drop import settled
+from seals.sysid.plant import Plant
+from seals.sysid.problem import Problem, linearised
+from seals.sysid.rollout import simulated_course
+from seals.sysid.rough import surface
+from seals.sysid.samples import Samples
+from seals.sysid.standing import Doubt, converged, stand
+from seals.sysid.trials import nearest_courses, trials
+from seals.sysid.vehicle import Vehicle, read_vehicle
 
 STEP, ROWS = 0.02, 60
 

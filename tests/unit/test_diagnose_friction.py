@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from seals.diagnose.equivalent import friction_as_catalogued, own_part
-from seals.diagnose.factors import Factor
-from seals.diagnose.linearise import discrete
-from seals.diagnose.normal import Fit, newton_step
+from seals.sysid.equivalent import friction_as_catalogued, own_part
+from seals.sysid.factors import Factor
+from seals.sysid.linearise import discrete
+from seals.sysid.normal import Fit, newton_step
 
 
 def _fit(matrix: np.ndarray, right: np.ndarray, values: list[float]) -> Fit:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.diagnose import lateness
-from seals.diagnose.hypothesis import Hypothesis
-from seals.diagnose.linearise import DELAY
-from seals.diagnose.normal import Fit
+from seals.sysid import lateness
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.linearise import DELAY
+from seals.sysid.normal import Fit
 
 TOP, SIGMA = 0.0214, 4e-4
 

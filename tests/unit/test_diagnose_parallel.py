@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from seals.diagnose.parallel import spread
+from seals.sysid.parallel import spread
 
 
 @pytest.mark.parametrize("processes", [1, 2])

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.diagnose.catalogue import library_of
-from seals.diagnose.vehicle import read_vehicle
 from seals.errors import LogError
+from seals.sysid.catalogue import library_of
+from seals.sysid.vehicle import read_vehicle
 
 
 def link(name: str, parent: str, **joint: Any) -> dict[str, Any]:

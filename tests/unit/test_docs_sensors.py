@@ -12,13 +12,13 @@ from seals import registry
 from seals.config.compose import compose
 from seals.config.recipes import recipe_groups
 from seals.config.run import build_run
-from seals.diagnose.vehicle import READ, read_vehicle
 from seals.logs.channels import CHANNELS
 from seals.logs.check_meta import check_meta
 from seals.run import build_world
 from seals.run.recorder import Recorder
 from seals.run.simulation import simulate
-from seals.sensing.carried import Carried
+from seals.sensors.carried import Carried
+from seals.sysid.vehicle import READ, read_vehicle
 from seals.testing.sensor import OUTFIT
 
 PAGE = Path(__file__).parents[2] / "docs" / "sensors.md"

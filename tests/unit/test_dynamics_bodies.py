@@ -10,9 +10,9 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import build_run
-from seals.dynamics.linear import solve_symmetric
-from seals.dynamics.spatial import kirchhoff, momentum, rigid_inertia
 from seals.frames import cross, matrix_of, rotate
+from seals.multibody.linear import solve_symmetric
+from seals.multibody.spatial import kirchhoff, momentum, rigid_inertia
 from seals.run import build_twin
 
 

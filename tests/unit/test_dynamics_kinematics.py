@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.dynamics.kinematics import Kinematics
-from seals.dynamics.tree import Tree, forward
 from seals.frames import exponential, matrix_of, multiply, normalised
+from seals.multibody.kinematics import Kinematics
+from seals.multibody.tree import Tree, forward
 
 Floats = NDArray[np.float64]
 BATCH, H = 3, 1e-5

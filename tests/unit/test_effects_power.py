@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from seals.effects import bind_effects
+from seals.environment.disc import hub_depth
 from seals.errors import ConfigError
-from seals.medium.disc import hub_depth
 from seals.motion import Body, Drives, Inputs, Joints, Medium, Motion
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.actuators.servos import Servos

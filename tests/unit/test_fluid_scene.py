@@ -8,29 +8,29 @@ import numpy as np
 import pytest
 
 from seals.config.ground import ObstacleSettings
+from seals.environment.ground import Solid
+from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
 from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.ground import Solid
-from seals.medium.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
-from seals.plugins.fluids.particles.basin import (
+from seals.plugins.fluids.sampling import Samples
+from seals.plugins.fluids.sampling.solids import sample_solid
+from seals.plugins.fluids.tank.basin import (
     Basin,
     build_basin,
     clear_of,
     refuse_large,
     walls_of,
 )
-from seals.plugins.fluids.particles.heights import HeightField
-from seals.plugins.fluids.particles.paddle import Paddle, board_of
-from seals.plugins.fluids.particles.settings import (
+from seals.plugins.fluids.tank.heights import HeightField
+from seals.plugins.fluids.tank.paddle import Paddle, board_of
+from seals.plugins.fluids.tank.settings import (
     BeachSettings,
     Maker,
     MakerSettings,
     SeaState,
     WindSettings,
 )
-from seals.plugins.fluids.particles.zones import blown, calm
-from seals.plugins.fluids.sampling import Samples
-from seals.plugins.fluids.sampling.solids import sample_solid
+from seals.plugins.fluids.tank.zones import blown, calm
 
 G = 9.81
 

@@ -11,21 +11,21 @@ import pytest
 from seals.config.compose import compose
 from seals.config.environment import EnvironmentSettings
 from seals.config.run import build_run
+from seals.environment.ground import Solid
 from seals.errors import ConfigError, PhysicsError
 from seals.experiments.open_sea.measures import measures
 from seals.experiments.open_sea.tow import Tow, towed
-from seals.ground import Solid
-from seals.plugins.fluids.sampling import Samples
-from seals.plugins.fluids.window import FluidWindow
-from seals.plugins.fluids.window.box import Box
-from seals.plugins.fluids.window.level import Keeper
-from seals.plugins.fluids.window.outer import Outer
-from seals.plugins.fluids.window.refusals import (
+from seals.plugins.fluids.moving_domain import FluidWindow
+from seals.plugins.fluids.moving_domain.box import Box
+from seals.plugins.fluids.moving_domain.level import Keeper
+from seals.plugins.fluids.moving_domain.outer import Outer
+from seals.plugins.fluids.moving_domain.refusals import (
     refuse_astray,
     refuse_ground,
     refuse_large_robot,
     refuse_sea,
 )
+from seals.plugins.fluids.sampling import Samples
 from seals.plugins.waves.airy import WaveAiry
 from seals.plugins.waves.sea import Spectrum, WaveSea
 from seals.plugins.waves.still import WaveStill

@@ -9,7 +9,7 @@ import pytest
 
 from seals.arrays import some
 from seals.errors import ConfigError
-from seals.nests import filled, form_of, is_tensor, mapped, tensors
+from seals.pytree import filled, form_of, is_tensor, mapped, tensors
 
 torch = pytest.importorskip("torch", reason="fusing needs torch: pip install 'aam-seals[learn]'")
 
@@ -28,7 +28,7 @@ def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         run: Callable[..., Any] = graph
         return run
 
-    monkeypatch.setattr("seals.fusion.fused.compiled", compiled)
+    monkeypatch.setattr("seals.tensor_compiler.fused.compiled", compiled)
     return graphs
 
 
@@ -65,7 +65,7 @@ def test_forms_tell_apart_what_must_not_stand_for_one_another() -> None:
 
 def test_a_compiled_law_gives_what_the_law_gives() -> None:
     """Nests come back in their form, what is passed on is the very tensor, results agree."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     turn = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -90,7 +90,7 @@ def test_a_compiled_law_gives_what_the_law_gives() -> None:
 
 def test_one_tensor_in_two_places_stands_for_two(monkeypatch: pytest.MonkeyPatch) -> None:
     """What was the same at the first call may differ at the next, in results and in passing."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     _kept(monkeypatch)
     fused = Fused(lambda pair: (_Pair(pair.a + 1.0, pair.b * 2.0), pair))
@@ -103,7 +103,7 @@ def test_one_tensor_in_two_places_stands_for_two(monkeypatch: pytest.MonkeyPatch
 
 def test_work_on_constants_is_done_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """What depends on constants alone is a constant; small matrices become sums without zeros."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     graphs = _kept(monkeypatch)
     matrix = torch.tensor([[0.0, 2.0], [1.0, 0.0]])
@@ -124,7 +124,7 @@ def test_large_constants_are_kept_where_many_operations_lead_to_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What is cheaply made is made again and again; one number for many is not kept many times."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     graphs = _kept(monkeypatch)
     rows = torch.linspace(0.0, 1.0, 9000)[:, None]
@@ -155,8 +155,8 @@ def test_numbers_that_rows_hold_for_themselves_are_counted() -> None:
     pytest.importorskip("torch", reason="a compiled law needs torch")
     import torch
 
-    from seals.fusion.compiling import held_by_row
-    from seals.fusion.tracing import traced
+    from seals.tensor_compiler.compiling import held_by_row
+    from seals.tensor_compiler.tracing import traced
 
     own, shared, rows = torch.rand(32, 2), torch.rand(3), torch.rand(32, 3)
 
@@ -169,7 +169,7 @@ def test_numbers_that_rows_hold_for_themselves_are_counted() -> None:
 
 def test_many_small_matrices_are_written_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their products are sums; those of large matrices stay calls."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     graphs = _kept(monkeypatch)
     draw = torch.Generator().manual_seed(2)
@@ -183,7 +183,7 @@ def test_many_small_matrices_are_written_out(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_what_is_written_in_place_is_as_the_law_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal beginnings of which one is written over are not taken for the same."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     _kept(monkeypatch)
 
@@ -199,7 +199,7 @@ def test_what_is_written_in_place_is_as_the_law_says(monkeypatch: pytest.MonkeyP
 
 def test_a_repeated_law_is_one_piece_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Called five times it is followed once; alone it stays as it is."""
-    from seals.fusion import Fused, repeated
+    from seals.tensor_compiler import Fused, repeated
 
     graphs = _kept(monkeypatch)
 
@@ -225,7 +225,7 @@ def test_a_repeated_law_is_one_piece_of_others(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_asks_whether_any_takes_one_way_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Within a fused law the answer is yes, whatever the numbers are."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     _kept(monkeypatch)
 
@@ -239,7 +239,7 @@ def test_what_asks_whether_any_takes_one_way_for_all(monkeypatch: pytest.MonkeyP
 
 def test_a_law_that_asks_for_a_number_is_refused() -> None:
     """The place is told, and the way out."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     def law(x: Any) -> Any:
         return x * 2.0 if float(x.sum()) > 0.0 else x
@@ -250,7 +250,7 @@ def test_a_law_that_asks_for_a_number_is_refused() -> None:
 
 def test_a_compiler_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first line, what it needs, and what to leave out."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     said = ["no working C++ compiler\nmore"]
 

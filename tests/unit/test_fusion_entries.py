@@ -98,9 +98,9 @@ LAWS: dict[str, Callable[[Any, Any], Any]] = {
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_gives_the_same_entry_by_entry(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Shapes, types and numbers; without a compiler, which takes no part in it."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
-    monkeypatch.setattr("seals.fusion.fused.compiled", lambda graph, given: graph)
+    monkeypatch.setattr("seals.tensor_compiler.fused.compiled", lambda graph, given: graph)
     draw = torch.Generator().manual_seed(0)
     given = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
     other = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
@@ -118,10 +118,12 @@ def test_a_law_gives_the_same_entry_by_entry(name: str, monkeypatch: pytest.Monk
 
 def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
     """No operation between what is given and what is told has more than one index."""
-    from seals.fusion import Fused
+    from seals.tensor_compiler import Fused
 
     graphs = []
-    monkeypatch.setattr("seals.fusion.fused.compiled", lambda g, given: graphs.append(g) or g)
+    monkeypatch.setattr(
+        "seals.tensor_compiler.fused.compiled", lambda g, given: graphs.append(g) or g
+    )
 
     def law(x: Any, m: Any) -> Any:
         axis = x / torch.sqrt((x * x).sum(dim=1, keepdim=True))
@@ -142,7 +144,7 @@ def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_places_in_memory_are_refused() -> None:
     """A law that counts numbers as they lie in memory is told so: they lie otherwise here."""
     from seals.errors import ConfigError
-    from seals.fusion.tracing import traced
+    from seals.tensor_compiler.tracing import traced
 
     m = torch.randn(B, 3, 3)
     with pytest.raises(ConfigError, match="where numbers lie in memory"):
@@ -151,7 +153,7 @@ def test_places_in_memory_are_refused() -> None:
 
 def test_what_is_drawn_is_not_joined() -> None:
     """Two draws are two, and none is worked out once for all."""
-    from seals.fusion.tracing import traced
+    from seals.tensor_compiler.tracing import traced
 
     def law(x: Any) -> list[Any]:
         return [torch.rand(3) - torch.rand(3), torch.rand_like(HELD) + x]

@@ -16,7 +16,7 @@ import pytest
 
 from seals.cli.train import _begun
 from seals.errors import ConfigError, LogError, RobotError
-from seals.hulls.meshes import MOST_WORK, hull_from_mesh
+from seals.hydrostatics.meshes import MOST_WORK, hull_from_mesh
 from seals.learn.comparison.runs import read_run
 from seals.learn.training.rows import Rows
 from seals.logs.arrays import read_npy

@@ -20,12 +20,12 @@ from seals.config.build import build
 from seals.config.compose import compose
 from seals.config.view import ViewSettings
 from seals.errors import ConfigError, RobotError
-from seals.hulls.formats import refuse_strange_format
-from seals.hulls.meshes import hull_from_mesh
-from seals.intake import plain_yaml
+from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.meshes import hull_from_mesh
 from seals.robot.urdf import read_urdf
 from seals.run.unpickling import DataUnpickler
 from seals.scaffold.resources import find_resource
+from seals.untrusted_io import plain_yaml
 
 ENTITY = (
     '<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/hostname">]>'

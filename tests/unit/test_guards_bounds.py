@@ -15,13 +15,13 @@ import pytest
 import yaml
 
 from seals.errors import ConfigError, LogError, RobotError
-from seals.intake import plain_yaml, read_bytes, regular_file
 from seals.learn.policy import load_policy
 from seals.logs import table
 from seals.plugins.readers.rosbag2_file import _opened
 from seals.plugins.readers.ulog import ReaderUlog
 from seals.run.unpickling import DataUnpickler
 from seals.scaffold.takeover import Takeover
+from seals.untrusted_io import plain_yaml, read_bytes, regular_file
 
 
 def test_entities_of_a_urdf_taken_over_are_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.errors import RobotError
-from seals.hulls import HullMesh, HullSamples, NoteKind, hull_from_mesh
+from seals.hydrostatics import HullMesh, HullSamples, NoteKind, hull_from_mesh
 
 CORNERS = np.array([[x, y, z] for x in (0, 0.4) for y in (0, 0.2) for z in (0, 0.1)])
 QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

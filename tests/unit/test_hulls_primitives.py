@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seals.errors import RobotError
-from seals.hulls import (
+from seals.hydrostatics import (
     Hull,
     HullBox,
     HullCapsule,

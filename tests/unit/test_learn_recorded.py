@@ -33,7 +33,7 @@ def _twins(count: int) -> Any:
 
 def test_copies_keep_the_form_and_share_nothing() -> None:
     """Named tuples, mappings and None stay; a change of the copy is not one of the original."""
-    from seals.nests import copied, leaves, put
+    from seals.pytree import copied, leaves, put
 
     nest = _Pair(torch.ones(2), {"x": (torch.zeros(1).expand(3), None)})
     copy = copied(nest)
@@ -46,7 +46,7 @@ def test_copies_keep_the_form_and_share_nothing() -> None:
 
 def test_nests_of_another_form_are_not_put() -> None:
     """Fewer tensors than there are places for is a mistake, not a partial copy."""
-    from seals.nests import put
+    from seals.pytree import put
 
     with pytest.raises(ValueError, match="zip"):
         put((torch.ones(1),), (torch.ones(1), torch.ones(1)))
@@ -135,7 +135,7 @@ def _drawn_ahead(twins: Any) -> None:
 
 def test_what_is_kept_does_not_go_on_with_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
     """A snapshot stays as it was when the tensors of the environments are written over."""
-    from seals.nests import leaves
+    from seals.pytree import leaves
 
     monkeypatch.setattr(
         "seals.learn.environments.twin._like_on",

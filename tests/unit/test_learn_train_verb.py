@@ -168,7 +168,7 @@ def test_twins_of_a_training_can_be_compiled(
         return graph
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("seals.fusion.fused.compiled", compiled)
+    monkeypatch.setattr("seals.tensor_compiler.fused.compiled", compiled)
     words = ["env=reach", "backend.fused=true", *TINY, "hydra.run.dir=here"]
     assert main(["train", "learner=sac", *words]) == 0
     assert "the first step compiles the twins" in capsys.readouterr().err

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from seals.effects.binding import bind_effects
-from seals.localise.conditions import Conditions
-from seals.localise.dependence import hats
-from seals.localise.evidence import Evidence
-from seals.localise.formula import Formula, options, wrench_of
-from seals.localise.regress import Table, gain
-from seals.localise.spectrum import spectrum
-from seals.localise.terms import STEMS, UNITS, Term, basis_of
 from seals.motion import Body, Inputs, Medium, Motion
 from seals.plugins.effects.formula import EffectFormula
 from seals.schema import parameters_of
+from seals.sysid.residual_force.conditions import Conditions
+from seals.sysid.residual_force.dependence import hats
+from seals.sysid.residual_force.evidence import Evidence
+from seals.sysid.residual_force.formula import Formula, options, wrench_of
+from seals.sysid.residual_force.regress import Table, gain
+from seals.sysid.residual_force.spectrum import spectrum
+from seals.sysid.residual_force.terms import STEMS, UNITS, Term, basis_of
 from seals.testing import check_effect
 from seals.testing.scenes import Case
 

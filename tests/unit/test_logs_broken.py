@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.intake import read_bytes
 from seals.logs import Log, read_native, refuse_if_bad
 from seals.logs.arrays import read_npy, read_npz
 from seals.plugins.readers.balls import ReaderBalls
@@ -25,6 +24,7 @@ from seals.plugins.readers.flume import ReaderFlume
 from seals.plugins.readers.glider import ReaderGlider
 from seals.plugins.readers.impack import ReaderImpack
 from seals.plugins.readers.pendulum import ReaderPendulum
+from seals.untrusted_io import read_bytes
 
 if TYPE_CHECKING:
     import pandas as pd

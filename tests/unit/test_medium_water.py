@@ -7,8 +7,8 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import build_run
-from seals.medium.seawater import density_of, viscosity_of
-from seals.medium.surroundings import WaterColumn
+from seals.environment.seawater import density_of, viscosity_of
+from seals.environment.surroundings import WaterColumn
 from seals.run import build_world
 
 # UNESCO Technical Papers in Marine Science 44 (1983), check values of EOS-80 at p = 0:

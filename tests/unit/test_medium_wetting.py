@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.hulls import HullBox, HullSphere, HullTable
-from seals.medium.wetting import WettingTable
+from seals.environment.wetting import WettingTable
+from seals.hydrostatics import HullBox, HullSphere, HullTable
 
 HULLS = (HullBox(size=(0.4, 0.2, 0.1)), HullSphere(radius=0.15))
 BATCH = 200

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seals.config.fields import check_tree
 from seals.errors import ConfigError
-from seals.optics import (
+from seals.rendering.optics import (
     WATERS,
     Optics,
     Sight,
@@ -22,8 +22,8 @@ from seals.optics import (
     SurfaceSum,
     ripples,
 )
-from seals.optics.blur import blurred, pixel_angle
-from seals.optics.noise import noisy, standard_normal
+from seals.rendering.optics.blur import blurred, pixel_angle
+from seals.rendering.optics.noise import noisy, standard_normal
 from seals.schema import parameters_of
 
 Pixels = NDArray[Any]
@@ -63,7 +63,7 @@ def test_large_batches_are_taken_in_parts(monkeypatch: pytest.MonkeyPatch) -> No
     """Taking a few views at a time changes nothing."""
     views, optics = view(7), Optics(water_type="oceanic_3", noise=False)
     whole = optics.look(views, SEA, 0.5, None)
-    monkeypatch.setattr("seals.optics.chain.AT_ONCE", 20 * 24 * 3)
+    monkeypatch.setattr("seals.rendering.optics.chain.AT_ONCE", 20 * 24 * 3)
     np.testing.assert_array_equal(optics.look(views, SEA, 0.5, None), whole)
 
 

@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from seals.optics import (
+from seals.plugins.waves.airy import WaveAiry
+from seals.plugins.waves.still import WaveStill
+from seals.rendering.optics import (
     Surface,
     SurfaceAiry,
     SurfaceGrid,
@@ -21,8 +23,6 @@ from seals.optics import (
     to_linear,
     to_srgb,
 )
-from seals.plugins.waves.airy import WaveAiry
-from seals.plugins.waves.still import WaveStill
 
 X, Y = (np.random.default_rng(k).uniform(-4.0, 4.0, (2, 5, 6)) for k in (1, 2))
 SWELL = SurfaceAiry([0.1, 0.02], [[2.0, 0.5], [-3.0, 6.0]], [4.5, 8.1], [0.2, 1.0], level=0.7)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from seals.plan.manoeuvres import LIBRARY, LONGEST, manoeuvres
-from seals.plan.motions import smooth, sweep, visits
-from seals.plan.scene import AIR, ARM, CROSSING, DROP, WATER, Scene
-from seals.plan.separation import Contest, chance, confidence
+from seals.sysid.experiment_design.manoeuvres import LIBRARY, LONGEST, manoeuvres
+from seals.sysid.experiment_design.motions import smooth, sweep, visits
+from seals.sysid.experiment_design.scene import AIR, ARM, CROSSING, DROP, WATER, Scene
+from seals.sysid.experiment_design.separation import Contest, chance, confidence
 
 SCENE = Scene(
     kind=AIR,
@@ -75,7 +75,7 @@ def test_names_are_unique() -> None:
 @pytest.mark.parametrize("manoeuvre", [m for m in LIBRARY if AIR in m.kinds], ids=lambda m: m.name)
 def test_references_stay_in_the_room(manoeuvre: object) -> None:
     """What is asked for lies inside the box, even in a low room."""
-    from seals.plan.manoeuvres import Manoeuvre
+    from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 
     assert isinstance(manoeuvre, Manoeuvre)
     assert manoeuvre.path is not None

@@ -12,7 +12,6 @@ import pytest
 
 from seals.config.render import Quality
 from seals.errors import MissingExtra, PhysicsError
-from seals.optics import Optics, SurfaceStill, water_of
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
@@ -21,8 +20,9 @@ from seals.plugins.viewers.mitsuba.photo import wet_share
 from seals.plugins.viewers.mitsuba.sand import sand
 from seals.plugins.viewers.mitsuba.sky import sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
-from seals.render import Frame, Viewpoint, WaterBody, looking
-from seals.sight import Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering.films import Frame, Viewpoint, WaterBody, looking
+from seals.rendering.optics import Optics, SurfaceStill, water_of
 
 DRY = Scene((), ("nothing",), ())
 FRESNEL = ((1.333 - 1.0) / (1.333 + 1.0)) ** 2

@@ -12,10 +12,10 @@ import pytest
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.errors import ConfigError
-from seals.optics import SurfaceAiry, SurfaceStill
-from seals.render.meshes import Meshes, cut, outer, raster, read_mesh
-from seals.render.sea import FAR, sea_mesh
-from seals.render.water import Patched, WaterOverTime
+from seals.rendering.films.meshes import Meshes, cut, outer, raster, read_mesh
+from seals.rendering.films.sea import FAR, sea_mesh
+from seals.rendering.films.water import Patched, WaterOverTime
+from seals.rendering.optics import SurfaceAiry, SurfaceStill
 from seals.run.surface import Mesh, write_ply
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)

@@ -17,9 +17,9 @@ from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
-from seals.rivals.candidates import library_of
-from seals.rivals.problem import prepare
 from seals.robot.build import build_robot
+from seals.sysid.rivals.candidates import library_of
+from seals.sysid.rivals.problem import prepare
 
 GRAVITY = 9.81
 

@@ -14,8 +14,8 @@ from seals.control.estimate import POSITION
 from seals.errors import ConfigError
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run import build_world
-from seals.sensing.delivery import NEW, Delivery
-from seals.sensing.noise import Noise
+from seals.sensors.delivery import NEW, Delivery
+from seals.sensors.noise import Noise
 from seals.world import World
 
 FALL = ["robot=ball", "initial.position=[0,0,50]", "environment.ground_level=0"]

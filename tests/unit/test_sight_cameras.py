@@ -17,26 +17,26 @@ from seals import registry
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
-from seals.optics import to_linear
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
 from seals.plugins.viewers.bullet import egl as egl_module
 from seals.plugins.viewers.raycast import RendererRaycast
+from seals.rendering import OPTICAL, Cameras, Lens, Light, Renderer, Scene, Shape, nowhere
+from seals.rendering.camera import single
+from seals.rendering.files import millimetres, png
+from seals.rendering.light import TABLE
+from seals.rendering.normals import normals_of
+from seals.rendering.optics import to_linear
+from seals.rendering.scene import check_scene
 from seals.run import build_world
 from seals.run.sight import renderer_of
-from seals.sight import OPTICAL, Cameras, Lens, Light, Renderer, Scene, Shape, nowhere
-from seals.sight.camera import single
-from seals.sight.files import millimetres, png
-from seals.sight.light import TABLE
-from seals.sight.normals import normals_of
-from seals.sight.scene import check_scene
 from seals.testing.inertial import felt
 
 WHITE = (1.0, 1.0, 1.0)
 FACE = """
 import numpy as np
 from seals.plugins.viewers.bullet import RendererTiny
-from seals.sight import OPTICAL, Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering import OPTICAL, Lens, Light, Scene, Shape, nowhere, single
 sides = [(-0.1, y, z) for y in (-0.3, 0.3) for z in (-0.3, 0.3)]
 white = (1.0, 1.0, 1.0)
 boxes = [Shape("box", (0.2, 0.2, 0.2), np.array(at), np.eye(3), white, 1) for at in sides]
@@ -110,7 +110,7 @@ def test_depth_noise_grows_with_the_square_of_the_distance() -> None:
             self.shot: Any = None
 
         def see(self, camera: Any, lens: Lens, time: float, rng: Any, *, normals: bool) -> Any:
-            from seals.sight import Picture
+            from seals.rendering import Picture
 
             depth = np.tile(np.array([1.0, 2.0, 4.0, np.inf], dtype=np.float32), (20000, 1))
             return Picture(np.zeros((*depth.shape, 3)), depth, np.ones(depth.shape))
@@ -285,7 +285,7 @@ def test_normals_of_a_depth_picture_are_those_of_its_planes() -> None:
 def test_the_ray_caster_takes_many_sided_pieces_for_what_they_stand_for() -> None:
     """Balls, rods and boxes of triangles become primitives; a wedge keeps its faces."""
     from seals.plugins.viewers.raycast.convex import solids_of
-    from seals.sight.meshes import triangles
+    from seals.rendering.meshes import triangles
 
     made = {
         "sphere": (0.3,),
@@ -308,7 +308,7 @@ def test_the_ray_caster_takes_many_sided_pieces_for_what_they_stand_for() -> Non
 def test_two_pieces_that_touch_in_a_corner_stay_two() -> None:
     """Cubes that share one corner are two solids, not the hull of both."""
     from seals.plugins.viewers.raycast.convex import solids_of
-    from seals.sight.meshes import triangles
+    from seals.rendering.meshes import triangles
 
     vertices, faces = triangles(Shape("box", (1.0, 1.0, 1.0), np.zeros(3), np.eye(3), WHITE, 1))
     both = np.concatenate([vertices, vertices + 1.0])

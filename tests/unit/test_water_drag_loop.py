@@ -21,7 +21,7 @@ from seals.experiments.water_drag_loop.textbook import (
     Course,
     towed,
 )
-from seals.findings.estimator import MissingEffect
+from seals.sysid.report.estimator import MissingEffect
 
 
 def test_the_textbook_tow_has_its_closed_form() -> None:

@@ -18,12 +18,12 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from seals.diagnose.diagnosis import Diagnosis, diagnose
-from seals.diagnose.problem import prepare
 from seals.logs.native import read_native
-from seals.plan.manoeuvres import Manoeuvre
-from seals.plan.plan import Plan, propose
-from seals.plan.scene import Scene
+from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.sysid.experiment_design.manoeuvres import Manoeuvre
+from seals.sysid.experiment_design.plan import Plan, propose
+from seals.sysid.experiment_design.scene import Scene
+from seals.sysid.problem import prepare
 from tests.validation.hidden import batch, catalogue, plant, writing
 from tests.validation.hidden.cases import Case, Spec
 from tests.validation.hidden.catalogue import Hidden

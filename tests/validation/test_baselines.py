@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from seals.diagnose.problem import prepare
 from seals.logs import read_native
 from seals.logs.shipped import find_log
+from seals.sysid.problem import prepare
 
 
 def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:

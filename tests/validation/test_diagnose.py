@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from seals.diagnose.diagnosis import Diagnosis, diagnose
 from seals.logs.native import read_native
+from seals.sysid.diagnosis import Diagnosis, diagnose
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

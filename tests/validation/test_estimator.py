@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 from seals.errors import ConfigError, LogError, NotFitted
-from seals.findings.estimator import MissingEffect, misfit_of
 from seals.logs import Log, read_native
 from seals.logs.shipped import find_log
+from seals.sysid.report.estimator import MissingEffect, misfit_of
 
 TRUTH = Path(__file__).parent / "hidden_effect_truth.yaml"
 A, B = "hidden_effect/flight_a", "hidden_effect/flight_b"

@@ -13,17 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.diagnose.diagnosis import Diagnosis, diagnose
-from seals.diagnose.verdict import Verdict
-from seals.findings.gains import gain_over, held_out_by_window, ladder
-from seals.findings.report import LARGEST, model_after, write_report
-from seals.findings.started import attitude, tracks
-from seals.findings.table import NAMED, REJECTED, UNTRIED, ranking, short_table
-from seals.findings.tolerances import moved
-from seals.findings.words import headline, next_steps
-from seals.findings.wrench import log_rows
 from seals.logs.log import Log
 from seals.logs.native import read_native
+from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.sysid.report.gains import gain_over, held_out_by_window, ladder
+from seals.sysid.report.report import LARGEST, model_after, write_report
+from seals.sysid.report.started import attitude, tracks
+from seals.sysid.report.table import NAMED, REJECTED, UNTRIED, ranking, short_table
+from seals.sysid.report.tolerances import moved
+from seals.sysid.report.words import headline, next_steps
+from seals.sysid.report.wrench import log_rows
+from seals.sysid.verdict import Verdict
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

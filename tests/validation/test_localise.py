@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.diagnose.naming import search
-from seals.diagnose.problem import Problem, prepare
-from seals.localise import Localisation, localise
 from seals.logs.native import read_native
 from seals.plugins.effects.formula import EffectFormula
+from seals.sysid.naming import search
+from seals.sysid.problem import Problem, prepare
+from seals.sysid.residual_force import Localisation, localise
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

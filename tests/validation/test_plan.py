@@ -10,10 +10,10 @@ import pytest
 import yaml
 
 from seals.cli.main import main
-from seals.diagnose.diagnosis import diagnose
-from seals.diagnose.problem import Problem, prepare
 from seals.logs.native import read_native
-from seals.plan.plan import Plan, propose
+from seals.sysid.diagnosis import diagnose
+from seals.sysid.experiment_design.plan import Plan, propose
+from seals.sysid.problem import Problem, prepare
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

@@ -14,13 +14,13 @@ import yaml
 
 from seals.cli.main import main
 from seals.config.overlay import load_overlay, read_overlay
-from seals.diagnose.linearise import predict
-from seals.diagnose.problem import Problem, prepare
-from seals.diagnose.windows import window_rows
 from seals.logs.native import read_native
-from seals.repair.ladder import rungs_of
-from seals.repair.misfit import Misfit, Yardstick, measure, yardstick
-from seals.repair.model import Model, nominal
+from seals.sysid.linearise import predict
+from seals.sysid.problem import Problem, prepare
+from seals.sysid.validation.ladder import rungs_of
+from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
+from seals.sysid.validation.model import Model, nominal
+from seals.sysid.windows import window_rows
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

@@ -7,9 +7,9 @@ import pytest
 
 from seals.compare.application import read_logs, settings_of
 from seals.config.compose import compose
-from seals.rivals.diagnosis import RunsDiagnosis, diagnose_runs
-from seals.rivals.problem import prepare
-from seals.rivals.score import Judge
+from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
+from seals.sysid.rivals.problem import prepare
+from seals.sysid.rivals.score import Judge
 
 pytestmark = pytest.mark.validation
 DRAGS = {"linear_drag", "quadratic_drag"}

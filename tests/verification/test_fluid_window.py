@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seals.config.environment import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
-from seals.plugins.fluids.window import FluidWindow
+from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.waves.sea import WaveSea
 from seals.plugins.waves.still import WaveStill
 from seals.robot.pieces import Piece

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.batch import Twin
+from seals.batch.fused import FusedBody
+from seals.batch.holding import hold
 from seals.config.compose import compose
 from seals.config.run import build_run
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError
-from seals.hulls import HullTable
+from seals.hydrostatics import HullTable
 from seals.motion import Inputs
+from seals.multibody.tree import forward
 from seals.robot.fusing import fused
 from seals.run.assembly import build_model
-from seals.twin import Twin
-from seals.twin.fused import FusedBody
-from seals.twin.holding import hold
 
 POSTURE = [0.3, -0.5, 0.4, -0.6, 0.1, -0.2]
 

@@ -10,7 +10,15 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from seals.hulls import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullMesh, HullSphere
+from seals.hydrostatics import (
+    Hull,
+    HullBox,
+    HullCapsule,
+    HullCompound,
+    HullCylinder,
+    HullMesh,
+    HullSphere,
+)
 
 Vector = NDArray[np.float64]
 PLACE, TURN = (0.03, -0.05, 0.08), (0.3, -0.7, 1.1)

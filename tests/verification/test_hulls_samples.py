@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from seals.hulls import Hull, HullBox, HullSamples, HullSphere
+from seals.hydrostatics import Hull, HullBox, HullSamples, HullSphere
 
 Vector = NDArray[np.float64]
 EDGE = np.array([0.4, 0.3, 0.2])

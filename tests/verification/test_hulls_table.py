@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.hulls import (
+from seals.hydrostatics import (
     Hull,
     HullBox,
     HullCapsule,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.optics import SurfaceAiry, ripples
-from seals.optics.caustics import Patch, Sun, looked_up, pattern
+from seals.rendering.optics import SurfaceAiry, ripples
+from seals.rendering.optics.caustics import Patch, Sun, looked_up, pattern
 
 Floats = NDArray[np.float64]
 N = 1.333

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from seals.optics import Optics, Sight, SurfaceAiry, SurfaceStill
-from seals.optics.crossing import crossing
-from seals.optics.interface import fresnel
+from seals.rendering.optics import Optics, Sight, SurfaceAiry, SurfaceStill
+from seals.rendering.optics.crossing import crossing
+from seals.rendering.optics.interface import fresnel
 
 Floats = NDArray[np.float64]
 N = 1.333

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.optics import WATERS, Optics, Sight, SurfaceStill, from_bytes, to_bytes
+from seals.rendering.optics import WATERS, Optics, Sight, SurfaceStill, from_bytes, to_bytes
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from seals.plugins.sensors.contact import SensorContact
 from seals.plugins.sensors.locator import SensorLocator
 from seals.run.assembly import build_world
 from seals.run.simulation import simulate
-from seals.sensor import Felt
+from seals.sensors.protocol import Felt
 from seals.testing.sensor import check_sensor
 
 WEIGHT = 0.1 * 9.81

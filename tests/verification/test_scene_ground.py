@@ -9,8 +9,8 @@ import pytest
 
 from seals.config.compose import compose
 from seals.config.run import RunSettings, build_run
+from seals.environment.ground import ground_height, solids_of
 from seals.errors import ConfigError
-from seals.ground import ground_height, solids_of
 from seals.run.assembly import build_world
 
 SLOPE = 0.3

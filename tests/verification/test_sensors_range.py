@@ -14,12 +14,19 @@ from seals.config.environment import EnvironmentSettings
 from seals.config.ground import ObstacleSettings, SolidType
 from seals.effects.effect import MediumKind
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.hulls import HullBox, HullCapsule, HullCompound, HullCylinder, HullMesh, HullSphere
+from seals.hydrostatics import (
+    HullBox,
+    HullCapsule,
+    HullCompound,
+    HullCylinder,
+    HullMesh,
+    HullSphere,
+)
 from seals.plugins.sensors.range_finder import SensorRangeFinder
 from seals.plugins.waves.airy import WaveAiry
-from seals.sensing.around import Around
-from seals.sensing.rays import distances, shapes_of_hull
-from seals.sensor import Felt
+from seals.sensors.around import Around
+from seals.sensors.protocol import Felt
+from seals.sensors.rays import distances, shapes_of_hull
 
 QUIET: dict[str, Any] = {"noise": 0.0, "noise_share": 0.0, "resolution": 0.0}
 DOWN = [0.0, math.pi / 2.0, 0.0]

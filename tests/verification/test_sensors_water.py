@@ -10,15 +10,15 @@ import pytest
 
 from seals.config.environment import EnvironmentSettings
 from seals.config.ground import ShoreSettings
+from seals.environment.seawater import density_of
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.medium.seawater import density_of
 from seals.plugins.sensors.dvl import SensorDvl
 from seals.plugins.sensors.gps import SensorGps
 from seals.plugins.sensors.magnetometer import SensorMagnetometer
 from seals.plugins.sensors.pressure import SensorPressure
 from seals.plugins.waves.airy import WaveAiry
-from seals.sensing.around import Around
-from seals.sensor import Felt
+from seals.sensors.around import Around
+from seals.sensors.protocol import Felt
 
 G, RHO = 9.81, 1000.0
 STILL = np.zeros(3)

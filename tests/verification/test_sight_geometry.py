@@ -17,8 +17,8 @@ from seals.config.run import build_run
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
+from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene, Shape, nowhere
 from seals.run import build_world
-from seals.sight import Cameras, Lens, Light, Picture, Poses, Scene, Shape, nowhere
 
 Floats = NDArray[np.float64]
 RENDERERS = {"tiny": RendererTiny, "raycast": RendererRaycast}

@@ -15,11 +15,11 @@ import pytest
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.optics import to_bytes
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
+from seals.rendering import OPTICAL, Cameras, Detail, Lens, Light, Picture, Poses, Scene, Shape
+from seals.rendering.optics import to_bytes
 from seals.run import build_world
-from seals.sight import OPTICAL, Cameras, Detail, Lens, Light, Picture, Poses, Scene, Shape
 
 pytest.importorskip("torch")
 
@@ -95,9 +95,9 @@ def test_random_scenes_look_alike(seed: int) -> None:
 
 def manipulator(detail: Detail, arm: str, height: float) -> tuple[Scene, Poses, Cameras]:
     """The manipulator with a cube before it, over the bottom of a tank."""
-    from seals.ground import solids_of
+    from seals.environment.ground import solids_of
+    from seals.rendering.gather import build_scene
     from seals.run.sight import poses_of
-    from seals.sight.gather import build_scene
 
     words = [
         "robot=aam",

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from seals.arrays import as_like
+from seals.batch import Twin
+from seals.batch.holding import hold
 from seals.config.compose import compose
 from seals.config.learning import build_learning
 from seals.control.plant import build_plant
@@ -19,8 +21,6 @@ from seals.frames import quaternion_of_rpy
 from seals.motion import Inputs
 from seals.run.assembly import build_model
 from seals.run.carrying import carrying_speeds
-from seals.twin import Twin
-from seals.twin.holding import hold
 
 torch = pytest.importorskip("torch", reason="twins in single precision need torch")
 

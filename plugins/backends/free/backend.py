@@ -17,7 +17,7 @@ class BackendFree:
     """Rigid bodies with joints and servos by SEALS' own equations, without contacts.
 
     Equation:
-        (sum J^T (I + A) J) a = forces, see `seals.dynamics.equations`; velocities half a step back
+        (sum J^T (I + A) J) a = forces, see `seals.multibody.equations`; velocities half a step back
         (leapfrog): v(t + h/2) = v(t - h/2) + h a(t), x(t + h) = x(t) + h v(t + h/2), and
         v(t + h) = v(t + h/2) + h a(t) / 2 where forces need it.
 

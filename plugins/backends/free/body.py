@@ -9,13 +9,13 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration, Dynamics, LinkPoses
 from seals.config.environment import EnvironmentSettings
-from seals.dynamics.equations import Assembly
-from seals.dynamics.linear import solved
-from seals.dynamics.servo import driven, heavier
-from seals.dynamics.tree import forward
+from seals.environment.ground import ground_height
 from seals.errors import PhysicsError
 from seals.frames import exponential, matrix_of, multiply, normalised
-from seals.ground import ground_height
+from seals.multibody.equations import Assembly
+from seals.multibody.linear import solved
+from seals.multibody.servo import driven, heavier
+from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from seals.backend import RigidBody
 from seals.config.environment import EnvironmentSettings
+from seals.environment.ground import Solid, solids_of
 from seals.errors import MissingExtra, PhysicsError
-from seals.ground import Solid, solids_of
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.stored import whole
 from seals.robot.model import RobotModel

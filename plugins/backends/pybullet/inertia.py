@@ -14,12 +14,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.dynamics.equations import Assembly, weightless
-from seals.dynamics.linear import solved
-from seals.dynamics.servo import driven, heavier
-from seals.dynamics.spatial import rigid_inertia
 from seals.effects.evaluation import Evaluation
 from seals.frames import skew_last
+from seals.multibody.equations import Assembly, weightless
+from seals.multibody.linear import solved
+from seals.multibody.servo import driven, heavier
+from seals.multibody.spatial import rigid_inertia
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.plugins.backends.pybullet.servo import Taken
 from seals.robot.model import RobotModel
@@ -199,7 +199,7 @@ def _turning(twists: Floats) -> Floats:
 
 
 def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
-    """Velocity terms of inertias (L, 6, 6) at twists (L, 6), see `seals.dynamics.spatial`."""
+    """Velocity terms of inertias (L, 6, 6) at twists (L, 6), see `seals.multibody.spatial`."""
     terms: Floats = np.matmul(turning, np.matmul(inertia, twists[:, :, None]))[:, :, 0]
     return terms
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.tree import Tree
 from seals.frames import matrix_of
+from seals.multibody.tree import Tree
 from seals.plugins.backends.pybullet.loading import Loaded
 
 

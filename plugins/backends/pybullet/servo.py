@@ -14,9 +14,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.dynamics.linear import solved
-from seals.dynamics.servo import driven, heavier
 from seals.motion import JointDrive
+from seals.multibody.linear import solved
+from seals.multibody.servo import driven, heavier
 from seals.plugins.backends.pybullet.loading import Loaded
 from seals.robot.model import RobotModel
 

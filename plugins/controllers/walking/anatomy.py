@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError
+from seals.multibody.tree import forward
 from seals.robot.limbs import Leg
 from seals.robot.model import RobotModel
 

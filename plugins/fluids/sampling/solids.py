@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 
 from seals.arrays import Floats
+from seals.environment.ground import Solid
 from seals.frames import matrix_of
-from seals.ground import Solid
 from seals.plugins.fluids.sampling.faces import PITCH, THICK, face_edge, fine_face
 from seals.plugins.fluids.sampling.samples import Samples
 from seals.plugins.fluids.sampling.shapes import SEEN, sample_cylinder, sample_sphere

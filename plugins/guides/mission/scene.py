@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Situation
 from seals.control.tracking import Place
-from seals.dynamics.tree import forward
+from seals.multibody.tree import forward
 from seals.robot.limbs import Arm, Gripper
 from seals.robot.model import RobotModel
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import quaternion_of
-from seals.sight.meshes import triangles
-from seals.sight.scene import WORLD, Poses, Shape
+from seals.rendering.meshes import triangles
+from seals.rendering.scene import WORLD, Poses, Shape
 from seals.view import Stage
 
 STONE = 0.86

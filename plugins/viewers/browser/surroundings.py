@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sight.meshes import triangles
+from seals.rendering.meshes import triangles
 from seals.view import Stage
 from seals.view.session import Session
 

@@ -17,8 +17,8 @@ from seals.plugins.viewers.browser.sea import Sea
 from seals.plugins.viewers.browser.server import open_server
 from seals.plugins.viewers.browser.solids import Solids
 from seals.plugins.viewers.browser.surroundings import Extent, extent_of, look_at, set_sky
+from seals.rendering.scene import Poses
 from seals.schema import param
-from seals.sight.scene import Poses
 from seals.view.session import Session
 
 REST = 0.5

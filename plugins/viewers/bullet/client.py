@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import MissingExtra, PhysicsError
 from seals.frames import quaternion_of
-from seals.sight.camera import Lens
-from seals.sight.meshes import corners_of
-from seals.sight.scene import Scene, Shape
+from seals.rendering.camera import Lens
+from seals.rendering.meshes import corners_of
+from seals.rendering.scene import Scene, Shape
 
 Colour = tuple[float, float, float]
 FEW = 200

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.optics import to_linear
 from seals.plugins.viewers.bullet.client import Bodies, View
-from seals.sight.camera import Cameras, Lens
-from seals.sight.ground import Planes
-from seals.sight.light import TABLE, Light
-from seals.sight.normals import normals_of
-from seals.sight.picture import Picture
-from seals.sight.scene import Poses, Scene, check_scene
+from seals.rendering.camera import Cameras, Lens
+from seals.rendering.ground import Planes
+from seals.rendering.light import TABLE, Light
+from seals.rendering.normals import normals_of
+from seals.rendering.optics import to_linear
+from seals.rendering.picture import Picture
+from seals.rendering.scene import Poses, Scene, check_scene
 
 BACK = 1e-5
 """How far behind the camera pictures are taken [m]. Cameras sit in faces of their own links, and

@@ -11,8 +11,8 @@ from seals.errors import MissingExtra
 from seals.plugins.viewers.bullet.client import engine
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
 from seals.plugins.viewers.bullet.renderer import RendererBullet
-from seals.sight.light import Light
-from seals.sight.scene import Scene
+from seals.rendering.light import Light
+from seals.rendering.scene import Scene
 
 SAMPLING = Sampling("ER_BULLET_HARDWARE_OPENGL", (0.0, 0.0))
 ENTRY = "_eglRendererPlugin"

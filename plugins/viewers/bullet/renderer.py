@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from seals.errors import PhysicsError
 from seals.plugins.viewers.bullet.drawing import Drawing
-from seals.sight.camera import Cameras, Lens
-from seals.sight.light import Light
-from seals.sight.picture import Picture
-from seals.sight.scene import Poses, Scene
+from seals.rendering.camera import Cameras, Lens
+from seals.rendering.light import Light
+from seals.rendering.picture import Picture
+from seals.rendering.scene import Poses, Scene
 
 
 @dataclass(kw_only=True)

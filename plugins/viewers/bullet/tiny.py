@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
 from seals.plugins.viewers.bullet.renderer import RendererBullet
-from seals.sight.light import Light
-from seals.sight.scene import Scene
+from seals.rendering.light import Light
+from seals.rendering.scene import Scene
 
 SAMPLING = Sampling("ER_TINY_RENDERER", (-0.5, 0.5))
 """It samples at the corner of a pixel, lower left, where the middle is meant."""
@@ -18,7 +18,7 @@ class RendererTiny(RendererBullet):
     """TinyRenderer of PyBullet: triangles on one processor core.
 
     Equation:
-        Pinhole projection, depth buffer, Lambert shading (`seals.sight.light.Light`).
+        Pinhole projection, depth buffer, Lambert shading (`seals.rendering.light.Light`).
 
     Assumptions:
         Links are opaque. Level ground is drawn beside it, exactly, from depth.

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.optics import Optics, to_linear
 from seals.plugins.viewers.mitsuba.medium import medium_of
 from seals.plugins.viewers.mitsuba.sand import HALF, sand
 from seals.plugins.viewers.mitsuba.shapes import material, pose_of
 from seals.plugins.viewers.mitsuba.sky import sky_map
-from seals.render import Frame, Viewpoint
+from seals.rendering import Lens, Poses
+from seals.rendering.films import Frame, Viewpoint
+from seals.rendering.optics import Optics, to_linear
+from seals.rendering.scene import Shape
 from seals.run.surface import Mesh, write_ply
-from seals.sight import Lens, Poses
-from seals.sight.scene import Shape
 
 INDEX = 1.333
 """Of refraction of water [1]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seals.optics import Optics
+from seals.rendering.optics import Optics
 
 FURTHEST = 0.95
 """Largest mean cosine of the phase function: beyond it is no scattering worth the name."""
@@ -16,7 +16,7 @@ def medium_of(optics: Optics) -> Mapping[str, Any] | None:
 
     Equation:
         Extinction a + (1 - f) b, albedo (1 - f) b over it; f, the share that goes on nearly
-        straight, counts as not scattered, as in `seals.optics`. The phase function is that of
+        straight, is not scattered, as in `seals.rendering.optics`. The phase function is that of
         Henyey and Greenstein whose backward share is b_b / ((1 - f) b).
     """
     water, medium = optics.water, optics.medium

@@ -9,11 +9,11 @@ import numpy as np
 
 from seals.plugins.viewers.mitsuba.building import WIDE, Crop, camera, plain_colour
 from seals.plugins.viewers.mitsuba.shapes import pose_of
-from seals.render import Viewpoint
-from seals.sight import Lens, Light, Poses
-from seals.sight.camera import Cameras
-from seals.sight.picture import Picture
-from seals.sight.scene import Shape
+from seals.rendering import Lens, Light, Poses
+from seals.rendering.camera import Cameras
+from seals.rendering.films import Viewpoint
+from seals.rendering.picture import Picture
+from seals.rendering.scene import Shape
 
 SAMPLES = 16
 """Samples of a pixel's colour."""

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from seals.config.render import Quality
 from seals.errors import ConfigError, PhysicsError
-from seals.optics import Optics
 from seals.plugins.viewers.mitsuba.building import Build
 from seals.plugins.viewers.mitsuba.photo import photograph
 from seals.plugins.viewers.mitsuba.plain import Plain
 from seals.plugins.viewers.mitsuba.shapes import write_shapes
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
-from seals.render import Frame
+from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
+from seals.rendering.films import Frame
+from seals.rendering.optics import Optics
+from seals.rendering.scene import check_scene
 from seals.schema import param
-from seals.sight import Cameras, Lens, Light, Picture, Poses, Scene
-from seals.sight.scene import check_scene
 
 SAMPLES = {Quality.draft: 8, Quality.paper: 256}
 """Samples of a pixel by quality."""
@@ -52,7 +52,7 @@ class RendererMitsuba:
 
     Limitations:
         The wide sun draws soft shadows and no caustics: those on level floors are laid on by
-        `seals.optics`, those on links are missing. Light that goes on nearly straight counts as
+        `seals.rendering.optics`; links have none. Light that goes on nearly straight counts as
         not scattered, so that the picture is not blurred by the water. No foam. For cameras of a
         run (``viewer=mitsuba``) pictures are drawn without water, which the optics lay over; they
         take seconds each.

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.optics import Optics, Surface, to_linear
-from seals.optics.caustics import Patch, pattern
+from seals.rendering.optics import Optics, Surface, to_linear
+from seals.rendering.optics.caustics import Patch, pattern
 
 CELLS = 512
 """Texels of the floor's picture along an edge."""
@@ -28,7 +28,7 @@ def sand(
 ) -> NDArray[np.float32]:
     """Return the reflectance of a level floor, linear, shape (CELLS, CELLS, 3), rows from south.
 
-    Sunlight that the surface gathers is laid on it, as `seals.optics` lays it on every picture.
+    Caustics are added to it, as `seals.rendering.optics` adds them to every picture.
 
     Args:
         colour: as displayed.

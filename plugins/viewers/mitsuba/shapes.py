@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.optics import to_linear
+from seals.rendering.meshes import triangles
+from seals.rendering.optics import to_linear
+from seals.rendering.scene import WORLD, Scene, Shape
 from seals.run.surface import Mesh, write_ply
-from seals.sight.meshes import triangles
-from seals.sight.scene import WORLD, Scene, Shape
 
 SHINE = 0.45
 """Roughness of painted and moulded surfaces [1]."""

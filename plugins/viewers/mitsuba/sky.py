@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.optics import Optics
+from seals.rendering.optics import Optics
 
 SIZE = (256, 512)
 """Rows and columns of the picture."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.plugins.viewers.raycast.solids import Tables
-from seals.sight.camera import Cameras
-from seals.sight.scene import Poses
+from seals.rendering.camera import Cameras
+from seals.rendering.scene import Poses
 
 Tensor = Any
 """A torch tensor; torch is imported when a scene is opened."""

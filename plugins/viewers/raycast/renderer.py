@@ -12,11 +12,11 @@ from seals.errors import ConfigError, MissingExtra, PhysicsError, suggestion
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
 from seals.plugins.viewers.raycast.solids import Tables, tables_of
 from seals.plugins.viewers.raycast.tracing import Setting, trace
+from seals.rendering.camera import Cameras, Lens
+from seals.rendering.light import Light
+from seals.rendering.picture import Picture
+from seals.rendering.scene import Poses, Scene, check_scene
 from seals.schema import param
-from seals.sight.camera import Cameras, Lens
-from seals.sight.light import Light
-from seals.sight.picture import Picture
-from seals.sight.scene import Poses, Scene, check_scene
 
 Tensor = Any
 DEVICES = ("cpu", "cuda")
@@ -30,7 +30,7 @@ class RendererRaycast:
 
     Equation:
         Closed forms of ray and sphere, box, cylinder, convex polyhedron and level plane; Lambert
-        shading (`seals.sight.light.Light`).
+        shading (`seals.rendering.light.Light`).
 
     Args:
         device: ``cpu`` or ``cuda``, or one card such as ``cuda:1``.

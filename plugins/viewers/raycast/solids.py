@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.plugins.viewers.raycast.convex import solids_of
-from seals.sight.scene import Scene, Shape
+from seals.rendering.scene import Scene, Shape
 
 KINDS = ("sphere", "box", "cylinder", "convex", "plane")
 """Order of the kinds in the tables."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from seals.plugins.viewers.raycast import hits
 from seals.plugins.viewers.raycast.placing import Fixed, Placed
-from seals.sight.light import CONTRAST
+from seals.rendering.light import CONTRAST
 
 Tensor = Any
 
@@ -217,7 +217,7 @@ def _squares(
 
 
 def _linear(shown: Tensor) -> Tensor:
-    """Linear values of displayed ones, as `seals.optics.to_linear`, in what a compiler fuses."""
+    """Convert sRGB to linear values, as `seals.rendering.optics.to_linear`, compilable."""
     import torch
 
     steep = ((torch.clamp(shown, min=0.04) + 0.055) / 1.055) ** 2.4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from seals.arrays import Array
-from seals.twin.piloted import Flight
+from seals.batch.piloted import Flight
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor

@@ -9,18 +9,18 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.config.run import RunSettings
-from seals.dynamics.tree import forward
+from seals.environment.ground import solids_of
 from seals.errors import ConfigError, suggestion
-from seals.ground import solids_of
 from seals.learn.seeding import generator_of
 from seals.learn.task import Instant
-from seals.optics import Sight, SurfaceStill, to_bytes
+from seals.multibody.tree import forward
+from seals.rendering import Light, Poses, Scene
+from seals.rendering.camera import Cameras, lengths, mounted, units
+from seals.rendering.gather import build_scene
+from seals.rendering.optics import Sight, SurfaceStill, to_bytes
+from seals.rendering.scene import Shape
 from seals.robot.model import RobotModel
 from seals.run.sight import sees, surface_of
-from seals.sight import Light, Poses, Scene
-from seals.sight.camera import Cameras, lengths, mounted, units
-from seals.sight.gather import build_scene
-from seals.sight.scene import Shape
 
 if TYPE_CHECKING:
     from torch import Tensor

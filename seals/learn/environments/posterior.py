@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion
 from seals.registry import get, names
-from seals.repair.answer import Finding, read_answer
 from seals.schema import parameters_of
+from seals.sysid.validation.answer import Finding, read_answer
 
 KEY = "varied_from"
 _NORMAL90 = 1.6449

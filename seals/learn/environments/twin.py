@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace, on_accelerator, some
+from seals.batch.piloted import Flight, PilotedTwin
 from seals.config.run import RunSettings
-from seals.dynamics.tree import forward
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
-from seals.fusion import Fused
 from seals.learn.batched import Turn
 from seals.learn.environments.ahead import Starts
 from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
@@ -21,11 +20,12 @@ from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
-from seals.nests import copied
+from seals.multibody.tree import forward
+from seals.pytree import copied
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.carrying import carrying_speeds
-from seals.twin.piloted import Flight, PilotedTwin
+from seals.tensor_compiler import Fused
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -12,13 +12,13 @@ from seals.backend import Configuration
 from seals.config.run import RunSettings
 from seals.control import Aim
 from seals.control.gauge import WaterGauge
-from seals.dynamics.rows import link_motion
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episodes import Episodes, Ledger, Verdict
 from seals.learn.environments.facts import Facts
 from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
+from seals.multibody.rows import link_motion
 from seals.run.assembly import ROBOT, build_world
 from seals.world import Actor, World
 

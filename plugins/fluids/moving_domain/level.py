@@ -1,0 +1,85 @@
+"""Holds the water of the window at the amount that belongs to it, by whole particles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.plugins.fluids.moving_domain.box import Box
+
+MOST = 0.1
+"""Share of the ring's columns that lose or gain a particle in one step, at most."""
+
+
+class Change(NamedTuple):
+    """Particles that have to go or to come.
+
+    Args:
+        gone: rows of those that go, shape (m,).
+        come: places of rest at which some come [m], shape (m, 3).
+    """
+
+    gone: Any
+    come: Floats
+
+
+class Keeper:
+    """Counts the water of the window.
+
+    A body that dives into the window lifts its surface, which an open sea would not do; a body that
+    leaves it lowers the surface; a body under way leaves a trough behind, and less water goes at
+    the rear than comes in front. So particles and the volume that bodies take below the surface
+    have to make up the box together. What is too much goes from the highest places of the ring,
+    what is missing comes to its lowest.
+
+    Args:
+        lag: in which a wrong amount fades [s].
+    """
+
+    def __init__(self, lag: float) -> None:
+        """Start with the right amount."""
+        self.lag, self.owed = lag, 0.0
+
+    def change(self, box: Box, rest: Floats, taken: float, step: float) -> Change:
+        """Return what to change after a step.
+
+        Args:
+            box: the window.
+            rest: places of rest of all particles [m], shape (n, 3).
+            taken: volume of the bodies below the surface [m^3].
+            step: [s].
+        """
+        over = len(rest) + taken / box.spacing**3 - math.prod(box.counts)
+        self.owed += -math.expm1(-step / self.lag) * over
+        if abs(self.owed) < 1.0:
+            return Change(np.zeros(0, dtype=int), np.zeros((0, 3)))
+        rows, columns, tops = _tops(box, rest)
+        count = min(int(abs(self.owed)), max(1, round(MOST * len(rows))))
+        self.owed -= math.copysign(count, self.owed)
+        order = np.argsort(tops)
+        if over > 0:
+            return Change(rows[order[-count:]], np.zeros((0, 3)))
+        low = order[:count]
+        plan = box.lower[:2] + (columns[low] + 0.5) * box.spacing
+        return Change(np.zeros(0, dtype=int), np.column_stack([plan, tops[low] + box.spacing]))
+
+
+def _tops(box: Box, rest: Floats) -> tuple[Any, Any, Floats]:
+    """Highest particle of every column of the ring, columns a spacing wide.
+
+    Returns:
+        Its row, shape (m,), its column, shape (m, 2), and its height at rest [m], shape (m,).
+    """
+    rows = np.flatnonzero(box.weight(rest) > 0.0)
+    most = np.array(box.counts[:2]) - 1
+    column = np.floor((rest[rows, :2] - box.lower[:2]) / box.spacing).astype(int)
+    column = np.clip(column, 0, most)
+    order = np.lexsort((-rest[rows, 2], column[:, 1], column[:, 0]))
+    ordered = column[order]
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    chosen = order[first]
+    return rows[chosen], column[chosen], rest[rows[chosen], 2]

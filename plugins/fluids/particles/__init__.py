@@ -1,5 +1,0 @@
-"""Particle water for the world: basin, boundaries, waves, and the hand-over to bodies."""
-
-from seals.plugins.fluids.particles.fluid import FluidParticles
-
-__all__ = ["FluidParticles"]

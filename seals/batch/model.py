@@ -1,0 +1,285 @@
+"""The twin: the robot's equations of motion with its effects, over a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, as_like, column_of, deciding, namespace
+from seals.batch.fused import FusedBody
+from seals.batch.posture import Posture
+from seals.batch.rigid import RigidBody
+from seals.batch.slopes import Ahead, FusedSlopes
+from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
+from seals.batch.tree import TreeBody
+from seals.config.environment import EnvironmentSettings
+from seals.effects.binding import EffectSet
+from seals.effects.evaluation import Evaluator, rows_of, take
+from seals.effects.rigid import changed
+from seals.environment.build import build_surroundings, tables_of
+from seals.environment.waves import Waves
+from seals.motion import Body, Inputs
+from seals.multibody.equations import scatter
+from seals.multibody.gears import fastest_drive
+from seals.robot.model import RobotModel
+from seals.tensor_compiler import Fused
+
+STEEPEST = 1.2
+"""Largest product of step and fastest rate of a joint drive that explicit steps take well [1].
+
+They are stable up to 2.8; accuracy ends before.
+"""
+
+
+class Twin:
+    """A batch of robots under the same effects as the simulator.
+
+    Integrated by the classic Runge-Kutta method of fourth order; where joint drives are too steep
+    for it, by a Rosenbrock method of second order that is stable at any gain.
+
+    Args:
+        robot: the robot.
+        effects: bound effects.
+        environment: air, water, gravity.
+        waves: motion of the water surface.
+        batch: number of robots B.
+        like: array whose library, type and device to use; NumPy float64 by default.
+        values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured
+            values.
+        fused: compile explicit steps with PyTorch, see `seals.tensor_compiler`.
+
+    Assumptions:
+        No contacts. Effects' memory and inputs are held over a step.
+
+    Raises:
+        ConfigError: fused, and not on PyTorch.
+
+    Example:
+        >>> Twin  # doctest: +ELLIPSIS
+        <class 'seals.batch.model.Twin'>
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        effects: EffectSet,
+        environment: EnvironmentSettings,
+        waves: Waves,
+        *,
+        batch: int,
+        like: Array | None = None,
+        values: Mapping[str, Any] | None = None,
+        fused: bool = False,
+    ) -> None:
+        """Bind parameters to the batch and choose the equations of motion."""
+        like = np.zeros(1) if like is None else like
+        self.robot, self.batch, self.like = robot, batch, like
+        self.effects = effects.with_values(values or {}, like, batch)
+        bodies = robot.bodies(like, batch)
+        wetting = tables_of(robot, environment)
+        surroundings = build_surroundings(
+            robot, environment, waves, wetting, like=like, batch=batch
+        )
+        links = len(robot.links)
+        self.evaluator = Evaluator(
+            self.effects, surroundings, links=links, batch=batch, folded=True
+        )
+        change = nominal_change(self.effects, robot, like, batch)
+        if change is not None:
+            bodies = changed(bodies, _everyone(change, bodies))
+        form = _form(robot)
+        self.body: RigidBody | TreeBody = form(robot, self.evaluator, bodies, environment, change)
+        self.memory: Mapping[str, Array] = self.zero_memory()
+        self._torque = self.no_torque()
+        self._rate = fastest_drive(self.effects, robot)
+        self._slopes = FusedSlopes(self) if fused else self.slopes
+        # within other fused laws the step is a part of them
+        self._whole = Fused(self._explicit) if fused else None
+
+    def zero_memory(self) -> dict[str, Array]:
+        """Return the memory of all effects at reset."""
+        return {k: as_like(v, self.like) for k, v in self.effects.zero_memory(self.batch).items()}
+
+    def no_torque(self) -> Array:
+        """Return zero joint torques, shape (1, J)."""
+        return as_like(np.zeros((1, self.robot.tree.joints)), self.like)
+
+    def start(self, **values: Any) -> TwinState:
+        """Return a state of the batch from the given fields, see `TwinState.at_rest`."""
+        return TwinState.at_rest(self.batch, self.robot.tree.joints, self.like, **values)
+
+    def posture(self, state: TwinState, time: Any) -> Posture:
+        """Return what the state alone decides, for twins with other parameters and equal waves.
+
+        Args:
+            state: of the batch.
+            time: [s], a number or an array (B, 1).
+        """
+        posture = self.body.posture(state, time)
+        return posture._replace(sample=self.evaluator.surroundings.sample(posture.motion))
+
+    def rates(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs | None = None,
+        posture: Posture | None = None,
+    ) -> Rates:
+        """Return the time derivative of the state.
+
+        Args:
+            state: of the batch.
+            time: [s], a number or an array (B, 1).
+            inputs: joint torques and the time since the memory was updated.
+            posture: at the state, where it is known.
+        """
+        inputs = Inputs(0.0, self._torque) if inputs is None else inputs
+        return self.body.rates(state, time, inputs, self.memory, posture)[0]
+
+    def step(
+        self, state: TwinState, time: float, step: float, joint_torque: Array | None = None
+    ) -> tuple[TwinState, Rates]:
+        """Advance the batch by one step under held inputs.
+
+        Args:
+            state: at ``time``.
+            time: [s].
+            step: [s].
+            joint_torque: held over the step [N m or N], shape (1 or B, J).
+
+        Returns:
+            The state at ``time + step`` and the rates at ``time``.
+        """
+        inputs = Inputs(step, self._torque if joint_torque is None else joint_torque)
+        return self.advance(state, time, step, (inputs, inputs, inputs))
+
+    def advance(
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        posture: Posture | None = None,
+    ) -> tuple[TwinState, Rates]:
+        """Advance the batch by one step under inputs known at its start, middle and end.
+
+        Args:
+            state: at ``time``.
+            time: [s], a number or an array (B, 1).
+            step: [s], a number or an array (B, 1).
+            inputs: at the start, in the middle and at the end of the step.
+            posture: at the start, where it is known.
+
+        Returns:
+            The state at ``time + step`` and the rates at ``time``.
+        """
+        if self._stiff(step):
+            return self._implicit(state, time, step, inputs, posture)
+        if self._whole is None or not deciding():
+            now, k1, self.memory = self._explicit(state, time, step, inputs, self.memory, posture)
+        else:
+            column = column_of(time, self.like)
+            now, k1, self.memory = self._whole(state, column, step, inputs, self.memory, None)
+        return now, k1
+
+    def _explicit(  # noqa: PLR0917  a law, whole
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        memory: Mapping[str, Array],
+        posture: Posture | None,
+    ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
+        """One step of the Runge-Kutta method: state and memory after it, rates before it."""
+        slopes = self._slopes
+        k1, after = slopes(state, None, time, inputs[0], memory, posture=posture)
+        middle, end = (x._replace(step=0.0) for x in inputs[1:])
+        half = 0.5 * step
+        k2, _ = slopes(state, (k1, half), time, middle, memory)
+        k3, _ = slopes(state, (k2, half), time, middle, memory)
+        k4, _ = slopes(state, (k3, step), time, end, memory)
+        return runge_kutta(state, (k1, k2, k3, k4), step), k1, after
+
+    def slopes(
+        self,
+        state: TwinState,
+        ahead: Ahead,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[Rates, Mapping[str, Array]]:
+        """Return the rates a while ahead along other rates, and the new memory.
+
+        Args:
+            state: of the batch.
+            ahead: rates to go along, and for how long [s]; None stays at the state.
+            time: of the state [s].
+            inputs: there and then.
+            memory: of the effects.
+            posture: at the state, where it is known and nothing goes ahead.
+        """
+        if ahead is not None:
+            rates, span = ahead
+            state, time = advance(state, rates, span).normal(), time + span
+        return self.body.rates(state, time, inputs, memory, posture)
+
+    def _stiff(self, step: Any) -> bool:
+        """Whether the joint drives are too steep for explicit steps of this length [s]."""
+        return self._rate > 0.0 and float(np.max(step)) * self._rate > STEEPEST
+
+    def _implicit(
+        self,
+        state: TwinState,
+        time: Any,
+        step: Any,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        posture: Posture | None,
+    ) -> tuple[TwinState, Rates]:
+        """Advance by one step that takes the joint drives implicitly, of second order."""
+        body: Any = self.body
+        ahead, end = GAMMA * step, inputs[2]._replace(step=0.0)
+        k1, memory = body.stage(state, time, inputs[0], self.memory, ahead=ahead, posture=posture)
+        moved = advance(state, k1, step).normal()
+        k2, _ = body.stage(moved, time + step, end, self.memory, ahead=ahead, before=k1)
+        self.memory = memory
+        return rosenbrock(state, (k1, k2), step), k1
+
+
+def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:
+    """The equations of motion that suit a robot."""
+    if len(robot.links) == 1 and not robot.tree.fixed_base:
+        return RigidBody
+    return FusedBody if robot.held and not robot.tree.fixed_base else TreeBody
+
+
+def _everyone(change: Array, bodies: Body) -> Array:
+    """One change per link as one for every row of the bodies."""
+    count, rows = change.shape[0], bodies.mass.shape[0]
+    if count in (1, rows) or rows % count or rows == 1:
+        return change
+    return namespace(change).repeat(change, rows // count, axis=0)
+
+
+def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: int) -> Array | None:
+    """Sum of all changes of rigid inertia, about the origins of the links.
+
+    Returns:
+        Rows link by link, shape (L B, 6, 6); one row per link, shape (L, 6, 6), when no change is
+        batched; None for none.
+    """
+    links, total = len(robot.links), None
+    single = all(len(x) == 1 for b in effects.nominals for x in b.params.values())
+    count = 1 if single else batch
+    bodies = robot.bodies(like, count)
+    for b in effects.nominals:
+        rows = rows_of(b.links, links, count)
+        matrix = b.hooks.nominal(take(bodies, rows), b.params)
+        if rows is not None:
+            matrix = scatter(matrix, rows, links * count)
+        total = matrix if total is None else total + matrix
+    return total

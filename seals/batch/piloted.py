@@ -1,0 +1,225 @@
+"""A batch of twins flown by a controller: what learning and studies of many flights need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Array, as_like, namespace
+from seals.batch.drives import BatchDrives
+from seals.batch.fused import FusedBody
+from seals.batch.holding import hold
+from seals.batch.model import Twin
+from seals.batch.posture import Posture
+from seals.batch.state import TwinState
+from seals.config.run import RunSettings
+from seals.control.batched import BatchController, View
+from seals.control.batched_gauge import BatchThrust, BatchWater
+from seals.control.plant import build_plant
+from seals.effects.binding import EffectSet
+from seals.errors import ConfigError
+from seals.motion import Inputs
+from seals.robot.model import RobotModel
+from seals.tensor_compiler import Fused
+from seals.world.drivetrain import response_of
+
+
+class Flight(NamedTuple):
+    """Everything that changes in a batch of flights; arrays of B rows.
+
+    Args:
+        state: of the bodies.
+        time: since the start of each [s], shape (B, 1).
+        drive: states of the drives, shape (B, n).
+        memory: of the effects, rows link by link.
+        control: memory of the controller.
+    """
+
+    state: TwinState
+    time: Array
+    drive: Array
+    memory: Mapping[str, Array]
+    control: Any
+
+
+class PilotedTwin:
+    """Robots with held joints under the same effects as the simulator, flown by velocity.
+
+    Args:
+        settings: of a run with a controller.
+        robot: of the run.
+        effects: bound to its links.
+        joints: held joint values [rad or m], J of them.
+        batch: number of robots B.
+        like: array whose library, type and device to use.
+        step: of the integrator [s].
+        values: ``"effect.parameter"`` to a number or an array (B,), in place of the settings.
+        fused: let PyTorch's compiler join the arithmetic, see `seals.tensor_compiler`.
+
+    Raises:
+        ConfigError: the controller has no form over a batch, or a value does not fit.
+    """
+
+    def __init__(
+        self,
+        settings: RunSettings,
+        robot: RobotModel,
+        effects: EffectSet,
+        *,
+        joints: Sequence[float],
+        batch: int,
+        like: Array,
+        step: float,
+        values: Mapping[str, Any] | None = None,
+        fused: bool = False,
+    ) -> None:
+        """Hold the joints, then bind twin and controller."""
+        self.plant = plant = build_plant(robot, effects, settings.environment)
+        self.whole, held = hold(robot, effects, joints)
+        self.twin = Twin(
+            self.whole,
+            held,
+            settings.environment,
+            settings.wave,
+            batch=batch,
+            like=like,
+            values=values,
+            fused=fused,
+        )
+        self.fused = fused
+        self._ordered = Fused(self._order) if fused else self._order
+        self.batch, self.like, self.step = batch, like, step
+        self.controller = _batched(settings, plant, joints, like)
+        self._every = max(1, round(1.0 / (settings.controller.rate * step)))
+        self._drives = BatchDrives(response_of(held), like)
+        links = len(self.whole.links)
+        self._thrust = BatchThrust(plant, self.twin.effects, links=links, like=like, batch=batch)
+        body, volume = self.twin.body, self.twin.evaluator.surroundings.volume
+        places, turns = [as_like(np.zeros((1, 3)), like)], [as_like(np.eye(3), like)]
+        if isinstance(body, FusedBody):
+            places, turns = body.places, body.turns
+        self._water = BatchWater(places, turns, volume, settings.environment.gravity)
+        supplies = self.twin.effects.supplies
+        self._full = supplies[0].hooks.full_voltage if supplies else None
+        self._torque = self.twin.no_torque()
+
+    def start(self, state: TwinState, drive: Array) -> Flight:
+        """Return flights that begin now.
+
+        Args:
+            state: of the bodies.
+            drive: states of the drives [rad/s or N], shape (1 or B, n).
+        """
+        whole = drive + self._drives.zero(self.batch, self.like)
+        time = state.position[:, 0:1] * 0.0
+        memory = self.twin.zero_memory()
+        return Flight(state, time, whole, memory, self.controller.start(self.batch))
+
+    def fly(self, flight: Flight, velocity: Array, yaw: Array, steps: int) -> Flight:
+        """Return flights after some steps under wanted velocities.
+
+        Args:
+            flight: before.
+            velocity: wanted, world axes [m/s], shape (B, 3).
+            yaw: wanted heading [rad], shape (B, 1).
+            steps: of the integrator.
+        """
+        goal: Array = None
+        for k in range(steps):
+            posture = None if self.fused else self.twin.posture(flight.state, flight.time)
+            share = self._share(flight.memory)
+            if k % self._every == 0:
+                span = min(self._every, steps - k)
+                goal, control = self._ordered(flight, velocity, yaw, span, posture)
+                flight = flight._replace(control=control)
+            flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
+        return flight
+
+    def _order(
+        self, flight: Flight, velocity: Array, yaw: Array, steps: int, posture: Posture | None
+    ) -> tuple[Array, Any]:
+        """Commands of the drives for some steps, and the new memory of the controller."""
+        if posture is None:
+            posture = self.twin.posture(flight.state, flight.time)
+        view = self._view(flight.state, posture, steps)
+        return self.controller.command(view, velocity, yaw, flight.control)
+
+    def submersion(self, flight: Flight) -> Array:
+        """Return the submerged share of all hulls' volume [1], shape (B, 1)."""
+        posture = self.twin.posture(flight.state, flight.time)
+        share: Array = self._water.now(posture.sample)[0]  # type: ignore[arg-type]
+        return share
+
+    def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
+        """Return ``fresh`` flights where ``ended`` (B,) is set, else those that go on."""
+        return Flight(*(_chosen(a, b, ended) for a, b in zip(fresh, flight, strict=True)))
+
+    def _share(self, memory: Mapping[str, Array]) -> Array | None:
+        if self._full is None:
+            return None
+        voltage: Any = self.twin.evaluator.supplied(memory)
+        return voltage / self._full
+
+    def _view(self, state: TwinState, posture: Posture, steps: int) -> View:
+        sample: Any = posture.sample
+        submersion, force, centre = self._water.now(sample)
+        reach = self._thrust.now(posture.motion, sample)
+        turn = namespace(state.velocity).matmul(posture.base, state.velocity[:, :, None])
+        return View(
+            step=steps * self.step,
+            rotation=posture.base,
+            velocity=turn[:, :, 0],
+            spin=state.spin,
+            submersion=submersion,
+            buoyancy=force,
+            buoyancy_centre=centre,
+            gain=reach.gain,
+            limit=reach.limit,
+            low=reach.low,
+        )
+
+    def _advance(
+        self, flight: Flight, goal: Array, posture: Posture | None, share: Array | None
+    ) -> Flight:
+        """One step of the integrator under held commands."""
+        h = self.step
+        drives = [self._drives.follow(flight.drive, goal, s) for s in (0.0, 0.5 * h, h)]
+        voltage = None if share is None else share * self._full
+        first, middle, last = (Inputs(h, self._torque, d, voltage) for d in drives)
+        self.twin.memory = flight.memory
+        state, _ = self.twin.advance(flight.state, flight.time, h, (first, middle, last), posture)
+        return flight._replace(
+            state=state, time=flight.time + h, drive=drives[2], memory=self.twin.memory
+        )
+
+
+def _batched(
+    settings: RunSettings, plant: Any, joints: Sequence[float], like: Array
+) -> BatchController:
+    make = getattr(settings.controller, "batched", None)
+    if make is None:
+        raise ConfigError(
+            f"controller {type(settings.controller).__name__} has no form over a batch.\n"
+            "Give it batched(plant, joints, like), as the cascade has, or use backend=pybullet."
+        )
+    found: BatchController = make(plant, np.asarray(joints, dtype=float), like)
+    return found
+
+
+def _chosen(fresh: Any, other: Any, ended: Array) -> Any:
+    """Fresh values where a flight ended, in arrays and in what holds them."""
+    if other is None:
+        return None
+    if isinstance(other, Mapping):
+        return {name: _chosen(fresh[name], value, ended) for name, value in other.items()}
+    if isinstance(other, tuple):
+        pairs = zip(fresh, other, strict=True)
+        return type(other)(*(_chosen(a, b, ended) for a, b in pairs))
+    xp = namespace(other)
+    if other.shape[1] == 0:
+        return other
+    repeat = other.shape[0] // ended.shape[0]
+    mask = xp.concat([ended] * repeat, axis=0) if repeat > 1 else ended
+    return xp.where(mask[:, None], fresh, other)

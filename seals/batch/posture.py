@@ -1,0 +1,28 @@
+"""What the state alone decides: poses and velocities of the links, and the water around them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from seals.arrays import Array
+from seals.environment.sample import Sample
+from seals.motion import Motion
+from seals.multibody.kinematics import Kinematics, Moving
+
+
+class Posture(NamedTuple):
+    """Poses, velocities and surroundings at a state, good for every choice of parameters.
+
+    Args:
+        base: R_WB, shape (B, 3, 3).
+        motion: of the links, rows link by link.
+        sample: surroundings without the flow effects; None to sample them afresh.
+        kinematics: of the links; None for a single body.
+        moving: velocities of the links; None for a single body.
+    """
+
+    base: Array
+    motion: Motion
+    sample: Sample | None = None
+    kinematics: Kinematics | None = None
+    moving: Moving | None = None

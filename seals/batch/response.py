@@ -1,0 +1,167 @@
+"""First-order changes of the rates by single effects, by evaluating these effects alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch.model import Twin
+from seals.batch.posture import Posture
+from seals.batch.rigid import RigidBody
+from seals.batch.state import TwinState
+from seals.batch.tree import TreeBody
+from seals.effects.binding import EffectSet
+from seals.effects.evaluation import Evaluation, Evaluator, take_motion
+from seals.frames import unrotate
+from seals.motion import Inputs, Joints
+from seals.multibody.added import added_terms
+from seals.multibody.rows import by_batch
+
+
+class Force(NamedTuple):
+    """What some effects do at known accelerations, their inertia's resistance taken off.
+
+    Args:
+        links: wrenches about the link origins, link axes [N, N m], shape (B, L, 6).
+        joints: generalised forces of the joints [N m or N], shape (B, J).
+    """
+
+    links: Floats
+    joints: Floats
+
+    def less(self, other: Force) -> Force:
+        """Return the difference."""
+        return Force(self.links - other.links, self.joints - other.joints)
+
+
+class Response:
+    """The equations of motion of a twin at given states, solved once, ready for small changes.
+
+    Equation:
+        M da = J^T (dF - d(inertia) x acceleration) + joint forces, all at the accelerations of the
+        twin: exactly the derivative of the rates, without a difference of rates.
+
+    Args:
+        twin: on NumPy.
+        state: of its batch.
+        time: [s].
+        inputs: of the batch.
+        posture: at the state.
+
+    Attributes:
+        rates: of the twin at the state.
+    """
+
+    def __init__(
+        self, twin: Twin, state: TwinState, time: Any, inputs: Inputs, posture: Posture
+    ) -> None:
+        """Evaluate and solve the twin's own equations."""
+        self.twin, self.inputs, self.posture = twin, inputs, posture
+        self._joints = Joints(state.joints, state.rates)
+        body = twin.body
+        if isinstance(body, RigidBody):
+            self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
+            self._matrix = body.inertia_with(self._found)
+            rise = np.concatenate((self.rates.velocity, self.rates.spin), axis=1)[:, None, :]
+        else:
+            rise = self._tree(body, state)
+        # the acceleration of every link's twist, rows link by link
+        self._rise: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
+
+    def _tree(self, body: TreeBody, state: TwinState) -> Floats:
+        """Solve the equations of a tree; returns the rates of the links' twists, (B, L, 6)."""
+        posture, memory = self.posture, self.twin.memory
+        assert posture.kinematics is not None
+        assert posture.moving is not None
+        found, (matrix, right) = body.system(state, posture, self.inputs, memory, explicit=True)
+        change = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        self._found, self._matrix = found, matrix
+        self.rates = body.state_rates(state, posture.base, change)
+        jacobian: Floats = posture.kinematics.jacobian
+        batch, links, _, size = jacobian.shape
+        self._across = jacobian.reshape(batch, 6 * links, size).transpose(0, 2, 1)
+        rise = np.matmul(jacobian, change[:, None, :, None])[:, :, :, 0]
+        out: Floats = rise + posture.kinematics.bias(posture.moving)
+        return out
+
+    def force(self, effects: EffectSet) -> Force:
+        """What some effects do at the states and accelerations of the twin.
+
+        Args:
+            effects: without flows, with the values that count.
+        """
+        twin = self.twin
+        batch, links = twin.batch, len(twin.robot.links)
+        evaluator = Evaluator(effects, twin.evaluator.surroundings, links=links, batch=batch)
+        evaluator.fed = bool(twin.effects.supplies)
+        motion = self.posture.motion
+        memory = {**effects.zero_memory(batch), **twin.memory}
+        found = evaluator.evaluate(motion, self._joints, self.inputs, memory, self._found.sample)
+        return Force(self._wrenches(found, batch, links), self._joint_force(found))
+
+    def _wrenches(self, found: Evaluation, batch: int, links: int) -> Floats:
+        """Wrenches on the links less the resistance of added inertia, shape (B, L, 6)."""
+        motion, total = self.posture.motion, np.zeros((links * batch, 6))
+        for _, rows, wrench in found.loads:
+            part = total if rows is None else total[rows]
+            if wrench.force is not None:
+                part[:, :3] += wrench.force
+            if wrench.torque is not None:
+                part[:, 3:] += wrench.torque
+            if rows is not None:
+                total[rows] = part
+        for _, rows, added, medium in found.inertias:
+            force, torque = added_terms(added, medium, take_motion(motion, rows))
+            rise = self._rise if rows is None else self._rise[rows]
+            if added.matrix.shape[0] == 1:
+                pull = rise @ added.matrix[0].T * added.weight
+            else:
+                pull = np.matmul(added.matrix, rise[:, :, None])[:, :, 0] * added.weight
+            pull += np.concatenate((force, torque), axis=1)
+            if rows is None:
+                total -= pull
+            else:
+                total[rows] -= pull
+        out: Floats = by_batch(total, links)
+        return out
+
+    def _joint_force(self, found: Evaluation) -> Floats:
+        force: Floats = np.zeros_like(self._joints.velocity)
+        for _, more in found.joint_loads:
+            force = force + more
+        return force
+
+    def changes(self, forces: Sequence[Force]) -> list[Floats]:
+        """Rates of velocity, spin, specific force and joint rates by small forces.
+
+        Returns:
+            One array (B, 9 + J) for each force: the changes of the derivative of velocity, of
+            spin, of the specific force and of the derivative of the joint rates.
+        """
+        right = np.stack([f.links.reshape(f.links.shape[0], -1) for f in forces], axis=2)
+        if not isinstance(self.twin.body, RigidBody):
+            right = np.matmul(self._across, right)
+            joints = self._joints.velocity.shape[1]
+            if joints:
+                right[:, -joints:] += np.stack([f.joints for f in forces], axis=2)
+        solved: Any = np.linalg.solve(self._matrix, right)
+        return [self._packed(solved[:, :, k]) for k in range(len(forces))]
+
+    def pushed(self) -> list[Floats]:
+        """Changes by a unit force and torque on the base along its axes, as of `changes`."""
+        batch, links = self.twin.batch, len(self.twin.robot.links)
+        still = np.zeros_like(self._joints.velocity)
+        pushes = np.zeros((6, batch, links, 6))
+        for k in range(6):
+            pushes[k, :, 0, k] = 1.0
+        return self.changes([Force(p, still) for p in pushes])
+
+    def _packed(self, change: Floats) -> Floats:
+        linear, angular, joints = change[:, :3], change[:, 3:6], change[:, 6:]
+        if not isinstance(self.twin.body, RigidBody):
+            base = self.posture.base
+            linear, angular = unrotate(base, linear), unrotate(base, angular)
+        return np.concatenate((linear, angular, linear, joints), axis=1)

@@ -1,0 +1,71 @@
+"""The rates of a twin as one fused law for all stages of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from seals.arrays import Array, as_like, column_of
+from seals.batch.posture import Posture
+from seals.batch.state import Rates, TwinState
+from seals.errors import ConfigError
+from seals.motion import Inputs
+from seals.tensor_compiler import Fused
+
+if TYPE_CHECKING:
+    from seals.batch.model import Twin
+
+Ahead = tuple[Rates, Any] | None
+"""Rates to go along before others are found, and for how long [s]; None stays where it is."""
+
+
+class FusedSlopes:
+    """`seals.batch.Twin.slopes`, compiled once: numbers that differ from stage to stage are arrays.
+
+    Args:
+        twin: on PyTorch.
+
+    Raises:
+        ConfigError: the twin computes with another array library.
+    """
+
+    def __init__(self, twin: Twin) -> None:
+        """Take the law of the twin."""
+        if not hasattr(twin.like, "untyped_storage"):
+            raise ConfigError(
+                f"a twin of {type(twin.like).__module__} arrays cannot be fused.\n"
+                "Give like=torch.zeros(1), or leave out fused."
+            )
+        self._like = twin.like
+        self._law = Fused(twin.slopes)
+        self._numbers: dict[float, Array] = {}
+
+    def __call__(
+        self,
+        state: TwinState,
+        ahead: Ahead,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[Rates, Mapping[str, Array]]:
+        """Return the rates and the new memory; a posture at hand saves a fused law nothing."""
+        del posture
+        if ahead is None:
+            still = state.velocity * 0.0
+            ahead = Rates._make([*(x * 0.0 for x in state), still]), 0.0
+        rates, span = ahead
+        given = inputs._replace(step=self._number(inputs.step))
+        found: tuple[Rates, Mapping[str, Array]] = self._law(
+            state, (rates, self._number(span)), column_of(time, self._like), given, memory
+        )
+        return found
+
+    def _number(self, value: Any) -> Array:
+        """A number as an array (1, 1), made once."""
+        if not isinstance(value, int | float):
+            return column_of(value, self._like)
+        if value not in self._numbers:
+            self._numbers[value] = as_like([[value]], self._like)
+        return self._numbers[value]

@@ -1,0 +1,164 @@
+"""Equations of motion of a robot with joints, or bolted to the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, as_like, column_of, namespace
+from seals.batch.posture import Posture
+from seals.batch.state import Rates, TwinState
+from seals.config.environment import EnvironmentSettings
+from seals.effects.evaluation import Evaluation, Evaluator
+from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
+from seals.motion import Body, Inputs, Joints
+from seals.multibody.equations import Assembly
+from seals.multibody.gears import armature_of
+from seals.multibody.kinematics import Kinematics
+from seals.multibody.rows import by_batch, link_motion
+from seals.multibody.servo import driven, summed
+from seals.multibody.tree import forward
+from seals.robot.model import RobotModel
+
+
+class TreeBody:
+    """Projected Newton-Euler equations of a tree of links with added inertia.
+
+    Args:
+        robot: the robot.
+        evaluator: of its effects.
+        bodies: constant properties of its links, rows link by link.
+        environment: gravity.
+        change: of the rigid inertias about the origins, rows link by link, shape (L B, 6, 6); None
+            for none.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        evaluator: Evaluator,
+        bodies: Body,
+        environment: EnvironmentSettings,
+        change: Array | None = None,
+    ) -> None:
+        """Convert the inertias once."""
+        self.robot, self.evaluator, self.bodies = robot, evaluator, bodies
+        self.gravity, self.tree = environment.gravity, robot.tree
+        inertia = as_like(robot.spatial_inertia, bodies.mass)[None]
+        if change is not None:
+            inertia = inertia + by_batch(change, len(robot.links))
+        drives: Any = robot.tree.drive_inertia or armature_of(evaluator.effects, robot)
+        armature = None if drives is None else as_like(np.asarray(drives), bodies.mass)
+        self.assembly = Assembly(inertia, armature)
+
+    def rates(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        posture: Posture | None = None,
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return the time derivative of the state and the new memory."""
+        posture = self.posture(state, time) if posture is None else posture
+        found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=True)
+        change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        return self.state_rates(state, posture.base, change), found.memory
+
+    def stage(
+        self,
+        state: TwinState,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        ahead: Any,
+        before: Rates | None = None,
+        posture: Posture | None = None,
+    ) -> tuple[Rates, dict[str, Array]]:
+        """Return a stage of `seals.batch.state.rosenbrock`, implicit in the joint drives.
+
+        Equation:
+            (1 - ahead A) k = F - 2 before, with A the slopes of the drives in joint position and
+            rate: q' part k = F + ahead k', and the rest as in `seals.multibody.servo.driven`.
+
+        Args:
+            state: at which F is taken.
+            time: [s].
+            inputs: from outside the physics.
+            memory: of the effects.
+            ahead: gamma h [s], a number or an array (B, 1).
+            before: first stage, None for none.
+            posture: at the state, where it is known.
+        """
+        posture = self.posture(state, time) if posture is None else posture
+        found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=False)
+        drive = summed([d for _, d in found.joint_drives])
+        gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.rates * 0.0
+        rate = state.rates if before is None else state.rates - 2.0 * before.joints
+        force = drive.force - ahead * drive.stiffness * rate
+        if before is not None:
+            force = force + 2.0 * gain * before.rates
+        change, _ = driven(matrix, right, drive._replace(force=force), gain)
+        k = self.state_rates(state, posture.base, change)
+        if before is not None:
+            k = Rates(*(a - 2.0 * b for a, b in zip(k, before, strict=True)))
+        return k._replace(joints=k.joints + ahead * k.rates), found.memory
+
+    def posture(self, state: TwinState, time: Any) -> Posture:
+        """Return poses and velocities of all links at a state."""
+        base = matrix_of(state.quaternion)
+        kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
+        world = rotate(base, state.velocity)
+        spin = rotate(base, state.spin)
+        lead = [] if self.tree.fixed_base else [world, spin]
+        speed = namespace(state.position).concat([*lead, state.rates], axis=1)
+        moving = kinematics.move(speed)
+        motion = link_motion(kinematics, moving, column_of(time, self.bodies.mass), self.bodies)
+        return Posture(base, motion, None, kinematics, moving)
+
+    def system(
+        self,
+        state: TwinState,
+        posture: Posture,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        explicit: bool,
+    ) -> tuple[Evaluation, tuple[Array, Array]]:
+        """Effects, and the equations of motion, with joint drives if explicit."""
+        xp = namespace(state.position)
+        kinematics, moving = posture.kinematics, posture.moving
+        assert kinematics is not None
+        assert moving is not None
+        motion = posture.motion._replace(body=self.bodies)
+        joints = Joints(state.joints, state.rates)
+        found = self.evaluator.evaluate(motion, joints, inputs, memory, posture.sample)
+        joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
+        drives = {b.name for b, _ in found.joint_drives}
+        for b, more in found.joint_loads:
+            if explicit or b.name not in drives:
+                joint_force = joint_force + more
+        equations = self.assembly.equations(kinematics, moving, motion, found, joint_force)
+        return found, equations
+
+    def state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
+        """Turn generalised accelerations (world) into the derivative of the state (base axes)."""
+        up = base[:, 2, :]
+        if self.tree.fixed_base:
+            still = state.velocity * 0.0
+            linear, angular, joints = still, still, change
+        else:
+            linear, angular = unrotate(base, change[:, 0:3]), unrotate(base, change[:, 3:6])
+            joints = change[:, 6:]
+        return Rates(
+            position=rotate(base, state.velocity),
+            quaternion=quaternion_rate(state.quaternion, state.spin),
+            velocity=linear - cross(state.spin, state.velocity),
+            spin=angular,
+            joints=state.rates,
+            rates=joints,
+            specific_force=linear + up * self.gravity,
+        )

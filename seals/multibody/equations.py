@@ -1,0 +1,169 @@
+"""Projected Newton-Euler equations: generalised accelerations from the effects on all links."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, namespace
+from seals.effects.evaluation import Evaluation, take_motion
+from seals.frames import FEW
+from seals.motion import AddedInertia, Motion
+from seals.multibody.added import added_terms
+from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.rows import by_batch
+from seals.multibody.servo import heavier
+from seals.multibody.spatial import kirchhoff
+
+
+class Assembly:
+    """Sums link inertias and wrenches into the generalised equations and solves them.
+
+    Equation:
+        (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with
+        b the rate of the link twists at zero generalised acceleration.
+
+    Args:
+        inertia: of the links about their origins, link axes, shape (1 or B, L, 6, 6).
+        armature: inertia of the drives about their joints [kg m^2 or kg], shape (J,); None for
+            none.
+    """
+
+    def __init__(self, inertia: Array, armature: Array | None = None) -> None:
+        """Keep the inertia."""
+        self.inertia, self.armature = inertia, armature
+        self.links = inertia.shape[1]
+
+    def accelerations(
+        self,
+        kinematics: Kinematics,
+        moving: Moving,
+        motion: Motion,
+        found: Evaluation,
+        joint_force: Array,
+    ) -> Array:
+        """Return the generalised acceleration, shape (B, n).
+
+        Args:
+            kinematics: of the links.
+            moving: velocities of the links.
+            motion: of the links, rows link by link.
+            found: outputs of the effects.
+            joint_force: generalised force on the joints [N m or N], shape (B, J).
+        """
+        matrix, right = self.equations(kinematics, moving, motion, found, joint_force)
+        return namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+
+    def equations(
+        self,
+        kinematics: Kinematics,
+        moving: Moving,
+        motion: Motion,
+        found: Evaluation,
+        joint_force: Array,
+    ) -> tuple[Array, Array]:
+        """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
+        xp = namespace(moving.speed)
+        force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
+        total = self.total_inertia(found, moving.speed.shape[0])
+        force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
+        return self.system(kinematics, total, force, joint_force)
+
+    def system(
+        self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array
+    ) -> tuple[Array, Array]:
+        """Return generalised inertia (B, n, n) and force (B, n) under wrenches on the links."""
+        xp = namespace(force)
+        jacobian = kinematics.jacobian
+        batch, links, _, size = jacobian.shape
+        # the sum over links is part of the product when their rows stand below each other
+        rows = (batch, 6 * links, size)
+        across = xp.permute_dims(xp.reshape(jacobian, rows), (0, 2, 1))
+        matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
+        right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
+        if joint_force.shape[1]:
+            lead = right.shape[1] - joint_force.shape[1]
+            right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
+        if self.armature is not None:
+            matrix = heavier(matrix, self.armature[None])
+        return matrix, right
+
+    def total_inertia(self, found: Evaluation, batch: int) -> Array:
+        """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
+        total = self.inertia
+        for _, rows, added, _ in found.inertias:
+            if weightless(added):
+                continue
+            matrix = added.weight[:, :, None] * added.matrix
+            total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
+        return total
+
+    def wrenches(self, motion: Motion, found: Evaluation) -> Array:
+        """Sum of the effects' wrenches, shape (B, L, 6)."""
+        xp = namespace(motion.velocity)
+        batch = motion.velocity.shape[0] // self.links
+        zero = xp.zeros_like(motion.velocity)
+        force, torque = zero, zero
+        for _, rows, wrench in found.loads:
+            if wrench.force is not None:
+                force = force + self._everywhere(wrench.force, rows, batch)
+            if wrench.torque is not None:
+                torque = torque + self._everywhere(wrench.torque, rows, batch)
+        return by_batch(xp.concat((force, torque), axis=1), self.links)
+
+    def velocity_terms(self, motion: Motion, found: Evaluation) -> Array:
+        """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
+        xp = namespace(motion.velocity)
+        batch = motion.velocity.shape[0] // self.links
+        inertia = self.inertia[0]
+        alike = self.inertia.shape[0] == 1 and type(inertia) is np.ndarray and batch >= FEW
+        if not alike and (batch > 1 or self.inertia.shape[0] > 1):
+            each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
+            each = xp.broadcast_to(each, (self.links, batch, 6, 6))
+            inertia = xp.reshape(each, (self.links * batch, 6, 6))
+        force, torque = kirchhoff(inertia, motion.velocity, motion.angular_velocity)
+        for _, rows, added, medium in found.inertias:
+            if weightless(added):
+                continue
+            more = added_terms(added, medium, take_motion(motion, rows))
+            force = force + self._everywhere(more[0], rows, batch)
+            torque = torque + self._everywhere(more[1], rows, batch)
+        return by_batch(xp.concat((force, torque), axis=1), self.links)
+
+    def _everywhere(self, values: Array, rows: Any, batch: int) -> Array:
+        """Values on some rows as values on all rows, zero elsewhere."""
+        xp = namespace(values)
+        count = self.links * batch
+        if rows is None:
+            return (
+                values
+                if values.shape[0] == count
+                else values + xp.zeros((count, *values.shape[1:]), dtype=values.dtype)
+            )
+        return scatter(values, rows, count)
+
+
+def weightless(added: AddedInertia) -> bool:
+    """Whether an added inertia adds nothing anywhere; only NumPy is asked."""
+    return type(added.weight) is np.ndarray and not added.weight.any()
+
+
+def scatter(values: Array, rows: Any, count: int) -> Array:
+    """Place values on ``rows`` (a slice or an index array) of ``count`` rows of zeros.
+
+    Nothing is written in place beside NumPy, so that every array library can follow.
+    """
+    if type(values) is np.ndarray:
+        out = np.zeros((count, *values.shape[1:]))
+        out[rows] = values
+        return out
+    xp = namespace(values)
+    index = np.arange(count)[rows]
+    source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)
+    source[index] = np.arange(len(index)) if values.shape[0] > 1 else 0
+    inside[index] = 1.0
+    shape = (count, *(1 for _ in values.shape[1:]))
+    device = getattr(values, "device", None)
+    picked = xp.take(values, xp.asarray(source, device=device), axis=0)
+    return picked * xp.asarray(inside.reshape(shape), dtype=values.dtype, device=device)

@@ -1,0 +1,94 @@
+"""Joint drives taken implicitly: stable at any gain, within their limits.
+
+A drive pulls a joint toward a place with a force that falls with the joint's position and velocity.
+Where it falls so steeply that a step cannot follow, the step must know the fall: the force is that
+at the end of the step, and the fall stands on the left side of the equations of motion.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Array, namespace
+from seals.motion import JointDrive
+from seals.multibody.linear import solved
+
+
+def limited(drive: JointDrive) -> Array:
+    """Generalised forces of joint drives within their limits [N m or N], shape (N, J)."""
+    xp = namespace(drive.force)
+    return drive.limit * xp.clip(drive.force / drive.limit, -1.0, 1.0)
+
+
+def summed(drives: list[JointDrive]) -> JointDrive:
+    """Return several drives of the same joints as one."""
+    total = drives[0]
+    for more in drives[1:]:
+        total = JointDrive(*(a + b for a, b in zip(total, more, strict=True)))
+    return total
+
+
+def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple[Array, Array]:
+    """Solve the equations of motion with joint drives whose force falls with the acceleration.
+
+    Equation:
+        matrix a = right + f on the joints, f = clip(force - gain a, -limit, limit). A joint at its
+        limit keeps it; that is exact for one joint, and for several unless one at its limit brings
+        another to its own.
+
+    Args:
+        matrix: generalised inertia, joints last, shape (B, n, n).
+        right: generalised force of everything else [N, N m], shape (B, n).
+        drive: force and limit of the drives, J of them.
+        gain: of the acceleration [kg m^2 or kg], shape (1 or B, J).
+
+    Returns:
+        Generalised acceleration, shape (B, n), and the drives' forces, shape (B, J).
+    """
+    xp = namespace(matrix)
+    force, limit = drive.force, drive.limit
+    lead = matrix.shape[1] - force.shape[1]
+    change = _solve(matrix, right, force, gain)
+    wanted = force - gain * change[:, lead:]
+    beyond = xp.abs(wanted) > limit
+    if not (np.count_nonzero(beyond) if type(beyond) is np.ndarray else xp.any(beyond)):
+        return change, wanted
+    at_limit = xp.astype(beyond, wanted.dtype)
+    held = at_limit * xp.sign(wanted) * limit + (1.0 - at_limit) * force
+    left = (1.0 - at_limit) * gain
+    change = _solve(matrix, right, held, left)
+    wanted = held - left * change[:, lead:]
+    return change, limit * xp.clip(wanted / limit, -1.0, 1.0)
+
+
+def heavier(matrix: Array, armature: Array) -> Array:
+    """Return generalised inertias (B, n, n) with that of the drives on the joints, (1 or B, J)."""
+    size, joints = matrix.shape[1], armature.shape[1]
+    if type(matrix) is np.ndarray and len(matrix) == 1:
+        out = matrix.copy()
+        out.ravel()[(size - joints) * (size + 1) :: size + 1] += armature[0]
+        return out
+    return matrix + on_joints(armature, size)
+
+
+def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
+    """Solve (matrix + gain on the joints) a = right + force on the joints."""
+    xp = namespace(matrix)
+    size = matrix.shape[1]
+    lead = size - force.shape[1]
+    if type(matrix) is np.ndarray and len(matrix) == 1:
+        # one robot, every step of the simulator: no diagonal matrix, no batch
+        both = right[0].copy()
+        both[lead:] += force[0]
+        return solved(heavier(matrix, gain)[0], both)[None]
+    both = xp.concat((right[:, :lead], right[:, lead:] + force), axis=1)
+    return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
+
+
+def on_joints(values: Array, size: int) -> Array:
+    """Values of the joints (B, J) as diagonal matrices over all coordinates, (B, size, size)."""
+    xp = namespace(values)
+    place = {"dtype": values.dtype, "device": values.device}
+    lead = xp.zeros((values.shape[0], size - values.shape[1]), **place)
+    diagonal = xp.concat((lead, values), axis=1)
+    return diagonal[:, :, None] * xp.eye(size, **place)[None]

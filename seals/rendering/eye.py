@@ -1,0 +1,158 @@
+"""What a camera of a run looks through: the scene as it stands, drawn, with water before it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.rendering.camera import Lens, lengths, single, units
+from seals.rendering.light import Light
+from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
+from seals.rendering.picture import Picture, Renderer
+from seals.rendering.scene import Poses, Scene
+
+
+class Shot(NamedTuple):
+    """A picture that a camera took.
+
+    Args:
+        number: of the picture, from 0 on.
+        time: at which it was taken [s].
+        picture: a single one.
+        lens: of the camera.
+        what: kinds of images that the camera gives: ``rgb``, ``depth``, ``segmentation``,
+            ``normals``.
+        position: of the camera, world [m], shape (3,).
+        axes: optical axes in the world as columns, shape (3, 3).
+    """
+
+    number: int
+    time: float
+    picture: Picture
+    lens: Lens
+    what: tuple[str, ...]
+    position: Floats
+    axes: Floats
+
+
+class Watch:
+    """The scene of a run as its cameras see it; nothing is drawn until one asks.
+
+    Args:
+        renderer: that draws; opened here.
+        scene: what to draw.
+        poses: gives the poses of the scene's frames as they stand now.
+        optics: of water and sensor.
+        surface: of the water; None without water.
+
+    Raises:
+        SealsError: the renderer cannot draw here.
+    """
+
+    def __init__(
+        self,
+        renderer: Renderer,
+        scene: Scene,
+        poses: Callable[[], Poses],
+        *,
+        optics: Optics,
+        surface: Surface | None,
+    ) -> None:
+        """Open the renderer under the sun of the optics."""
+        self.renderer, self.scene, self.poses = renderer, scene, poses
+        dry = surface is None
+        self.optics = dataclasses.replace(optics, water_type="none") if dry else optics
+        self.surface: Surface = SurfaceStill() if surface is None else surface
+        self.light = Light(azimuth=optics.sun_azimuth, height=0.5 * np.pi - optics.sun_zenith)
+        renderer.open(scene, self.light)
+
+    def see(
+        self,
+        camera: tuple[Floats, Floats],
+        lens: Lens,
+        time: float,
+        rng: np.random.Generator,
+        *,
+        normals: bool = False,
+    ) -> Picture:
+        """Return the picture of one camera, through the water.
+
+        Args:
+            camera: its place, world [m], shape (3,), and its optical axes as columns, shape (3, 3).
+            lens: of the camera.
+            time: [s].
+            rng: random state of the sensor's noise.
+            normals: whether normals are wanted.
+        """
+        views = single(*camera)
+        batch = self.renderer.render(self.poses(), views, lens, normals=normals)
+        drawn = Picture(*(None if x is None else np.asarray(x)[0] for x in batch))
+        ways = directions(camera[1], lens)[None]
+        colour = self._under_sky(drawn, ways)
+        view = Sight(
+            colour,
+            drawn.depth * lengths(lens),
+            np.asarray(views.origin[0], dtype=np.float32),
+            ways,
+            drawn.normals,
+        )
+        image = self.optics.look(view, self.surface, time, rng)
+        whole = drawn._replace(colour=np.asarray(image, dtype=np.float32))
+        return Picture(*(None if x is None else x[0] for x in whole))
+
+    def _under_sky(self, drawn: Picture, ways: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Colours with the sky of the optics where nothing is met."""
+        empty = drawn.parts == 0
+        if not empty.any():
+            return np.asarray(drawn.colour)
+        sky = np.asarray(self.optics.sky(ways), dtype=np.float32)
+        return np.where(empty[..., None], sky, drawn.colour)
+
+    def close(self) -> None:
+        """Release the renderer."""
+        self.renderer.close()
+
+
+class Eye:
+    """One camera's view of the scene; it keeps the last picture for whoever wants it.
+
+    Args:
+        watch: scene and renderer.
+
+    Attributes:
+        shot: the last picture, None before the first.
+    """
+
+    def __init__(self, watch: Watch) -> None:
+        """Begin without a picture."""
+        self.watch = watch
+        self.shot: Shot | None = None
+
+    def see(self, *camera: Any, normals: bool = False) -> Picture:
+        """Return what `Watch.see` does."""
+        return self.watch.see(*camera, normals=normals)
+
+    def keep(self, shot: Shot) -> None:
+        """Keep a picture until the next."""
+        self.shot = shot
+
+
+def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
+    """Return unit vectors along the lines of sight, world axes, shape (H, W, 3).
+
+    Args:
+        axes: optical axes in the world as columns, shape (3, 3).
+        lens: of the camera.
+
+    Example:
+        >>> from seals.rendering.camera import OPTICAL
+        >>> directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
+        [1.0, 0.0, 0.0]
+    """
+    ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T
+    return ways

@@ -1,0 +1,165 @@
+"""Makes a scene of what a run holds: links as their URDF draws them, and the solid ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.environment.ground import Solid
+from seals.errors import RobotError
+from seals.frames import matrix_of
+from seals.rendering.scene import NOTHING, TILE, WORLD, Detail, Scene, Shape
+from seals.robot.model import RobotModel
+from seals.robot.pieces import pieces_of
+
+Colour = tuple[float, float, float]
+
+PLAIN: Colour = (0.70, 0.70, 0.72)
+"""Displayed colour of links whose URDF names none."""
+GROUND: Colour = (0.62, 0.56, 0.43)
+"""Displayed colour of bottom, shore and land: pale sand."""
+OBSTACLE: Colour = (0.45, 0.46, 0.48)
+"""Displayed colour of obstacles."""
+_GROUND = ("tank_bottom", "ground_level", "slope", "land")
+
+
+class _Look(NamedTuple):
+    """One visual of a link, in link axes."""
+
+    kind: str
+    size: tuple[float, ...]
+    position: Floats
+    rotation: Floats
+    colour: Colour
+    vertices: Floats | None = None
+    faces: Any = None
+
+
+def build_scene(
+    robots: Mapping[str, RobotModel],
+    solids: Sequence[Solid],
+    *,
+    detail: Detail = Detail.visual,
+    tile: float = TILE,
+) -> Scene:
+    """Return the scene of robots, objects and ground.
+
+    Args:
+        robots: by the name of their actor; frames are ``actor/link`` in this order.
+        solids: that stand still, see `seals.environment.ground.solids_of`.
+        detail: how closely links are drawn.
+        tile: edge of the squares on level ground [m], 0 for one colour.
+
+    Raises:
+        RobotError: a mesh cannot be read.
+    """
+    names: list[str] = [NOTHING]
+    shapes: list[Shape] = []
+    frames: list[str] = []
+    for solid in solids:
+        shapes.append(_of_solid(solid, len(names), tile))
+        names.append(f"world/{solid.name}")
+    for actor, robot in robots.items():
+        looks = _looks(robot, detail)
+        for link in robot.links:
+            for look in looks.get(link, ()):
+                shapes.append(Shape(*look[:5], len(names), len(frames), look.vertices, look.faces))
+            names.append(f"{actor}/{link}")
+            frames.append(f"{actor}/{link}")
+    return Scene(tuple(shapes), tuple(names), tuple(frames))
+
+
+def _of_solid(solid: Solid, part: int, tile: float) -> Shape:
+    turn = matrix_of(np.asarray(solid.quaternion, dtype=float)[None])[0]
+    colour = GROUND if solid.name in _GROUND else OBSTACLE
+    squares = tile if solid.kind == "plane" else 0.0
+    place = np.asarray(solid.position, dtype=float)
+    return Shape(solid.kind, solid.size, place, turn, colour, part, WORLD, tile=squares)
+
+
+def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[_Look]]:
+    """Visuals of all links by name."""
+    drawn = _described(robot)
+    if detail is Detail.visual:
+        return drawn
+    found = {}
+    for k, link in enumerate(robot.links):
+        colour = drawn[link][0].colour if drawn.get(link) else PLAIN
+        found[link] = [
+            _Look(p.kind, p.size, p.position, p.rotation, colour, p.vertices, p.faces)
+            for p in pieces_of(robot, k)
+        ]
+    return found
+
+
+def _described(robot: RobotModel) -> dict[str, list[_Look]]:
+    """Visual geometry of a URDF, or the collision geometry of links that have none."""
+    from yourdfpy import URDF
+
+    loaded: Any = URDF.load(
+        robot.urdf,
+        build_scene_graph=False,
+        load_meshes=False,
+        build_collision_scene_graph=False,
+    ).robot
+    named = {m.name: m for m in loaded.materials or ()}
+    return {
+        str(link.name): [*_visuals(robot, link.visuals or link.collisions or (), named)]
+        for link in loaded.links
+    }
+
+
+def _visuals(robot: RobotModel, parts: Any, named: Mapping[str, Any]) -> Iterator[_Look]:
+    for part in parts:
+        pose = np.eye(4) if part.origin is None else np.asarray(part.origin, dtype=float)
+        shape, colour = part.geometry, _colour(getattr(part, "material", None), named)
+        place, turn = pose[:3, 3], pose[:3, :3]
+        if shape.box is not None:
+            yield _Look("box", tuple(float(x) for x in shape.box.size), place, turn, colour)
+        elif shape.sphere is not None:
+            yield _Look("sphere", (float(shape.sphere.radius),), place, turn, colour)
+        elif shape.cylinder is not None:
+            size = (float(shape.cylinder.radius), float(shape.cylinder.length))
+            yield _Look("cylinder", size, place, turn, colour)
+        elif shape.mesh is not None:
+            vertices, faces = _mesh(robot, shape.mesh)
+            yield _Look("mesh", (), place, turn, colour, vertices, faces)
+
+
+def _colour(material: Any, named: Mapping[str, Any]) -> Colour:
+    if material is not None and material.color is None:
+        material = named.get(material.name)
+    if material is None or material.color is None:
+        return PLAIN
+    red, green, blue = (min(max(float(x), 0.0), 1.0) for x in material.color.rgba[:3])
+    return red, green, blue
+
+
+def _mesh(robot: RobotModel, mesh: Any) -> tuple[Floats, Any]:
+    """Corners and triangles of a mesh file, with the scale of the URDF."""
+    name = str(mesh.filename).removeprefix("file://").removeprefix("package://")
+    scale = np.ones(3) if mesh.scale is None else np.ones(3) * np.asarray(mesh.scale, dtype=float)
+    path = Path(robot.urdf).parent / name
+    vertices, faces = _loaded(str(path), path.stat().st_mtime_ns)
+    if np.prod(scale) < 0.0:  # a mirrored mesh turns its faces inside out
+        faces = faces[:, ::-1]
+    return vertices * scale, faces
+
+
+@lru_cache(maxsize=256)
+def _loaded(path: str, _changed: int) -> tuple[Floats, Any]:
+    import trimesh
+
+    try:
+        loaded: Any = trimesh.load(path, force="mesh", process=True)
+        vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
+    except (OSError, ValueError, AttributeError, IndexError) as cause:
+        raise RobotError(
+            f"the mesh {path} cannot be drawn: {cause}.\nRun: seals check robot=..."
+        ) from cause
+    return vertices, faces.astype(np.int64)

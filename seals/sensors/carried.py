@@ -1,0 +1,40 @@
+"""What every sensor says of itself: where it sits, and how its readings travel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class Carried:
+    """Base of sensors: the link that carries it, and late and lost readings.
+
+    The world acts on these fields, see `seals.sensors.delivery`; a sensor itself never looks at
+    them. A reading stands in the log at the time at which it was taken.
+
+    Args:
+        link: link that carries the sensor; ``root`` is the base.
+        latency: time from the taking of a reading to its arrival at guide and controller [s].
+        dropout: share of the readings that are lost [1].
+        outage: mean length of a loss, at least one reading; 0 loses each by itself [s].
+    """
+
+    link: str = "root"
+    latency: float = param(
+        0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: none", fit=False
+    )
+    dropout: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen: none", fit=False
+    )
+    outage: float = param(
+        0.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: none", fit=False
+    )
+
+    inertial: ClassVar[bool] = False
+    """Whether it reads ``specific_force`` or ``spin_rate``; they are zero for it otherwise."""
+
+    idles: ClassVar[bool] = False
+    """Whether it does nothing while no reading is due; it is not called then."""

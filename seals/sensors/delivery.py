@@ -1,0 +1,97 @@
+"""The way of a reading: lost or not, late by a fault, then late by what the sensor says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from seals.arrays import Floats
+
+INSTANT = 1e-9
+"""Times closer than this are one [s]."""
+
+Values: TypeAlias = Mapping[str, Floats]
+
+
+class Line(NamedTuple):
+    """Memory of one sensor's way; nothing in it is ever written to.
+
+    Args:
+        lost: whether the last reading was lost.
+        late: readings held back by a fault, with the time they were taken [s].
+        coming: readings on their way, with the time they stand for [s].
+    """
+
+    lost: bool = False
+    late: tuple[tuple[float, Values], ...] = ()
+    coming: tuple[tuple[float, Values], ...] = ()
+
+
+NEW = Line()
+
+
+class Delivery:
+    """Losses and delays of one sensor.
+
+    Losses follow a chain of two states (Gilbert 1960, Bell System Technical Journal 39): the share
+    ``dropout`` of all readings is lost, in runs of the mean length ``outage``; runs of single
+    readings when that is 0. A fault holds readings back, and the log does not know: a row holds
+    what was taken earlier. The stated ``latency`` keeps the row and delays what guide and
+    controller hear, who know for which time it stands.
+
+    Args:
+        sensor: with its rate, and its `seals.sensors.carried.Carried` fields where it has them.
+        delay: by which a fault holds it back, below zero for nothing [s].
+
+    Attributes:
+        plain: whether all readings arrive at once.
+    """
+
+    def __init__(self, sensor: Any, *, delay: float = 0.0) -> None:
+        """Find the chances of losing one reading, and the next."""
+        self.latency, self.delay = float(getattr(sensor, "latency", 0.0)), max(delay, 0.0)
+        share = float(getattr(sensor, "dropout", 0.0))
+        length = float(getattr(sensor, "outage", 0.0)) * sensor.rate
+        self._first = self._next = share
+        if 0.0 < share < 1.0 and length > 0.0:
+            # neither chance may be above one
+            leave = min(1.0, 1.0 / length, (1.0 - share) / share)
+            self._first, self._next = leave * share / (1.0 - share), 1.0 - leave
+        self.plain = not (self.latency or self.delay or share)
+
+    def report(
+        self, time: float, step: float, reading: Values | None, line: Line, rng: np.random.Generator
+    ) -> tuple[Values | None, Line]:
+        """Return what stands in the log at a time, and the memory.
+
+        Args:
+            time: [s].
+            step: of the world; a fault's delay is rounded to whole ones [s].
+            reading: taken now, None for none.
+            line: memory.
+            rng: random state; one draw for each reading of a sensor that loses some.
+        """
+        if reading is not None and self._first:
+            lost = bool(rng.random() < (self._next if line.lost else self._first))
+            line = line._replace(lost=lost)
+            reading = None if lost else reading
+        if self.delay:
+            kept = line.late if reading is None else (*line.late, (time, reading))
+            reading = None
+            while kept and kept[0][0] + self.delay <= time + 0.5 * step:
+                reading, kept = kept[0][1], kept[1:]
+            line = line._replace(late=kept)
+        if reading is not None and self.latency:
+            line = line._replace(coming=(*line.coming, (time, reading)))
+        return reading, line
+
+    def arrivals(
+        self, time: float, reading: Values | None, line: Line
+    ) -> tuple[tuple[tuple[float, Values], ...], Line]:
+        """Return what arrives by a time, with the time each stands for, and the memory."""
+        if not self.latency:
+            return (() if reading is None else ((time, reading),)), line
+        count = sum(1 for taken, _ in line.coming if taken + self.latency <= time + INSTANT)
+        return line.coming[:count], line._replace(coming=line.coming[count:])

@@ -1,0 +1,106 @@
+"""Base of sensors that look at the world when a reading is due, and add errors to what they see."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sensors.carried import Carried
+from seals.sensors.mount import Mount
+from seals.sensors.noise import Noise
+from seals.sensors.protocol import Felt
+
+Seen = Mapping[str, Floats]
+"""Quantities by name, each of shape (k,)."""
+
+
+class Kept(NamedTuple):
+    """Memory of an instrument; nothing in it is ever written to.
+
+    Args:
+        time: of the last reading [s].
+        own: what `Instrument.look` keeps.
+        drift: of every quantity, None before the first reading.
+    """
+
+    time: float
+    own: Any
+    drift: Mapping[str, Floats | None]
+
+
+@dataclass(kw_only=True)
+class Instrument(Carried, ABC):
+    """Base of mounted sensors: look, add errors, solve.
+
+    A subclass declares ``rate``, ``channels`` and ``look``; `noise_laws` gives the errors of what
+    ``look`` sees and `solve` makes readings of it. Mounting, errors and their memory are here,
+    latency and lost readings in the world.
+
+    Args:
+        position: mounting point in link axes [m].
+        rpy: turn of the sensor's axes against those of the link [rad].
+    """
+
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+    idles: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Turn mounting and errors into arrays."""
+        self._mount = Mount("sensor", self.position, self.rpy)
+        self._noise = dict(self.noise_laws())
+
+    @abstractmethod
+    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+        """Return what there is to see, without errors, and the memory of its own.
+
+        None is silence: there is no reading. A quantity may be left out.
+
+        Args:
+            felt: the instant at the mounting point, in the sensor's axes.
+            own: from the last reading, None at the start.
+        """
+
+    def noise_laws(self) -> Mapping[str, Noise]:
+        """Return the errors of the quantities that `look` sees."""
+        return {}
+
+    def solve(self, seen: Seen, felt: Felt) -> dict[str, Floats]:
+        """Return the readings by channel.
+
+        Args:
+            seen: with errors.
+            felt: motion of the link, exact.
+        """
+        return dict(seen)
+
+    def sigmas(self) -> dict[str, float]:
+        """Return the standard deviation by white noise and quantisation, by channel."""
+        return {name: law.spread for name, law in self._noise.items() if law.spread > 0.0}
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return the memory at reset."""
+        return Kept(0.0, None, {})
+
+    def sense(
+        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+    ) -> tuple[dict[str, Floats] | None, Any]:
+        """Return a reading when due."""
+        if not due:
+            return None, memory
+        seen, own = self.look(self._mount.felt(felt), memory.own)
+        if seen is None:
+            return None, memory._replace(own=own)
+        read, drift = dict(seen), dict(memory.drift)
+        for name, law in self._noise.items():
+            if name in read:
+                read[name], drift[name] = law.read(
+                    read[name], drift.get(name), felt.time - memory.time, rng
+                )
+        return self.solve(read, felt), Kept(felt.time, own, drift)

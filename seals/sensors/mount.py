@@ -1,0 +1,83 @@
+"""Mounting of a sensor: from the motion of its link to its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.sensors.protocol import Felt
+
+
+def crossed(a: Floats, b: Floats) -> Floats:
+    """Return the cross product of two vectors; number by number it is ten times as fast.
+
+    Example:
+        >>> crossed(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+        array([0., 0., 1.])
+    """
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+class Mount:
+    """Place and axes of a sensor on its link.
+
+    Equation:
+        p_S = p + R r; v_S = R_SL (v + w x r); w_S = R_SL w;
+        f_S = R_SL (f + w' x r + w x (w x r)).
+
+    Args:
+        name: of the sensor, for messages.
+        position: r, in link axes [m].
+        rpy: turn of the sensor's axes against those of the link [rad].
+
+    Raises:
+        ConfigError: not three finite numbers.
+
+    Attributes:
+        arm: r [m], shape (3,).
+        turn: R_LS, shape (3, 3).
+        centred: whether r is zero.
+        aligned: whether the axes are those of the link.
+        plain: whether the sensor sits at the origin of its link, in its axes.
+    """
+
+    def __init__(self, name: str, position: Sequence[float], rpy: Sequence[float]) -> None:
+        """Check the numbers and turn them into arrays."""
+        for field, values in (("position", position), ("rpy", rpy)):
+            if len(values) != 3 or not np.all(np.isfinite(values)):
+                raise ConfigError(
+                    f"{name}.{field}={values} is not allowed.\nAllowed: three finite numbers."
+                )
+        self.arm = np.asarray(position, dtype=float)
+        self.turn = matrix_of(quaternion_of_rpy(np.asarray([rpy], dtype=float)))[0]
+        self.centred, self.aligned = not np.any(self.arm), not np.any(rpy)
+        self.plain = self.centred and self.aligned
+
+    def felt(self, felt: Felt) -> Felt:
+        """Return the instant at the sensor, in its axes; contacts stay those of the link."""
+        if self.plain and felt.askew is None:
+            return felt
+        position, velocity, force = felt.position, felt.velocity, felt.specific_force
+        spin, rate, r = felt.spin, felt.spin_rate, self.arm
+        if not self.centred:
+            position = position + felt.rotation @ r
+            around = crossed(spin, r)
+            velocity = velocity + around
+            force = force + crossed(rate, r) + crossed(spin, around)
+        turn = self.turn if felt.askew is None else self.turn @ felt.askew
+        if self.aligned and felt.askew is None:
+            return felt._replace(position=position, velocity=velocity, specific_force=force)
+        return felt._replace(
+            position=position,
+            rotation=felt.rotation @ turn,
+            velocity=velocity @ turn,
+            spin=spin @ turn,
+            specific_force=force @ turn,
+            spin_rate=rate @ turn,
+        )

@@ -1,0 +1,104 @@
+"""The protocol of sensor plug-ins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sensors.around import Around, no_surroundings
+from seals.sensors.board import Board, nothing_aboard
+
+if TYPE_CHECKING:
+    from seals.rendering.eye import Eye
+
+NO_CONTACT: Floats = np.zeros(6)
+NO_CONTACT.setflags(write=False)
+NOBODY: Mapping[str, Floats] = MappingProxyType({})
+NOWHERE, NOTHING_ABOARD = no_surroundings(), nothing_aboard()
+
+
+class Felt(NamedTuple):
+    """What a sensor on a link may use, at one instant.
+
+    Args:
+        time: [s].
+        step: time since the last call [s].
+        position: link origin, world [m], shape (3,).
+        rotation: R_WL, shape (3, 3).
+        velocity: of the link origin, link axes [m/s], shape (3,).
+        spin: angular velocity, link axes [rad/s], shape (3,).
+        specific_force: mean acceleration of the link origin over the last step minus gravity, in
+            link axes as they were at the middle of that step [m/s^2], shape (3,).
+        spin_rate: mean angular acceleration over the last step, likewise [rad/s^2], shape (3,).
+        contact: force and torque of all contacts of the link in the last step, about the link
+            origin, link axes [N, N m], shape (6,).
+        pressing: sum of the normal forces of those contacts [N]; zero means nothing touches.
+        others: origins of the scene's other bodies, world [m], by name.
+        around: water, ground and other bodies, to be asked.
+        board: joints, rotors and battery of the robot, to be asked.
+        askew: turn of a sensor's axes against those it is said to have, shape (3, 3), None for
+            none.
+        eye: through which a camera sees the scene, None for other sensors.
+    """
+
+    time: float
+    step: float
+    position: Floats
+    rotation: Floats
+    velocity: Floats
+    spin: Floats
+    specific_force: Floats
+    spin_rate: Floats
+    contact: Floats = NO_CONTACT
+    pressing: float = 0.0
+    others: Mapping[str, Floats] = NOBODY
+    around: Around = NOWHERE
+    board: Board = NOTHING_ABOARD
+    askew: Floats | None = None
+    eye: Eye | None = None
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """A sensor: a keyword-only dataclass with explicit memory and a random state passed in.
+
+    `seals.sensors` holds bases with all that sensors share. Attributes that a sensor may have:
+
+    - ``inertial``: false for one that reads neither ``specific_force`` nor ``spin_rate``; they are
+      zero for it then.
+    - ``idles``: true for one that does nothing while no reading is due; it is not called then.
+    - ``latency``, ``dropout``, ``outage``: see `seals.sensors.carried.Carried`.
+    - ``sees``: true for a camera; it gets an ``eye`` where the run has a renderer.
+    - ``bind(outfit)``: told once what the robot has, before ``channels`` is asked.
+    - ``sigmas()``: standard deviation of a reading by channel, without drift and bias, for the log.
+    """
+
+    link: str
+    rate: float
+
+    def channels(self) -> dict[str, int]:
+        """Return the channel names of the native log and their numbers of components."""
+        ...
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return the memory at reset."""
+        ...
+
+    def sense(
+        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+    ) -> tuple[dict[str, Floats] | None, Any]:
+        """Return readings and the new memory.
+
+        There are none when none is due, or when the sensor is silent; it may leave out channels.
+
+        Args:
+            felt: motion of the sensor's link.
+            memory: from the last call.
+            rng: random state.
+            due: whether a reading is wanted now; filters advance in either case.
+        """
+        ...

@@ -1,0 +1,219 @@
+"""The whole diagnosis of one log, and its written form."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from seals.logs.log import Log
+from seals.schema import parameters_of
+from seals.sysid.equivalent import catalogued
+from seals.sysid.factors import Candidate
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.naming import Search, search
+from seals.sysid.normal import Fit, solve_scaled
+from seals.sysid.problem import Problem, prepare
+from seals.sysid.verdict import Answer, Claim, judge
+
+_NORMAL90 = 1.6449
+_LAW = 0.03
+"""1-sigma by which real laws differ from those of the library, as a share."""
+FOLDS = 5
+"""Parts of the log that are held out in turn."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """What is missing in the model of a log.
+
+    Args:
+        problem: the log made ready.
+        search: what was tried.
+        answer: verdict and claims.
+        held_out: misfit per degree of freedom on rows that no fit saw: ``before``, ``after`` and
+            ``noise_floor``.
+        seconds: that it took.
+        source: path and checksum of the log, when it came from a file.
+        next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
+    """
+
+    problem: Problem
+    search: Search
+    answer: Answer
+    held_out: Mapping[str, float]
+    seconds: float
+    source: Mapping[str, str] = field(default_factory=dict)
+    next_experiment: Mapping[str, Any] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the diagnosis in the form of ``diagnosis.json``."""
+        answer = self.answer
+        effects = [_effect(claim) for claim in answer.claims]
+        sets = []
+        for claim in answer.claims:
+            if claim.alike:
+                sets.append([claim.name, *claim.alike])
+        if answer.verdict.value == "ambiguous":
+            rest = 1.0 - answer.claims[0].confidence
+            effects += [_rival(self.search, n, rest) for n in answer.claims[0].rivals]
+        return {
+            "verdict": answer.verdict.value,
+            "effects": effects,
+            "ambiguous_with": sets,
+            "next_experiment": self.next_experiment,
+            "held_out_error": dict(self.held_out),
+            "explained": answer.explained,
+            "left_over": {"level": answer.unrest.level, "gain": answer.unrest.gain},
+            "reasons": list(answer.reasons),
+            "tried": self.tried(),
+            "nominal": self.nominal(),
+            "log": dict(self.source),
+            "seconds": self.seconds,
+        }
+
+    def tried(self) -> list[dict[str, Any]]:
+        """Effects of the first round with their scores, best first."""
+        return [
+            {"name": h.candidates[-1].name, "label": h.candidates[-1].label, "score": h.score}
+            for h in (self.search.rounds[0] if self.search.rounds else ())
+        ]
+
+    def known(self) -> dict[str, dict[str, float]]:
+        """Fitted values of every effect that was tried, by name and factor."""
+        out: dict[str, dict[str, float]] = {}
+        chosen = [c.hypothesis for c in self.answer.claims]
+        for h in (*chosen, *(self.search.rounds[0] if self.search.rounds else ())):
+            for c in h.candidates:
+                out.setdefault(c.name, {k: h.fit.values[k] for k in c.all_keys})
+        return out
+
+    def nominal(self) -> dict[str, dict[str, float]]:
+        """Nominal values that were fitted alongside, as changes within their tolerances."""
+        hypothesis = self.hypothesis
+        fit = hypothesis.fit
+        return {
+            k: {"value": fit.values[k], "sd": fit.spread(k)}
+            for k in hypothesis.fitter.tolerances
+            if k not in fit.freed
+        }
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The model that the answer stands for: with the claims, or as it was."""
+        return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
+
+
+def diagnose(
+    log: Log, *, processes: int = 1, tell: Callable[[int], None] | None = None
+) -> Diagnosis:
+    """Name what the model of a log is missing.
+
+    Args:
+        log: in the native format, with all of ``meta.yaml``.
+        processes: that share the fits.
+        tell: called with the number of stages done.
+
+    Raises:
+        LogError: the log cannot be used.
+    """
+    begin = time.perf_counter()
+    say = tell or (lambda stage: None)
+    problem = prepare(log)
+    say(1)
+    found = search(problem, processes=processes, tell=lambda done: say(1 + done))
+    answer = judge(problem, found, processes=processes)
+    chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
+    held_out = {
+        "before": held_out_misfit(found.nominal, problem),
+        "after": held_out_misfit(chosen, problem),
+        "noise_floor": 1.0,
+    }
+    return Diagnosis(
+        problem=problem,
+        search=found,
+        answer=answer,
+        held_out=held_out,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def held_out_misfit(hypothesis: Hypothesis, problem: Problem) -> float:
+    """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
+    fit = hypothesis.fit
+    windows = hypothesis.fitter.windows
+    count = windows.count
+    fold = np.arange(count) * min(FOLDS, count) // count
+    at = np.array([fit.values[k] for k in fit.keys])
+    total = 0.0
+    for part in range(int(fold.max()) + 1):
+        test = fold == part
+        matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
+        gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
+        step = solve_scaled(matrix, gradient)
+        inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
+        total += float((fit.misfit[test] - 2.0 * fit.right[test] @ step + inner).sum())
+    return total / float(windows.observed)
+
+
+def _effect(claim: Claim) -> dict[str, Any]:
+    candidate = claim.hypothesis.candidates[claim.index]
+    return {
+        "name": candidate.name,
+        **_place(candidate),
+        "confidence": claim.confidence,
+        "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
+    }
+
+
+def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
+    tried = (h for r in found.rounds for h in r)
+    hypothesis = next(h for h in tried if h.candidates[-1].name == name)
+    candidate = hypothesis.candidates[-1]
+    return {
+        "name": name,
+        **_place(candidate),
+        "confidence": confidence,
+        "parameters": parameters(candidate, hypothesis.fit, hypothesis),
+    }
+
+
+def _place(candidate: Candidate) -> dict[str, Any]:
+    """In which medium, or on which link of the robot, the effect acts, where variants differ so."""
+    variant, out = candidate.variant, dict[str, Any]()
+    if "medium" in variant:
+        out["medium"] = "water" if variant["medium"] else "air"
+    if "link" in variant:
+        out["link"] = int(variant["link"])
+    return out
+
+
+def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[str, Any]:
+    """Fitted parameters with 90 % intervals."""
+    out: dict[str, Any] = {
+        name: {"value": value, "low90": value, "high90": value, "unit": "1"}
+        for name, value in candidate.variant.items()
+        if name in ("rotor", "joint")
+    }
+    library = hypothesis.fitter.library
+    values, own = catalogued(candidate, library, fit.values, hypothesis.fitter.course.rates)
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        value, spread = values[key], fit.spread(key)
+        # the datasheet's tolerance of the same quantity cannot be told from the effect
+        # and a law of nature differs a little from the one in the book
+        known = np.hypot(spread, own[key])
+        half = _NORMAL90 * float(np.hypot(known, _LAW * value))
+        effect = library.effects.get(library.factors[key].instance)
+        meta = parameters_of(effect) if effect is not None else {}
+        parameter = library.factors[key].parameter
+        unit = meta[parameter].unit if parameter in meta else "1"
+        out[name] = {
+            "value": float(value),
+            "low90": float(value - half),
+            "high90": float(value + half),
+            "unit": unit,
+        }
+    return out

@@ -1,0 +1,159 @@
+"""``seals plan``: from a log and effects in question to a manoeuvre in words and numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, LogError
+from seals.logs import refuse_if_bad
+from seals.logs.atomic import write_json
+from seals.logs.log import Log
+from seals.sysid.experiment_design.plan import STAGES, Plan, propose
+from seals.sysid.experiment_design.supposed import variants_of
+from seals.sysid.experiment_design.words import proposal, table
+from seals.sysid.factors import Library
+from seals.sysid.problem import prepare
+
+ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
+_DIAGNOSIS = "diagnosis.json"
+
+
+def execute(config: Any) -> int:
+    """Run one composed plan and return its exit code.
+
+    Raises:
+        ConfigError: no log or no effects are given, or they do not go together.
+        LogError: the log cannot be used.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.run.progress import progress
+
+    given = {} if config.diagnosis is None else read_diagnosis(Path(str(config.diagnosis)))
+    names = [str(n) for n in config.effects] or _open_question(given, str(config.diagnosis))
+    place = _log_of(config, given)
+    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    with progress("planning", STAGES + 2) as tell:
+        log = _read(config, place)
+        problem = prepare(log)
+        tell(1)
+        known = _known(problem.plant.library, given, names)
+        found = propose(
+            problem,
+            names,
+            known=known,
+            quick=False,
+            seed=config.seed,
+            tell=lambda done: tell(1 + done),
+        )
+    write_plan(found, out, log=place, meta=log.meta)
+    print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
+    return 0
+
+
+def write_plan(plan: Plan, out: Path, *, log: str, meta: Mapping[str, Any]) -> None:
+    """Write the plan's numbers, picture and experiment into a folder.
+
+    Args:
+        plan: to be written.
+        out: folder, made where it is not there.
+        log: for which it was made.
+        meta: description of the vehicle, as the log has it.
+
+    Raises:
+        ConfigError: the folder cannot be made.
+    """
+    from seals.sysid.experiment_design.experiment import write_experiment
+    from seals.sysid.experiment_design.picture import write_pictures
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+    write_json(out / ANSWER, {**plan.to_dict(), "log": log})
+    write_experiment(out / EXPERIMENT, plan, meta)
+    write_pictures(out / PICTURE, plan)
+
+
+def read_diagnosis(place: Path) -> dict[str, Any]:
+    """Read the answer of an earlier diagnosis.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    path = place / _DIAGNOSIS if place.is_dir() else place
+    try:
+        answer = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise ConfigError(
+            f"diagnosis={place} cannot be read: {error}.\n"
+            "Give the folder of an answer: seals diagnose log=FOLDER out=FOLDER writes one."
+        ) from error
+    if not isinstance(answer, dict) or "verdict" not in answer:
+        raise ConfigError(
+            f"diagnosis={place} holds no verdict.\nGive what seals diagnose wrote, {_DIAGNOSIS}."
+        )
+    return answer
+
+
+def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
+    """Effects that a diagnosis could not tell apart."""
+    if not given:
+        raise ConfigError(
+            "effects is not given.\nSay which: seals plan effects=[payload,thrust_coefficient]"
+            " log=FOLDER, or diagnosis=FOLDER"
+        )
+    sets = [list(map(str, s)) for s in given.get("ambiguous_with") or []]
+    if not sets:
+        raise ConfigError(
+            f"diagnosis={place}: the verdict is '{given['verdict']}', with nothing left open.\n"
+            "Name the effects yourself: effects=[payload,thrust_coefficient]"
+        )
+    return list(dict.fromkeys(sets[0]))
+
+
+def _log_of(config: Any, given: Mapping[str, Any]) -> str:
+    recorded = given.get("log") or {}
+    place = config.log if config.log is not None else recorded.get("path")
+    if place is None:
+        raise ConfigError(
+            "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
+        )
+    if not Path(str(place)).exists():
+        raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
+    return str(place)
+
+
+def _read(config: Any, place: str) -> Log:
+    from seals.config.build import build
+
+    logs = build(config.reader, where="reader").read(place)
+    if not logs:
+        raise LogError(f"log={place} holds no run.\nGive a log with a run.")
+    refuse_if_bad(logs[0])
+    log: Log = logs[0]
+    return log
+
+
+def _known(
+    library: Library, given: Mapping[str, Any], names: list[str]
+) -> dict[str, dict[str, float]]:
+    """Fitted values of the effects of a diagnosis, by factor key."""
+    out: dict[str, dict[str, float]] = {}
+    for effect in given.get("effects", []):
+        name, parameters = str(effect.get("name")), effect.get("parameters") or {}
+        if name not in names or name in ("tether", "waves"):
+            continue
+        for candidate in variants_of(library, name):
+            variant = {k: v for k, v in candidate.variant.items() if k in ("rotor", "joint")}
+            if any(parameters.get(k, {}).get("value") != v for k, v in variant.items()):
+                continue
+            pairs = zip(candidate.keys, candidate.reported, strict=True)
+            found = {k: float(parameters[r]["value"]) for k, r in pairs if r in parameters}
+            if len(found) == len(candidate.keys) and any(found.values()):
+                out[name] = found
+                break
+    return out

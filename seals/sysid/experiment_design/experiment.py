@@ -1,0 +1,180 @@
+"""A planned manoeuvre as a file that the simulator can fly: vehicle, controller, reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from seals.errors import ConfigError, suggestion
+from seals.logs.atomic import plain, write_text
+from seals.sysid.experiment_design.control import ROTORS, THRUSTERS, Gains
+from seals.sysid.experiment_design.motions import Path as Reference
+from seals.sysid.experiment_design.plan import Plan
+from seals.untrusted_io import read_plain_yaml
+
+KIND = "planned-manoeuvre"
+"""What the file says it is."""
+_KEYS = ("kind", "name", "words", "effects", "step", "tilt", "gains", "runs", "meta")
+_SPACING = 0.02
+"""Time between two points of a written reference [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A manoeuvre ready to be flown.
+
+    Args:
+        name: of the manoeuvre.
+        meta: description of the vehicle, its sensors and its surroundings, as in ``meta.yaml``.
+        step: time between rows of the log [s].
+        tilt: largest lean [rad].
+        gains: of the controller.
+        references: one for each run; empty for drops.
+        releases: start state of each drop, as in ``initial_state``.
+        voltages: of the battery in each run [V].
+    """
+
+    name: str
+    meta: Mapping[str, Any]
+    step: float
+    tilt: float
+    gains: Gains
+    references: tuple[Reference, ...]
+    releases: tuple[Mapping[str, Any], ...]
+    voltages: tuple[float, ...]
+
+
+def write_experiment(path: str | Path, plan: Plan, meta: Mapping[str, Any]) -> None:
+    """Write the proposed manoeuvre.
+
+    Args:
+        path: the file.
+        plan: with the proposal.
+        meta: description of the vehicle, as its log has it.
+    """
+    manoeuvre, scene, vehicle = plan.best.manoeuvre, plan.scene, plan.problem.vehicle
+    runs: list[dict[str, Any]] = []
+    if manoeuvre.path is None:
+        flown, _ = plan.run_of(plan.best)
+        states = flown.rehearsal.plant.vehicle.initial_state
+        names = [r.manoeuvre.name for r in flown.rehearsal.runs]
+        chosen = [s for s, n in zip(states, names, strict=True) if n == manoeuvre.name]
+        runs = [{**s, "segment": k, "seconds": manoeuvre.seconds} for k, s in enumerate(chosen)]
+    else:
+        count = round(manoeuvre.seconds / _SPACING) + 1
+        asked = manoeuvre.path(scene, np.arange(count, dtype=float) * _SPACING)
+        full = vehicle.full_voltage or 0.0
+        runs = [{**_columns(asked), "voltage": full * share} for share in manoeuvre.batteries]
+    gains = ROTORS if vehicle.commands == "rotor_speed_cmd" else THRUSTERS
+    content = {
+        "kind": KIND,
+        "name": manoeuvre.name,
+        "words": manoeuvre.words,
+        "effects": list(plan.names),
+        "step": plan.problem.samples.step,
+        "tilt": scene.tilt,
+        "gains": asdict(gains),
+        "runs": runs,
+        "meta": dict(meta),
+    }
+    text = yaml.safe_dump(plain(content), sort_keys=False, default_flow_style=None, width=140)
+    write_text(path, f"# Fly it: seals run experiment={path} [model=NAME] [out=FOLDER]\n{text}")
+
+
+def _columns(asked: Reference) -> dict[str, Any]:
+    """A reference as rounded columns."""
+    return {
+        "spacing": _SPACING,
+        **{a: np.round(asked.place[:, k], 5).tolist() for k, a in enumerate("xyz")},
+        "yaw": np.round(asked.yaw, 5).tolist(),
+        "joints": np.round(asked.joints, 5).tolist() if asked.joints.shape[1] else [],
+    }
+
+
+def is_experiment(path: str) -> bool:
+    """Whether a value of ``experiment=`` is a planned manoeuvre."""
+    place = Path(path)
+    if place.suffix not in (".yaml", ".yml") or not place.is_file():
+        return False
+    with place.open(encoding="utf-8", errors="replace") as text:
+        return any(
+            line.strip() == f"kind: {KIND}" for line, _ in zip(text, range(20), strict=False)
+        )
+
+
+def read_experiment(path: str | Path) -> Experiment:
+    """Read a planned manoeuvre.
+
+    Raises:
+        ConfigError: the file is not one, or lacks something.
+    """
+    try:
+        content = read_plain_yaml(Path(path))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        first = str(error).partition("\n")[0]
+        raise ConfigError(
+            f"experiment={path} cannot be read: {first}.\nGive a file that seals plan wrote."
+        ) from error
+    if not isinstance(content, dict) or content.get("kind") != KIND:
+        raise ConfigError(f"experiment={path} is no planned manoeuvre.\nAllowed: kind: {KIND}")
+    _check_keys(path, content)
+    try:
+        return _experiment(content)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ConfigError(
+            f"experiment={path} is damaged: {error}.\nLet seals plan write it again."
+        ) from error
+
+
+def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
+    for key in content:
+        if key not in _KEYS:
+            near = suggestion(str(key), _KEYS)
+            raise ConfigError(f"experiment={path}: '{key}' is unknown.\n{near}")
+    lacking = [key for key in _KEYS if key not in content]
+    if lacking:
+        raise ConfigError(
+            f"experiment={path} lacks {', '.join(lacking)}.\nLet seals plan write it again."
+        )
+
+
+def _experiment(content: Mapping[str, Any]) -> Experiment:
+    runs: Sequence[Mapping[str, Any]] = content["runs"]
+    step = float(content["step"])
+    gains: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()
+    }
+    flying = [r for r in runs if "x" in r]
+    return Experiment(
+        name=str(content["name"]),
+        meta=content["meta"],
+        step=step,
+        tilt=float(content["tilt"]),
+        gains=Gains(**gains),
+        references=tuple(_reference(r, step) for r in flying),
+        releases=tuple(r for r in runs if "x" not in r),
+        voltages=tuple(float(r["voltage"]) for r in flying),
+    )
+
+
+def _reference(run: Mapping[str, Any], step: float) -> Reference:
+    """A written reference at the rows of the log."""
+    place = np.array([run[a] for a in "xyz"], dtype=float).T
+    yaw = np.array(run["yaw"], dtype=float)
+    joints = np.array(run["joints"], dtype=float).reshape(len(yaw), -1)
+    every = np.concatenate([place, yaw[:, None], joints], axis=1)
+    at = np.arange(len(yaw)) * float(run["spacing"])
+    time = np.arange(round(at[-1] / step)) * step
+    dense = _through(at, every, time)
+    return Reference(place=dense[:, :3], yaw=dense[:, 3], joints=dense[:, 4:])
+
+
+def _through(at: Any, values: Any, time: Any) -> Any:
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(at, values, axis=0)(time)

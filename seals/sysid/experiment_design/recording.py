@@ -1,0 +1,103 @@
+"""What a log of a rehearsed flight would hold: rows, sensors, and the model over them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch import Twin
+from seals.sysid.plant import Plant
+from seals.sysid.problem import Problem
+from seals.sysid.samples import Samples
+from seals.sysid.trajectory import Course
+from seals.sysid.vehicle import Vehicle
+
+
+class _Planned(Plant):
+    """A plant whose added masses all run over the batch as soon as one of them does."""
+
+    def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> Twin:
+        """Twin of the nominal model with changes, see `Plant.twin`."""
+        moved = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & {_ADDED}
+        full = {
+            key: np.full(batch, np.asarray(values.get(key, 0.0)))
+            for key, factor in self.library.factors.items()
+            if factor.instance in moved
+        }
+        return super().twin({**values, **full}, batch, stiff=stiff)
+
+
+_ADDED = "added_mass_change"
+
+
+def planned_plant(
+    problem: Problem,
+    course: Course | None,
+    lengths: Sequence[int],
+    step: float,
+    *,
+    command: Floats,
+    joint_command: Floats,
+    voltage: Floats | None,
+    vehicle: Vehicle | None = None,
+) -> Plant:
+    """The vehicle over the rows of flights, with the sensors of the log."""
+    vehicle = problem.vehicle if vehicle is None else vehicle
+    ends = np.cumsum(lengths)
+    every, sigma = _sensors(problem, step)
+    rows = int(ends[-1])
+    samples = Samples(
+        time=np.concatenate([np.arange(n) * step for n in lengths]),
+        step=step,
+        runs=tuple((int(e - n), int(e)) for e, n in zip(ends, lengths, strict=True)),
+        channels={} if course is None else _channels(problem, course, every, rows),
+        command=command,
+        voltage=None if problem.samples.voltage is None else voltage,
+        joint_command=joint_command,
+    )
+    return _Planned(
+        replace(vehicle, sigma=sigma),
+        problem.plant.library,
+        samples,
+        parts=problem.plant.parts if course is None or not len(vehicle.lag) else 1,
+    )
+
+
+def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, float]]:
+    """Rows between samples of each channel, and noise that tells as much in a second."""
+    every, sigma = {}, dict(problem.vehicle.sigma)
+    for name, values in problem.samples.channels.items():
+        rate = float(np.mean(np.isfinite(values[:, 0]))) / problem.samples.step
+        every[name] = max(1, round(1.0 / max(rate * step, 1e-9)))
+        sigma[name] *= float(np.sqrt(1.0 / max(rate * every[name] * step, 1e-9)))
+    return every, sigma
+
+
+def _channels(
+    problem: Problem, course: Course, every: Mapping[str, int], rows: int
+) -> dict[str, Floats]:
+    """What an exact sensor would read; rows without a sample are NaN.
+
+    The inertial readings stay zero: separations are differences of predictions.
+    """
+    level = problem.vehicle.environment.water_level or 0.0
+    exact = {
+        "position": course.position,
+        "orientation": course.quaternion,
+        "velocity": course.velocity,
+        "depth": level - course.position[:, 2:3],
+        "joint_position": course.joints,
+        "angular_velocity": course.spin,
+        "specific_force": np.zeros((rows, 3)),
+    }
+    out = {}
+    for name, stride in every.items():
+        if name not in exact:
+            continue
+        seen = np.arange(rows)[:, None] % stride == 0
+        out[name] = np.where(seen, exact[name], np.nan)
+    return out

@@ -1,0 +1,129 @@
+"""What the sensors of a simulated vehicle read, as columns of a log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Configuration
+from seals.frames import exponential, matrix_of, multiply, rotate
+from seals.motion import Reading
+from seals.sysid.experiment_design.experiment import Experiment
+from seals.sysid.validation.model import Model
+from seals.world.readings import ReadingChain
+
+
+@dataclass
+class Track:
+    """Rows of one run: states at them, a step of the simulator before and after, commands."""
+
+    states: list[Configuration]
+    before: list[Configuration]
+    after: list[Configuration]
+    commands: list[Floats]
+    joints: list[Floats]
+
+
+def measured(
+    experiment: Experiment,
+    model: Model,
+    track: Track,
+    *,
+    parts: int,
+    volts: float | None,
+    rng: np.random.Generator,
+) -> dict[str, Floats]:
+    """Columns of a log: commands, and sensors with their noise and rates.
+
+    Args:
+        experiment: step of the log, channels of the sensors.
+        model: what acts, errors of the sensors among it.
+        track: of the run.
+        parts: steps of the simulator between rows.
+        volts: of the battery.
+        rng: of the noise.
+    """
+    vehicle, rows = model.vehicle, len(track.states)
+    time: Floats = np.arange(rows, dtype=float) * experiment.step
+    out: dict[str, Floats] = {"t": time}
+    command = np.array(track.commands)
+    for k in range(command.shape[1]):
+        out[f"{vehicle.commands}_{k + 1}"] = command[:, k]
+    joints = np.array(track.joints)
+    for k in range(joints.shape[1]):
+        out[f"joint_position_cmd_{k + 1}"] = joints[:, k]
+    exact = _exact(experiment, model, track, parts)
+    channels = experiment.meta["sensors"]["channels"]
+    for name, values in exact.items():
+        if name not in channels:
+            continue
+        every = max(1, round(1.0 / (float(channels[name]["rate"]) * experiment.step)))
+        seen = np.arange(rows)[:, None] % every == 0
+        out |= _named(name, np.where(seen, _noisy(name, values, vehicle.sigma[name], rng), np.nan))
+    if "battery_voltage" in channels and volts:
+        out["battery_voltage"] = volts + vehicle.sigma["battery_voltage"] * rng.standard_normal(
+            rows
+        )
+    return out
+
+
+def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) -> Floats:
+    """Values with noise; attitudes come out as w, x, y, z."""
+    if name == "orientation":
+        turned = multiply(values, exponential(sigma * rng.standard_normal((len(values), 3))))
+        return np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
+    noisy: Floats = values + sigma * rng.standard_normal(values.shape)
+    return noisy
+
+
+def _named(name: str, values: Floats) -> dict[str, Floats]:
+    if values.shape[1] == 1 and name == "depth":
+        return {name: values[:, 0]}
+    letters: Any = "wxyz" if name == "orientation" else "xyz"
+    if name == "joint_position":
+        letters = [str(k + 1) for k in range(values.shape[1])]
+    return {f"{name}_{a}": values[:, k] for k, a in enumerate(letters)}
+
+
+def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
+    """What exact sensors read, one row a row of the log."""
+    vehicle, step = model.vehicle, experiment.step / parts
+    now, before, after = (
+        Configuration(*(np.array(x) for x in zip(*part, strict=True)))
+        for part in (track.states, track.before, track.after)
+    )
+    turn = matrix_of(now.quaternion)
+    back = turn.transpose(0, 2, 1)
+    linear = (after.velocity - before.velocity) / (2.0 * step)
+    angular = rotate(back, (after.spin - before.spin) / (2.0 * step))
+    linear[:, 2] += vehicle.environment.gravity
+    spin, force = rotate(back, now.spin), rotate(back, linear)
+    arm, mount = vehicle.imu_position, vehicle.imu_turn.T
+    force = force + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+    reading = _late(model, Reading(spin @ mount, force @ mount), experiment.step)
+    for b in ReadingChain(model.bound).errors:
+        reading = b.hooks.measure(reading, b.params)
+    level = vehicle.environment.water_level or 0.0
+    out = {
+        "angular_velocity": np.asarray(reading.angular_velocity),
+        "specific_force": np.asarray(reading.specific_force),
+        "position": now.position,
+        "orientation": now.quaternion,
+        "velocity": rotate(back, now.velocity),
+        "depth": level - now.position[:, 2:3],
+    }
+    return out if not now.joints.shape[1] else {**out, "joint_position": now.joints}
+
+
+def _late(model: Model, reading: Reading, step: float) -> Reading:
+    """Readings as late as the model's sensors."""
+    at = np.arange(len(reading.angular_velocity)) - model.sensor_delay / step
+    rows = np.arange(len(at))
+    parts = [
+        np.stack([np.interp(at, rows, v[:, k]) for k in range(3)], axis=1)
+        for v in (reading.angular_velocity, reading.specific_force)
+    ]
+    return Reading(parts[0], parts[1])

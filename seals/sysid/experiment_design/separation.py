@@ -1,0 +1,250 @@
+"""How far apart a manoeuvre would bring effects: the misfit that the best of the others leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.factors import Candidate
+from seals.sysid.fit import Fitter
+from seals.sysid.naming import THRESHOLD
+from seals.sysid.normal import solve_scaled
+from seals.sysid.verdict import TEMPERATURE
+from seals.sysid.whitened import Whitened
+
+NOTHING = "nothing"
+"""Name of the nominal model among the rivals of a single effect."""
+_WIDE = 1.5
+"""Prior width of a freed factor in units of its plausible size, as in the diagnosis."""
+_NODES = 24
+"""Nodes of the quadrature over the noise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Supposed:
+    """An effect at the size at which it is supposed to act.
+
+    Args:
+        candidate: of the library; None for nothing.
+        values: changes by factor key.
+    """
+
+    candidate: Candidate | None
+    values: Mapping[str, float]
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return NOTHING if self.candidate is None else self.candidate.name
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Factors that it frees."""
+        return () if self.candidate is None else self.candidate.all_keys
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gram:
+    """Inner products of responses and signals, marginalised over start states and gusts.
+
+    Args:
+        fitter: whose library holds the priors.
+        keys: of the responses.
+        supposed: whose signals follow the responses.
+        whitened: responses and signals of every window.
+        table: of every window, shape (W, c, c), c = len(keys) + len(supposed).
+    """
+
+    fitter: Fitter
+    keys: tuple[str, ...]
+    supposed: tuple[Supposed, ...]
+    whitened: Whitened
+    table: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contest:
+    """One effect as the truth, one rival fitted to it.
+
+    Args:
+        truth: name of the effect that acts.
+        rival: name of the one that is fitted.
+        separation: chi-square that the best-fitting rival leaves.
+        gap: difference of the scores that the diagnosis would see, on average.
+    """
+
+    truth: str
+    rival: str
+    separation: float
+    gap: float
+
+    def odds(self, deviate: Floats) -> Floats:
+        """Odds of the rival against the truth where noise deviates so many sigmas."""
+        asked = THRESHOLD if self.rival == NOTHING else 0.0
+        gap = self.gap - asked + 2.0 * np.sqrt(max(self.separation, 0.0)) * deviate
+        odds: Floats = np.exp(-np.clip(gap / TEMPERATURE, -50.0, 50.0))
+        return odds
+
+
+def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, float]) -> Gram:
+    """Linearise the supposed effects along a flight.
+
+    Args:
+        fitter: of the nominal model along the flight.
+        supposed: effects at their sizes.
+        base: changes that are known to be there, such as a known load.
+    """
+    library = fitter.library
+    extra: list[str] = []
+    parts = [fitter.fixed]
+    zero = fitter.misfit(base).outputs
+    signals = []
+    for one in supposed:
+        values = {**base, **{k: v + base.get(k, 0.0) for k, v in one.values.items()}}
+        fresh = [k for k in one.keys if k not in library.tolerances and k not in extra]
+        if fresh:
+            parts.append(fitter.whitened(fresh, values))
+            extra += fresh
+        signals.append(zero - fitter.misfit(values).outputs)
+    parts.append(fitter.windows.whiten(np.concatenate(signals, axis=2)))
+    both = reduce(Whitened.beside, parts)
+    keys = (*fitter.tolerances, *extra)
+    return Gram(
+        fitter=fitter,
+        keys=keys,
+        supposed=tuple(supposed),
+        whitened=both,
+        table=both.product(both),
+    )
+
+
+def contest(gram: Gram, table: Floats, truth: int, rival: int) -> Contest:
+    """Let one effect be true and fit another one.
+
+    Args:
+        gram: keys and priors.
+        table: inner products summed over the windows of a manoeuvre.
+        truth: index of the effect that acts.
+        rival: index of the effect that is fitted; beyond the last for nothing.
+    """
+    names = [s.name for s in gram.supposed]
+    own, own_price, _ = _fitted(gram, table, truth, truth)
+    other, other_price, _ = _fitted(gram, table, truth, rival)
+    return Contest(
+        truth=names[truth],
+        rival=names[rival] if rival < len(names) else NOTHING,
+        separation=max(other - own, 0.0),
+        gap=other - own - (own_price - other_price),
+    )
+
+
+def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, float, Floats]:
+    """Fit a model to the signal of another.
+
+    Returns:
+        Cost of the best fit, price of its freedom, and the weights of responses and signals that
+        make up what it leaves, shape (c,).
+    """
+    factors, tolerances = gram.fitter.library.factors, gram.fitter.tolerances
+    one = (
+        gram.supposed[model] if model < len(gram.supposed) else Supposed(candidate=None, values={})
+    )
+    keys = (*tolerances, *(k for k in one.keys if k not in tolerances))
+    use = [gram.keys.index(k) for k in keys]
+    signal = len(gram.keys)
+    tolerance = np.array([factors[k].tolerance for k in keys])
+    scale = np.array([factors[k].scale for k in keys])
+    freed = np.array([k in one.keys for k in keys])
+    plausible = np.maximum(scale, tolerance)
+    precision = 1.0 / np.where(freed, _WIDE * plausible, tolerance) ** 2
+    begin = np.array([float(one.values.get(k, 0.0)) for k in keys])
+    bounds = np.array([factors[k].bounds for k in keys])
+    # what is left at the values about which the rival was made linear
+    mark = np.zeros(table.shape[0])
+    mark[signal + truth] = 1.0
+    if model < len(gram.supposed):
+        mark[signal + model] -= 1.0
+    normal = table[np.ix_(use, use)]
+    right, left = table[use] @ mark, float(mark @ table @ mark)
+    step = _bounded_step(normal, right, precision, begin, bounds)
+    cost = left - 2.0 * right @ step + step @ normal @ step
+    cost += float(np.sum(precision * (begin + step) ** 2))
+    widths = np.where(freed, plausible, tolerance)
+    scaled = normal * widths[:, None] * widths[None, :]
+    price = float(np.linalg.slogdet(scaled + np.eye(len(keys)))[1])
+    mark[use] -= step
+    return max(float(cost), 0.0), price, mark
+
+
+def difference(
+    gram: Gram, table: Floats, chosen: Floats, pair: tuple[int, int]
+) -> dict[str, tuple[float, float]]:
+    """What the best-fitting rival leaves, by channel.
+
+    Args:
+        gram: keys and priors.
+        table: inner products summed over the windows of a manoeuvre.
+        chosen: those windows, shape (W,).
+        pair: indices of truth and rival.
+
+    Returns:
+        Root mean square in units of the channel's noise, and the share of the chi-square.
+    """
+    windows = gram.fitter.windows
+    _, _, mark = _fitted(gram, table, *pair)
+    left = windows.leftover(gram.whitened.outputs @ mark)
+    channels = len(windows.channel_of)
+    inside = left[:, : windows.length * channels].reshape(windows.count, windows.length, channels)
+    square = inside[chosen] ** 2
+    seen = windows.weight[chosen] > 0.0
+    out = {}
+    for name in dict.fromkeys(windows.channel_of):
+        use = [i for i, n in enumerate(windows.channel_of) if n == name]
+        sum_of = float(square[:, :, use].sum())
+        rms = float(np.sqrt(sum_of / max(1, int(seen[:, :, use].sum()))))
+        out[name] = (rms, sum_of / max(float(square.sum()), 1e-12))
+    return out
+
+
+def _bounded_step(
+    normal: Floats, right: Floats, precision: Floats, begin: Floats, bounds: Floats
+) -> Floats:
+    """Least squares step with a prior about zero, held at the bounds that it would cross."""
+    step = np.zeros(len(right))
+    free = np.ones(len(right), dtype=bool)
+    for _ in range(3):
+        held = ~free
+        matrix = normal[np.ix_(free, free)] + np.diag(precision[free])
+        gradient = right[free] - precision[free] * begin[free]
+        gradient = gradient - normal[np.ix_(free, held)] @ step[held]
+        step[free] = solve_scaled(matrix, gradient)
+        reached = begin + step
+        beyond = free & ((reached < bounds[:, 0]) | (reached > bounds[:, 1]))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(reached, bounds[:, 0], bounds[:, 1])[beyond] - begin[beyond]
+        free &= ~beyond
+    return step
+
+
+def confidence(contests: Sequence[Contest]) -> float:
+    """Confidence that the diagnosis would give to the truth, on average over the noise.
+
+    Args:
+        contests: of one truth against all its rivals.
+    """
+    nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+    odds = np.sum([c.odds(nodes) for c in contests], axis=0)
+    return float(np.sum(weights / (1.0 + odds)) / np.sum(weights))
+
+
+def chance(against_nothing: Contest) -> float:
+    """Probability that the diagnosis would find the effect at all."""
+    from math import erf, sqrt
+
+    spread = 2.0 * sqrt(max(against_nothing.separation, 1e-9))
+    return 0.5 * (1.0 + erf((against_nothing.gap - THRESHOLD) / spread / sqrt(2.0)))

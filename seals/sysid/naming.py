@@ -1,0 +1,380 @@
+"""The search: which effects, alone or together, explain what the nominal model leaves over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from seals.sysid.drop import search_drops
+from seals.sysid.factors import Candidate
+from seals.sysid.fit import Fitter
+from seals.sysid.gusts import ADMITTED, unrest
+from seals.sysid.hypothesis import Hypothesis, keys_of, material, scored
+from seals.sysid.late import own_courses
+from seals.sysid.lateness import timed
+from seals.sysid.linearise import DELAY
+from seals.sysid.normal import Fit
+from seals.sysid.parallel import spread
+from seals.sysid.plant import nonzero
+from seals.sysid.problem import LATE, Problem, followed, linearised, rewindowed
+from seals.sysid.rough import surface
+from seals.sysid.screen import Screen, candidate_keys, linear_gain, screen
+from seals.sysid.shortlist import Job, fitted, hopeful, refined
+from seals.sysid.special import special_starts
+
+SURVIVORS = 7
+"""Candidates that are fitted in full after the quick look."""
+FOLLOWERS = 4
+"""The same beside effects that were found already."""
+HOPELESS, HOPELESS_BESIDE = 5.0, 14.0
+"""Linear gain below which a full fit cannot pay, alone and beside other effects."""
+_NEAR = 12.0
+"""Fall of the linear gain within which a candidate survives in any case."""
+THRESHOLD = 10.0
+"""Score above which an effect is taken to be there."""
+ROUGH, BLIND = 8.0, 14.0
+"""More of it where a hull pierces the surface, its laws being good to a few per cent only: with a
+pose, and without one or for late sensors, whose course the impact itself has to tell."""
+FURTHER = 10.0
+"""More of it for every further effect: what a loud one leaves over is easily taken for another."""
+JOINTED = 50.0
+"""More of it on a vehicle with an arm, whose reaction on the base is known less well, for effects
+that do not sit in the arm."""
+IN_THE_ARM = ("joint_friction", "joint_backlash", "payload")
+RIVALS = 3
+"""Effects that are tried in the place of each one that was found."""
+POLISHED = 2
+"""Loud fits at the top that are repeated on a linearisation of their own."""
+PAIRED = 5
+"""Effects of the first round that are tried two by two."""
+MOST = 3
+"""Effects that are looked for at most."""
+INEXACT = 0.01
+"""Share of what a wave explains that its law, of first order in the steepness, leaves over."""
+_LOUD = 100.0
+"""Score above which a fit is repeated on a linearisation of its own."""
+_SETTLED = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """What was tried.
+
+    Args:
+        nominal: the model as it is.
+        best: the model that was chosen, the nominal one when no effect stands out.
+        rounds: hypotheses of every round, best first.
+    """
+
+    nominal: Hypothesis
+    best: Hypothesis
+    rounds: tuple[tuple[Hypothesis, ...], ...] = field(default=())
+
+
+def search(
+    problem: Problem,
+    *,
+    threshold: float = THRESHOLD,
+    processes: int = 1,
+    tell: Callable[[int], None] = lambda rounds: None,
+) -> Search:
+    """Add effects one at a time while they pay, then see whether any can be exchanged.
+
+    Args:
+        problem: the log made ready.
+        threshold: score that every effect must add.
+        processes: that share the fits.
+        tell: called with the number of rounds done.
+    """
+    if problem.impact and not problem.samples.posed:
+        asked = threshold + BLIND
+        nominal, best, tried = search_drops(problem, asked, processes=processes, tell=tell)
+        return Search(nominal=nominal, best=best, rounds=(tried,))
+    nominal, best, rounds = added(problem, threshold, processes=processes, tell=tell)
+    own = own_courses(problem, nominal, best, threshold + BLIND, processes=processes)
+    if own is not None:
+        # what was tried along another course has no say beside these
+        kept = [h for h in rounds[0] if own[0] is nominal and h.names != own[1].names]
+        nominal, best, fresh = own
+        rounds = [(*fresh, *kept)]
+    return Search(nominal=nominal, best=best, rounds=tuple(rounds))
+
+
+def added(
+    problem: Problem, threshold: float, *, processes: int, tell: Callable[[int], None]
+) -> tuple[Hypothesis, Hypothesis, list[tuple[Hypothesis, ...]]]:
+    """Nominal model, the one with all effects that pay, and what was tried in every round."""
+    nominal = settled(problem)
+    best = nominal
+    rounds: list[tuple[Hypothesis, ...]] = []
+    rough = surface(problem.plant, nominal.fitter.course) is not None
+    for _ in range(MOST):
+        tried = extensions(problem, nominal, best, processes=processes)
+        if problem.impact and not rounds:
+            nominal, tried = credited(problem, nominal, tried, processes=processes)
+            best = nominal
+        rounds.append(tried)
+        tell(len(rounds))
+        tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
+        if problem.vehicle.servo:
+            tried = tuple(
+                sorted(tried, key=lambda h: -h.score + (0.0 if _in_the_arm(h) else JOINTED))
+            )
+        if not tried:
+            break
+        asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
+        asked += INEXACT * best.score if "waves" in best.names else 0.0
+        if problem.vehicle.servo and not _in_the_arm(tried[0]):
+            asked += JOINTED
+        if tried[0].score < best.score + asked:
+            break
+        # stronger gusts, as far as they are admitted, may do as well as the effect
+        calm = unrest(best).allowance - unrest(tried[0]).allowance
+        if tried[0].score - calm < best.score + asked:
+            break
+        best = tried[0]
+        if len(best.candidates) == 2:
+            best = paired(nominal, best, rounds[0], processes=processes)
+        elif len(best.candidates) > 2:
+            best = exchanged(nominal, best, rounds[0], processes=processes)
+    return nominal, best, rounds
+
+
+def credited(
+    problem: Problem, nominal: Hypothesis, tried: tuple[Hypothesis, ...], *, processes: int = 1
+) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
+    """The nominal model on the course of the best of some others, and those tried again beside it.
+
+    A loud effect is fitted along a course that follows it. Where it only led to a better course
+    through an impact, it must not take the credit.
+    """
+    if not tried or tried[0].fitter.course is nominal.fitter.course:
+        return nominal, tried
+    level = nominal.fitter.windows.gusts
+    fitter = linearised(problem.plant, tried[0].fitter.course, {}, gusts=level)
+    fitter = followed(fitter, (), rounds=2)
+    moved = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    if moved.fit.cost > nominal.fit.cost - _LOUD:
+        return nominal, tried
+    return moved, extensions(problem, moved, moved, processes=processes)
+
+
+def _in_the_arm(hypothesis: Hypothesis) -> bool:
+    """Whether the effect that was added last sits in the arm."""
+    return hypothesis.candidates[-1].name in IN_THE_ARM
+
+
+def settled(problem: Problem) -> Hypothesis:
+    """The nominal model under the gusts that suit it best, as far as they were stated."""
+    fitter = problem.fitter
+    nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    at = {k: v for k, v in nominal.fit.values.items() if k != DELAY}
+    if problem.plant.friction(nonzero(at), fitter.course.rates) is not None:
+        # the slope of dry friction belongs to the dynamics
+        fitter = linearised(problem.plant, fitter.course, at, gusts=fitter.windows.gusts)
+        nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    found = unrest(nominal)
+    if not 1.0 < found.level <= ADMITTED:
+        return nominal
+    fitter = rewindowed(fitter, gusts=found.level)
+    return Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+
+
+def extensions(
+    problem: Problem, nominal: Hypothesis, base: Hypothesis, *, processes: int = 1
+) -> tuple[Hypothesis, ...]:
+    """All models with one effect more than ``base``, best first."""
+    library = problem.plant.library
+    taken = {c.label for c in base.candidates}
+    families = {c.name for c in base.candidates}
+    candidates = [c for c in library.candidates if c.label not in taken and c.name not in families]
+    noisy = unrest(base)
+    missing = noisy.level > 1.0 and noisy.gain > _FORCE
+    starts = special_starts(problem, base) if missing else {}
+    regular = [c for c in candidates if c.name not in _SPECIAL]
+    _, first = quick_look(base, regular, always=_LATE_NAMES if missing else ())
+    jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
+    jobs += [
+        (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
+    ]
+
+    def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
+        keys = keys_of((*base.candidates, job[0]))
+        return _shifted(base.fitter, job[1]).fit(keys, start=job[1], rough=True)
+
+    fits = spread(work, jobs, processes)
+    chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
+    for (candidate, begin), fit in zip(jobs, fits, strict=True):
+        known = chosen.get(candidate.label)
+        if known is None or fit.cost < known[1].cost:
+            chosen[candidate.label] = (candidate, fit, _shifted(base.fitter, begin))
+    out = [
+        scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
+    ]
+    # the first round's runners-up are tried two by two later
+    out = refined(out, nominal, base, always=0 if base.candidates else PAIRED, processes=processes)
+    out.sort(key=lambda h: -h.score)
+    return tuple(polished(problem, nominal, base, out))
+
+
+def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
+    """Windows that follow a late sensor, for starts with more than a little delay."""
+    delay = start.get(DELAY, 0.0)
+    return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
+
+
+_LATE_NAMES = ("sensor_delay",)
+"""Effects whose response about zero says little of what they do."""
+_SPECIAL = ("tether", "waves")
+_FORCE = 25.0
+"""Evidence for stronger gusts from which on effects of unknown place or period are tried."""
+
+
+def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:
+    given = {k: base.fit.values[k] for k in base.fit.freed}
+    return [given | dict(zip(candidate.all_keys, s, strict=False)) for s in candidate.starts]
+
+
+def quick_look(
+    base: Hypothesis, candidates: Sequence[Candidate], *, always: Sequence[str] = ()
+) -> tuple[Screen, list[tuple[Candidate, dict[str, float]]]]:
+    """Candidates that survive a linear look about the point of linearisation, with first values.
+
+    Args:
+        base: model that they would extend.
+        candidates: to look at.
+        always: names that a linear look cannot judge.
+    """
+    fitter, freed = base.fitter, base.fit.freed
+    about = fitter.start(freed) if not freed else base.fit
+    table = screen(fitter, about, candidate_keys(candidates))
+    common, _ = linear_gain(fitter, table, ())
+    ranked = []
+    for candidate in candidates:
+        gain, values = linear_gain(fitter, table, candidate.all_keys)
+        keys = (*freed, *candidate.all_keys)
+        ranked.append((gain - common, candidate, {k: values[k] for k in keys if k in values}))
+    ranked.sort(key=lambda r: -r[0])
+    top = ranked[0][0] if ranked else 0.0
+    least, spared = (HOPELESS_BESIDE, 1) if freed else (HOPELESS, 3)
+    kept = [
+        (c, v)
+        for i, (g, c, v) in enumerate(ranked)
+        if c.name in always
+        or (
+            (i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS))
+            and (g > least or i < spared)
+        )
+    ]
+    return table, kept
+
+
+def polished(
+    problem: Problem, nominal: Hypothesis, base: Hypothesis, tried: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Repeat the loud fits at the top where their own linearisation holds."""
+    out = list(tried)
+    least = max(_LOUD, hopeful(out[0].score, base)) if out else _LOUD
+    for i, hypothesis in enumerate(out[:POLISHED]):
+        if hypothesis.score > least:
+            out[i] = relinearised(problem, nominal, hypothesis)
+    return sorted(out, key=lambda h: -h.score)
+
+
+def relinearised(
+    problem: Problem, nominal: Hypothesis, hypothesis: Hypothesis, *, rounds: int = 2
+) -> Hypothesis:
+    """Fit a hypothesis again about its own values."""
+    keys = hypothesis.fit.freed
+    if DELAY in keys and hypothesis.fitter.windows.delay:
+        hypothesis = timed(nominal, hypothesis)
+    fit, fitter = hypothesis.fit, hypothesis.fitter
+    known = fit.known
+    for _ in range(rounds):
+        at = dict(fit.values)
+        if problem.samples.posed and not problem.impact:
+            level = fitter.windows.gusts
+            fitter = linearised(problem.plant, fitter.course, at, gusts=level)
+        else:
+            fitter = followed(fitter, keys, at=at, rounds=1)
+        before, fit = fit, fitter.fit(keys, start=fit.values)
+        if abs(before.cost - fit.cost) < _SETTLED:
+            break
+    return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
+
+
+def exchanged(
+    nominal: Hypothesis,
+    best: Hypothesis,
+    singles: Sequence[Hypothesis],
+    *,
+    processes: int = 1,
+) -> Hypothesis:
+    """Try other effects in place of each one that was found but the last."""
+    jobs = []
+    for k in range(len(best.candidates) - 1):
+        others = best.candidates[:k] + best.candidates[k + 1 :]
+        for single in singles[:5]:
+            candidate = single.candidates[-1]
+            if candidate.name in {c.name for c in best.candidates}:
+                continue
+            values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
+            jobs.append(((*others, candidate), values))
+    for rival in fitted(best.fitter, jobs, nominal, best, processes=processes):
+        if rival.score > best.score + 1.0:
+            best = rival
+    return best
+
+
+def paired(
+    nominal: Hypothesis,
+    best: Hypothesis,
+    singles: Sequence[Hypothesis],
+    *,
+    processes: int = 1,
+) -> Hypothesis:
+    """Fit the likeliest effects two by two: a pair may hide behind a third effect.
+
+    The effect that was found beside the first joins them.
+    """
+    top = [h for h in singles[:PAIRED] if h.score > 0.0]
+    second = best.candidates[-1].label
+    top += [h for h in singles[PAIRED:] if h.candidates[-1].label == second]
+    pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
+    known = set(best.names)
+    pairs = [(a, b) for a, b in pairs if {*a.names, *b.names} != known]
+    fitter = nominal.fitter
+    jobs = [
+        (
+            (*a.candidates, *b.candidates),
+            {k: h.fit.values[k] for h in (a, b) for k in h.fit.freed},
+        )
+        for a, b in pairs
+    ]
+    for rival in fitted(fitter, jobs, nominal, best, processes=processes):
+        if rival.score > best.score + 1.0:
+            best = rival
+    return best
+
+
+def rivals_of(
+    search: Search, best: Hypothesis, index: int, *, processes: int = 1
+) -> tuple[Hypothesis, ...]:
+    """Models with another effect in the place of one of the chosen, best first."""
+    own = best.candidates[index]
+    singles = [h for h in search.rounds[0] if h.candidates[-1].name != own.name]
+    if len(best.candidates) == 1:
+        return tuple(singles)
+    others = tuple(c for k, c in enumerate(best.candidates) if k != index)
+    taken = {c.name for c in best.candidates}
+    pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
+    ranked = sorted(pool.values(), key=lambda h: -h.score)
+    jobs: list[Job] = []
+    for single in ranked:
+        candidate = single.candidates[-1]
+        if candidate.name in taken or len(jobs) >= RIVALS:
+            continue
+        values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
+        jobs.append(((*others, candidate), values))
+    found = fitted(best.fitter, jobs, search.nominal, best, processes=processes)
+    return tuple(sorted(found, key=lambda h: -h.score))

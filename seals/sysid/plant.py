@@ -1,0 +1,284 @@
+"""The extended model of a vehicle over the rows of its log: rates and steps for many parameters."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch import Rates, Twin, TwinState
+from seals.batch.posture import Posture
+from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.effect import Measure, Timed
+from seals.motion import Inputs, Joints, Reading
+from seals.registry import get
+from seals.sysid.drive import JITTER, respond
+from seals.sysid.factors import Library
+from seals.sysid.samples import Samples
+from seals.sysid.vehicle import Vehicle
+
+Values = Mapping[str, Any]
+"""Changes by factor key: numbers, or arrays over the batch."""
+WAVES, WAVE_MOMENT = "waves", "wave_moment"
+_TIMED = ("command_delay.delay", "rotor_lag.time_constant_change")
+
+_KEPT = 12
+"""Timings of the actuators that are kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """States of the actuators at the start, middle and end of every part of every step.
+
+    Args:
+        at: shape (T, 2 parts + 1, n).
+        delay: of all commands, those to the joints among them [s].
+    """
+
+    at: Floats
+    delay: float = 0.0
+
+
+class Held(Enum):
+    """Which command the joints follow, one being held from row to row."""
+
+    step = "the mean over the step that begins at a row"
+    ends = "that at a row of which the mean of two rows is the mean over the step between"
+    row = "what is in force at the row itself"
+
+
+class Plant:
+    """A vehicle with all factors of its library, evaluated at rows of a log.
+
+    Args:
+        vehicle: nominal model.
+        library: factors and instances.
+        samples: the log.
+        parts: integration steps per row.
+    """
+
+    def __init__(self, vehicle: Vehicle, library: Library, samples: Samples, *, parts: int) -> None:
+        self.vehicle, self.library, self.samples, self.parts = vehicle, library, samples, parts
+        self._nominal = tuple(vehicle.effects)
+        self._sets: dict[frozenset[str], EffectSet] = {}
+        self._drives: dict[tuple[float, float], Drive] = {}
+        self.waves = get("wave", "still").load()()
+        self._airy = get("wave", "airy").load()
+        effects = library.effects
+        self._stiff = {n for n, e in effects.items() if e.stiff}
+        self._quiet = {
+            n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
+        }
+
+    def drive(self, values: Values) -> Drive | None:
+        """States of the actuators under the timing of ``values`` (numbers)."""
+        if not len(self.vehicle.lag):
+            return None
+        delay, lag = (float(values.get(key, 0.0)) for key in _TIMED)
+        key = (delay, lag)
+        if key not in self._drives:
+            if len(self._drives) >= _KEPT:
+                del self._drives[next(iter(self._drives))]
+            self._drives[key] = self._respond(delay, lag)
+        return self._drives[key]
+
+    def _respond(self, delay: float, lag: float) -> Drive:
+        samples, parts = self.samples, 2 * self.parts
+        tau = np.maximum(self.vehicle.lag + lag, 1e-4)
+        at = np.zeros((samples.rows, parts + 1, len(tau)))
+        for first, last in samples.runs:
+            states = respond(
+                samples.command[first:last],
+                samples.step,
+                lag=tau,
+                delay=max(JITTER + delay, 0.0),
+                parts=parts,
+            )
+            at[first:last, :-1] = states
+            at[first : last - 1, -1] = states[1:, 0]
+            at[last - 1, -1] = states[-1, -1]
+        return Drive(at=at, delay=delay)
+
+    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> Twin:
+        """Twin of the nominal model with the changes of ``values``.
+
+        Args:
+            values: numbers or arrays (batch,) by factor key; factors left out are zero.
+            batch: rows.
+            stiff: whether effects that are too steep for explicit steps take part.
+        """
+        used = {key.partition(".")[0] for key in values} - self._quiet
+        if WAVES in used:
+            used = (used - {WAVES}) | {WAVE_MOMENT}
+        if not stiff:
+            used -= self._stiff
+        bound = self._bound(frozenset(used & set(self.library.effects)))
+        given = {
+            k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
+        }
+        waves = self._waves(values, batch)
+        return Twin(
+            self.vehicle.robot,
+            bound,
+            self.vehicle.environment,
+            waves,
+            batch=batch,
+            values=given,
+        )
+
+    def _bound(self, used: frozenset[str]) -> EffectSet:
+        """Effects of the nominal model and some more, bound once for each choice."""
+        if used not in self._sets:
+            effects = self.library.effects
+            chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
+            self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
+        return self._sets[used]
+
+    def total(self, key: str, change: Any) -> Any:
+        """Value of a parameter: that of its instance and the change."""
+        name, _, parameter = key.partition(".")
+        nominal = float(getattr(self.library.effects[name], parameter))
+        return nominal + change if np.ndim(change) else float(nominal + change)
+
+    def _waves(self, values: Values, batch: int) -> Any:
+        parts = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{WAVES}.")}
+        if not parts:
+            return self.waves
+        sea = copy.copy(self._airy(amplitude=0.0))
+        for name, value in parts.items():
+            setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
+        return sea
+
+    def inputs(
+        self,
+        rows: Any,
+        drive: Floats | None,
+        *,
+        held: Held = Held.step,
+        delay: float = 0.0,
+    ) -> Inputs:
+        """Inputs at some rows with given states of the actuators.
+
+        Args:
+            rows: of the log.
+            drive: states of the actuators.
+            held: the command that the joints follow.
+            delay: of the commands to the joints [s].
+        """
+        samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
+        voltage = None if samples.voltage is None else samples.voltage[rows]
+        joint = None
+        if samples.joint_command.shape[1]:
+            whole, share = _in_force(delay, samples.step, held)
+            newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
+            command = samples.joint_command
+            joint = share * command[older] + (1.0 - share) * command[newer]
+        return Inputs(0.0, torque, drive, voltage, joint)
+
+    def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
+        """Rates at rows of the log (repeats allowed)."""
+        time = self.samples.time[rows][:, None]
+        return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
+
+    def advance(
+        self,
+        twin: Twin,
+        state: TwinState,
+        rows: Any,
+        drive: Drive | None,
+        torque: tuple[Floats, Floats] | None = None,
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[TwinState, Rates]:
+        """States one row later, and the rates at the start.
+
+        Args:
+            twin: of the model.
+            state: at the rows.
+            rows: of the log.
+            drive: states of the actuators.
+            torque: of the joints from outside the twin at the start and the end of the step, each
+                (N, J); None for none.
+            posture: at the rows, where it is known.
+        """
+        step = self.samples.step / self.parts
+        first: Rates | None = None
+        for part in range(self.parts):
+            time = self.samples.time[rows][:, None] + part * step
+            at = []
+            for i in range(3):
+                inputs = (
+                    self.inputs(rows, None)
+                    if drive is None
+                    else self.inputs(rows, drive.at[rows, 2 * part + i], delay=drive.delay)
+                )
+                if torque is not None:
+                    late = (part + 0.5 * i) / self.parts
+                    inputs = inputs._replace(
+                        joint_torque=(1.0 - late) * torque[0] + late * torque[1]
+                    )
+                at.append(inputs)
+            known = None if part else posture
+            state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]), known)
+            first = k1 if first is None else first
+        assert first is not None
+        return state, first
+
+    def friction(self, values: Values, rates: Floats) -> Floats | None:
+        """Torque of the stiff effects at known joint rates, shape (T, J); None for none."""
+        used = {key.partition(".")[0] for key in values} & self._stiff
+        if not used:
+            return None
+        chosen = {n: self.library.effects[n] for n in used}
+        given = {k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
+            given, np.zeros(1), len(rates)
+        )
+        joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
+        torque = np.zeros_like(rates)
+        for b in bound.joint_loads:
+            torque = torque + b.hooks.joint_loads(joints, inputs, None, b.params)[0]
+        return torque
+
+    def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
+        """What the inertial sensors report, sensor axes; values are numbers or arrays (N,)."""
+        arm, spin = self.vehicle.imu_position, state.spin
+        force = rates.specific_force
+        if np.any(arm):
+            force = force + np.cross(rates.spin, arm) + np.cross(spin, np.cross(spin, arm))
+        turn = self.vehicle.imu_turn.T
+        reading = Reading(spin @ turn, force @ turn)
+        used = {key.partition(".")[0] for key in values}
+        effects = self.library.effects
+        sensors = {n: effects[n] for n in used if n in effects and has_hook(effects[n], Measure)}
+        if not sensors:
+            return reading
+        given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
+        like = np.zeros(1)
+        bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
+            given, like, len(state.spin)
+        )
+        for b in sorted(bound.measures, key=lambda b: getattr(b.effect, "order", 0)):
+            reading = b.hooks.measure(reading, b.params)
+        return reading
+
+
+def nonzero(values: Mapping[str, float]) -> dict[str, float]:
+    """Drop changes that are zero."""
+    return {k: v for k, v in values.items() if v != 0.0}
+
+
+def _in_force(delay: float, step: float, held: Held) -> tuple[int, float]:
+    """Rows by which a command is behind, and the share of the one before it."""
+    if held is Held.row:
+        # a command arrives up to twice the mean jitter late: the odds that this one has not
+        behind = max(int(np.floor(delay / step)) + 1, 1)
+        missing = (delay + 2.0 * JITTER - behind * step) / (2.0 * JITTER)
+        return behind, float(np.clip(missing, 0.0, 1.0))
+    late = max(delay / step + (1.0 if held is Held.ends else JITTER / step), 0.0)
+    return int(late), late - int(late)

@@ -1,0 +1,170 @@
+"""``seals diagnose``: reads a log, names what its model is missing, writes answer and report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, LogError
+from seals.logs import refuse_if_bad
+from seals.logs.atomic import write_text
+from seals.logs.log import Log
+from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.sysid.parallel import cores
+from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.verdict import Verdict
+from seals.sysid.words import sentence
+
+ANSWER = "diagnosis.json"
+_STEP = 32
+"""Ticks of the progress bar a stage."""
+STAGES = 6
+_MOST = 12
+"""Logs that a refusal names."""
+
+
+def execute(config: Any) -> int:
+    """Run one composed diagnosis and return its exit code.
+
+    Raises:
+        ConfigError: no log is given, or it is not there.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    from seals.run.progress import progress
+
+    if config.log is None:
+        raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
+    place = Path(str(config.log))
+    if not place.exists():
+        raise ConfigError(f"log={config.log}: there is no such file or folder.\nGive a log folder.")
+    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    _folder(out)
+    with progress("diagnosing", STAGES * _STEP) as tell:
+        try:
+            log = _read(config, place)
+            found = _found(config, log, place, lambda stage: tell(stage * _STEP))
+        except LogError as refusal:
+            _write(out, _bad(str(refusal)))
+            print(f"bad data: {refusal}")
+            return Verdict.bad_data.exit_code
+        missing = localise(found.problem, found.search.nominal)
+        _write(out, answer_of(found, missing))
+        tell(STAGES * _STEP - 1)
+        pages = _report(config, found, log, out, missing)
+    print(sentence(found))
+    print(_told(found, missing), end="")
+    for page in (out / ANSWER, *pages):
+        print(f"{page}")
+    return found.answer.verdict.exit_code
+
+
+def _read(config: Any, place: Path) -> Log:
+    from seals.config.build import build
+
+    logs = build(config.reader, where="reader").read(str(place))
+    if not logs:
+        raise LogError(f"log={place} holds no run.\nGive a log with a run.")
+    if len(logs) > 1:
+        raise ConfigError(
+            f"log={place} holds {len(logs)} logs.\n"
+            f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
+        )
+    log: Log = logs[0]
+    refuse_if_bad(log)
+    return log
+
+
+def _found(config: Any, log: Log, place: Path, tell: Callable[[int], None]) -> Diagnosis:
+    """The diagnosis, with the log it is of and the flight that would settle what is open."""
+    found = diagnose(log, processes=config.processes or cores(), tell=tell)
+    found = replace(found, source=_source(place))
+    if not config.plan:
+        return found
+    return replace(found, next_experiment=proposed(found))
+
+
+def _source(place: Path) -> dict[str, str]:
+    from seals.sysid.validation.answer import log_digest
+
+    try:
+        return {"path": str(place.resolve()), "sha256": log_digest(place)}
+    except LogError:
+        # a foreign format has no table of its own
+        return {"path": str(place.resolve())}
+
+
+def proposed(found: Diagnosis) -> dict[str, Any] | None:
+    """The flight that would tell an open question, as ``seals plan`` finds it; None without one."""
+    from seals.sysid.experiment_design.plan import propose
+
+    answer = found.answer
+    if answer.verdict is Verdict.ambiguous:
+        claim = answer.claims[0]
+        names = [claim.name, *claim.rivals]
+    elif answer.verdict is Verdict.cannot_tell and answer.blind:
+        names = list(answer.blind[:1])
+    else:
+        return None
+    try:
+        return propose(found.problem, names, known=found.known()).to_dict()
+    except ConfigError as refusal:
+        # nothing of the library suits this vehicle: the reason belongs in the answer
+        return {"effects": names, "sentence": str(refusal)}
+
+
+def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
+    """The diagnosis in its written form, with what is known of the force that the model lacks."""
+    law = missing.formula
+    return {
+        **found.to_dict(),
+        "signature": list(missing.signature.sentences),
+        "formula": None if law is None else {**law.to_dict(), "words": str(law)},
+    }
+
+
+def _told(found: Diagnosis, missing: Localisation) -> str:
+    """What is said beside the verdict: the signature of an unknown effect, the next flight."""
+    lines = []
+    if found.answer.verdict is Verdict.none_of_these:
+        lines += [f"  {line}" for line in missing.signature.sentences]
+        if missing.formula is not None:
+            lines.append(f"  a formula: {missing.formula}")
+    if found.next_experiment is not None:
+        lines.append(f"Next: {found.next_experiment['sentence']}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _report(
+    config: Any, found: Diagnosis, log: Log, out: Path, missing: Localisation
+) -> list[Path]:
+    if not config.report:
+        return []
+    from seals.sysid.report.report import write_report
+
+    return [write_report(found, log, out, localisation=missing)]
+
+
+def _bad(words: str) -> dict[str, Any]:
+    return {
+        "verdict": Verdict.bad_data.value,
+        "effects": [],
+        "ambiguous_with": [],
+        "next_experiment": None,
+        "held_out_error": None,
+        "reasons": [words],
+    }
+
+
+def _folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+
+
+def _write(out: Path, answer: dict[str, Any]) -> None:
+    write_text(out / ANSWER, json.dumps(answer, indent=1) + "\n")

@@ -1,0 +1,122 @@
+"""Bars of a report: what each effect removes, and the ladder of errors."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+from seals.report import Bar, Bars
+from seals.report.figures import Mark
+from seals.sysid.report.gains import Step
+from seals.sysid.report.table import NAMED, POSSIBLE, REJECTED, Entry
+
+COLOURS = {NAMED: "#12966f", POSSIBLE: "#c08a00", REJECTED: "#9aa4ad"}
+_LOG_FROM = 6.0
+"""Ratio of errors from which on the ladder's axis is logarithmic."""
+
+
+def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars | None:
+    """Return the held-out gains of one round as bars; None when nothing was fitted.
+
+    Args:
+        entries: of one round.
+        before: held-out error that the round starts from.
+        asked: gain that a name needs.
+    """
+    shown = [e for e in entries if e.gain is not None]
+    if not shown:
+        return None
+    shown.sort(key=lambda e: -(e.gain or 0.0))
+    bars = [
+        Bar(
+            label=e.words,
+            value=e.gain or 0.0,
+            error=e.error,
+            colour=COLOURS[e.status],
+            text=f"{_signed(e.gain or 0.0)}" + (f" ± {e.error:.2g}" if e.error else ""),
+        )
+        for e in shown
+    ]
+    there = before - 1.0
+    marks = [Mark(at=asked, label="needed")]
+    if there > 3.0 * asked:
+        marks.append(Mark(at=there, label="down to noise"))
+    beside = shown[0].beside
+    title = (
+        f"What each effect removes beside {' + '.join(beside)}"
+        if beside
+        else ("What each effect alone removes from the held-out error")
+    )
+    return Bars(
+        title=title,
+        x_label="fall of the held-out error [× noise]",
+        bars=bars,
+        marks=tuple(marks),
+        note=(
+            "How to read: each effect was fitted alone (or beside those found before) to four "
+            "fifths of the log and judged on the fifth left out, in turn. Error bars: one standard "
+            "error over the windows of the log. Left line: the least a name must bring; an effect "
+            "with several free values needs a little more. Right line: all there is to remove. "
+            "Green: named. Amber: cannot be excluded. Grey: rejected. Bars may look alike where "
+            "several values are free; the table says what decides."
+        ),
+    )
+
+
+def ladder_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
+    """Return the ladder of errors as a waterfall down to the floor.
+
+    Args:
+        steps: from the datasheet's model on.
+        claimed: names that the answer claims; other steps are marked as not named.
+    """
+    errors = [s.error for s in steps]
+    log = max(errors) / max(min(*errors, 1.0), 1e-6) > _LOG_FROM
+    base = 0.8 * min(*errors, 1.0) if log else 0.0
+    bars = [
+        Bar(
+            label=steps[0].name,
+            value=errors[0],
+            start=base,
+            colour="#d8602a",
+            text=f"{errors[0]:.3g}",
+        )
+    ]
+    for above, step in itertools.pairwise(steps):
+        sure = not step.added or all(n in claimed for n in step.added.split(" + "))
+        worse = step.error > above.error
+        bars.append(
+            Bar(
+                label=step.name if sure else f"{step.name} (not named)",
+                value=step.error,
+                start=above.error,
+                colour=_step_colour(sure=sure, worse=worse, added=bool(step.added)),
+                text=f"→ {step.error:.3g}",
+            )
+        )
+    return Bars(
+        title="Ladder of errors",
+        x_label="held-out error [× noise]" + (", logarithmic" if log else ""),
+        bars=bars,
+        marks=(Mark(at=1.0, label="floor: noise"),),
+        log=log,
+        note=(
+            "How to read: from top to bottom, one change of the model after the other. Each bar "
+            "spans from the error before to the error after that change. The error is the mean "
+            "square of measured less predicted, in units of noise and stated gusts, on rows that "
+            "the fit never saw (the first bar needs no fit). 1 is the floor; a little below or "
+            "above it is chance."
+        ),
+    )
+
+
+def _step_colour(*, sure: bool, worse: bool, added: bool) -> str:
+    if worse:
+        return "#cf5f8f"
+    if not sure:
+        return "#9aa4ad"
+    return "#12966f" if added else "#2f80d0"
+
+
+def _signed(value: float) -> str:
+    return f"{value:.3g}" if abs(value) >= 5e-4 else "0"

@@ -1,0 +1,112 @@
+"""Plain names for what a diagnosis speaks of: effects, adjustable values, channels, units."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+from seals.errors import SealsError
+from seals.registry import get
+from seals.report.style import unit_text
+from seals.sysid.factors import Candidate
+
+_AXIS = re.compile(r"_([xyz]{1,2})$")
+_PARTS = {
+    "mass.mass": "mass of the body",
+    "thrust_coefficient.relative_change": "thrust of all actuators",
+    "rotors.torque_change": "reaction torque of the rotors",
+    "rotor_lag.time_constant_change": "time constant of the actuators",
+    "command_delay.delay": "delay of the commands",
+    "sensor_delay.delay": "delay of the inertial sensors",
+    "buoyancy.volume_change": "displaced volume",
+    "surface.share": "lift while the surface is pierced",
+    "thrust_in_water.ratio_change": "thrust in water",
+    "servos.kp": "stiffness of the joint servos",
+    "servos.kd": "damping of the joint servos",
+    "inertia.delta": "moment of inertia",
+    "centre_of_gravity.offset": "centre of gravity",
+    "centre_of_buoyancy.offset": "centre of buoyancy",
+    "accelerometer_bias.bias": "offset of the accelerometer",
+    "accelerometer_scale.scale": "scale of the accelerometer",
+    "gyroscope_bias.bias": "offset of the gyroscope",
+    "sensor_misalignment.rotation": "mounting angle of the inertial sensors",
+    "added_mass_change.mass": "added mass of the water",
+    "added_mass_change.inertia": "added moment of inertia of the water",
+}
+_ODD = {"waves": "Surface waves move the water about the hull."}
+
+
+def effect_words(name: str) -> str:
+    """Return the first line of an effect's description; empty when it has none.
+
+    Example:
+        >>> effect_words("waves")
+        'Surface waves move the water about the hull.'
+    """
+    if name in _ODD:
+        return _ODD[name]
+    try:
+        text = inspect.getdoc(get("effect", name).load()) or ""
+    except SealsError:
+        return ""
+    return text.partition("\n")[0]
+
+
+def factor_words(key: str) -> str:
+    """Return what an adjustable value of the model is, in words.
+
+    Example:
+        >>> factor_words("inertia.delta_xx"), factor_words("weak_rotor_2.relative_loss")
+        ('moment of inertia, xx', 'thrust loss of actuator 2')
+        >>> factor_words("quadratic_drag_water_change.coefficient_z")
+        'quadratic drag in water, z'
+    """
+    found = _AXIS.search(key)
+    stem, axis = (key[: found.start()], f", {found.group(1)}") if found else (key, "")
+    instance, _, parameter = stem.partition(".")
+    if stem in _PARTS:
+        return _PARTS[stem] + axis
+    if instance.startswith("weak_rotor_"):
+        return f"thrust loss of actuator {instance.rpartition('_')[2]}"
+    if instance.startswith("mass_"):
+        return f"mass of {instance[5:].replace('_', ' ')}"
+    drag = re.fullmatch(r"(\w+_drag)_(air|water)_(change|shape)", instance)
+    if drag:
+        words = f"{drag[1].replace('_', ' ')} in {drag[2]}"
+        if parameter == "exponent":
+            return f"exponent of {words}"
+        return words + (", quadratic part" if parameter == "quadratic" else "") + axis
+    return f"{instance} {parameter}".replace("_", " ") + axis
+
+
+def candidate_words(candidate: Candidate) -> str:
+    """Return the name of an effect with what tells its variants apart."""
+    variant = dict(candidate.variant)
+    parts = []
+    if "medium" in variant:
+        parts.append("water" if variant.pop("medium") else "air")
+    if variant.get("link") == 0:
+        variant.pop("link")
+    parts += [f"{k} {v:g}" for k, v in variant.items()]
+    return candidate.name + (f" ({', '.join(parts)})" if parts else "")
+
+
+def points(score: float) -> str:
+    """Return a score as text: three digits, large ones with thousands apart.
+
+    Example:
+        >>> points(24512.3), points(8.352), points(-0.004)
+        ('24,512', '8.35', '-0.004')
+    """
+    return f"{score:,.0f}" if abs(score) >= 100.0 else f"{score:.3g}"
+
+
+def figure(value: float, unit: str = "") -> str:
+    """Return a number with its unit, four digits.
+
+    Example:
+        >>> figure(0.01234, "m/s"), figure(1234567.0)
+        ('0.01234 m/s', '1.235e+06')
+    """
+    # adding zero turns a negative zero into a plain one
+    return f"{value + 0.0:.4g} {unit_text(unit)}".strip()

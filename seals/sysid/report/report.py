@@ -1,0 +1,320 @@
+"""Writes the report of a diagnosis: one HTML page that works offline, and the same as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.logs.atomic import write_json, write_text
+from seals.logs.check import check_log
+from seals.logs.finding import Finding, Severity
+from seals.logs.log import Log
+from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, page
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.report.charts import gain_chart, ladder_chart
+from seals.sysid.report.gains import Step, ladder
+from seals.sysid.report.naming import points
+from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
+from seals.sysid.report.table import Entry, asked, ranking
+from seals.sysid.report.tolerances import Moved, moved, tolerance_chart
+from seals.sysid.report.words import (
+    explanation,
+    headline,
+    joined,
+    next_steps,
+    parameter_rows,
+    percent,
+)
+from seals.sysid.report.wrench import wrench_blocks
+from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.verdict import Verdict
+
+PAGE, DATA = "report.html", "report.json"
+LARGEST = 6_000_000
+"""Size of the page at most [byte]."""
+_TONES = {Verdict.named: "good", Verdict.nothing_missing: "good", Verdict.bad_data: "bad"}
+_FORCE = {
+    Verdict.nothing_missing: "Is any force missing?",
+    Verdict.cannot_tell: "Is any force missing?",
+}
+_SEVERITY = {Severity.REFUSE: "unusable", Severity.WARN: "warning", Severity.NOTE: "note"}
+
+
+def write_report(
+    diagnosis: Diagnosis,
+    log: Log,
+    folder: Path,
+    *,
+    localisation: Localisation | None = None,
+) -> Path:
+    """Write ``report.html`` and ``report.json`` of a diagnosis.
+
+    Args:
+        diagnosis: what was found.
+        log: that was diagnosed.
+        folder: where to write; made when it is not there.
+        localisation: of what the nominal model lacks, when it is known already.
+
+    Returns:
+        Path of the page.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    data, entries = diagnosis.to_dict(), ranking(diagnosis)
+    steps, findings = ladder(diagnosis.search), check_log(log)
+    after = model_after(diagnosis)
+    missing = localisation or localise(diagnosis.problem, diagnosis.search.nominal)
+    values, nominal = moved(after), moved(diagnosis.search.nominal)
+    write_json(
+        folder / DATA,
+        {
+            "log": log.name,
+            "headline": headline(diagnosis, data),
+            "diagnosis": data,
+            "rank": [e.to_dict() for e in entries],
+            "ladder": [{"model": s.name, "held_out_error": s.error} for s in steps],
+            "channels": levels(diagnosis.search.nominal, after),
+            "missing_force": missing.to_dict(),
+            "tolerances": [m.to_dict() for m in values],
+            "data_check": [str(f) for f in findings],
+        },
+    )
+    fixed = [
+        _summary(diagnosis, data, missing, folder),
+        Section(
+            title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
+            blocks=_wrench(diagnosis, after, missing),
+            wide=True,
+        ),
+        _effects(diagnosis, entries),
+        _errors(diagnosis, steps, values),
+        _behind(values, nominal, findings),
+    ]
+    write_text(folder / PAGE, _small_enough(diagnosis, log, after, fixed))
+    return folder / PAGE
+
+
+def _small_enough(
+    diagnosis: Diagnosis, log: Log, after: Hypothesis, fixed: Sequence[Section]
+) -> str:
+    """Return the page with as many points in its overlays as its size allows."""
+    text = ""
+    for most in (POINTS, POINTS // 2, POINTS // 4):
+        overlay = Section(
+            title="Measured and modelled", blocks=_overlay(diagnosis, after, most), wide=True
+        )
+        text = page(
+            f"Diagnosis of {log.name}",
+            [fixed[0], overlay, *fixed[1:]],
+            subtitle=_subtitle(diagnosis, log),
+            light=True,
+        )
+        if len(text.encode("utf-8")) <= LARGEST:
+            break
+    return text
+
+
+def model_after(diagnosis: Diagnosis) -> Hypothesis:
+    """Return the model that is shown as the one after: the chosen one, or the library's best."""
+    answer, search = diagnosis.answer, diagnosis.search
+    if answer.claims:
+        return answer.claims[0].hypothesis
+    return search.best if answer.verdict is Verdict.none_of_these else search.nominal
+
+
+def _names(diagnosis: Diagnosis, after: Hypothesis) -> tuple[str, str]:
+    if diagnosis.answer.claims:
+        return "model before", f"model with {joined(list(after.names))}"
+    return "model", f"with {joined(list(after.names) or [''])} (best fit, not named)"
+
+
+def _subtitle(diagnosis: Diagnosis, log: Log) -> str:
+    samples = diagnosis.problem.samples
+    seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
+    runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
+    return (
+        f"{diagnosis.problem.vehicle.name}, {seconds:.1f} s{runs}, {samples.rows} rows; "
+        f"computed in {diagnosis.seconds:.1f} s"
+    )
+
+
+def _summary(
+    diagnosis: Diagnosis, data: dict[str, Any], missing: Localisation, folder: Path
+) -> Section:
+    held, verdict = data["held_out_error"], diagnosis.answer.verdict
+    facts = {"verdict": verdict.value.replace("_", " ")}
+    if data["effects"]:
+        facts["confidence"] = " / ".join(percent(e["confidence"]) for e in data["effects"])
+    claimed = bool(diagnosis.answer.claims)
+    fall = f"{held['before']:.3g} → {held['after']:.3g}" if claimed else f"{held['before']:.3g}"
+    facts["held-out error [× noise], before → after" if claimed else "held-out error [× noise]"] = (
+        fall
+    )
+    facts["floor (noise alone)"] = f"{held['noise_floor']:.3g}"
+    words, commands = next_steps(diagnosis, data, missing.formula, folder)
+    blocks: list[Block] = [
+        Paragraph(text=headline(diagnosis, data), tone=_TONES.get(verdict, "warn"), large=True),
+        Facts(values=facts),
+        Paragraph(text=explanation(diagnosis, data)),
+    ]
+    rows = parameter_rows(data)
+    if rows:
+        head = ["effect", "value of", "fitted", "90 % interval"]
+        blocks.append(Table(head=head, rows=rows, right=(2, 3)))
+    for names in data["ambiguous_with"]:
+        text = (
+            f"This log cannot tell apart: {', '.join(names)}."
+            if verdict is Verdict.ambiguous
+            else f"Explains the log nearly as well, not quite excluded: {', '.join(names[1:])}."
+        )
+        blocks.append(Paragraph(text=text, tone="warn"))
+    blocks.append(Paragraph(text="What to do next: " + " ".join(words)))
+    if commands:
+        blocks.append(Code(text=commands))
+    return Section(title="In short", blocks=blocks, wide=True)
+
+
+def _overlay(diagnosis: Diagnosis, after: Hypothesis, most: int) -> list[Block]:
+    before = diagnosis.search.nominal
+    same = not after.candidates
+    return overlay_blocks(
+        diagnosis.problem,
+        before,
+        before if same else after,
+        names=_names(diagnosis, after),
+        most=most,
+    )
+
+
+def _wrench(diagnosis: Diagnosis, after: Hypothesis, missing: Localisation) -> list[Block]:
+    """The missing wrench over time, what is known of it in words, and its size by condition."""
+    problem = diagnosis.problem
+    then = localise(problem, after).residual if after.candidates else None
+    blocks = wrench_blocks(problem, missing.residual, then)
+    if missing.signature.sentences:
+        blocks.insert(0, Paragraph(text=" ".join(missing.signature.sentences)))
+    law = missing.formula
+    if law is not None and diagnosis.answer.verdict is Verdict.none_of_these:
+        words = (
+            f"A formula for it: {law}. On parts of the log that it was not fitted to it explains "
+            f"{100 * law.share:.0f} ± {100 * law.share_sd:.0f} % of the misfit above the noise."
+        )
+        blocks.insert(1, Paragraph(text=words))
+    rows = [
+        [
+            r.name,
+            f"{r.force:.3g} N",
+            f"{r.force_ratio:.2g}",
+            f"{r.torque:.3g} N·m",
+            f"{r.torque_ratio:.2g}",
+        ]
+        for r in missing.regimes
+    ]
+    head = ["when", "force", "× its doubt", "torque", "× its doubt"]
+    table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
+    words = (
+        "Typical size beyond error bars and gusts; beside it the size in units of both, where 1 "
+        "means that nothing is missing."
+    )
+    blocks.append(
+        Fold(title="Size by condition", blocks=[table, Paragraph(text=words, tone="caption")])
+    )
+    return blocks
+
+
+def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
+    """Bars and reasons of all effects that were tried."""
+    blocks: list[Block] = []
+    seen = diagnosis.search.nominal.fitter.windows.observed
+    before = diagnosis.held_out["before"]
+    fitted = [e for e in entries if e.gain is not None]
+    for beside in dict.fromkeys(e.beside for e in fitted):
+        group = [e for e in fitted if e.beside == beside]
+        need = asked(diagnosis, beside=bool(beside)) / seen
+        chart = gain_chart(group, before=before, asked=need)
+        if chart is not None:
+            blocks.append(chart)
+        best = [e.gain or 0.0 for e in group if e.status == "named"]
+        before -= max(best, default=0.0)
+    head = ["effect", "verdict", "why", "score", "fitted value ± 1 σ"]
+    rows = [
+        [
+            e.words + (f" (beside {' + '.join(e.beside)})" if e.beside else ""),
+            e.status,
+            e.reason,
+            points(e.score or 0.0),
+            e.values,
+        ]
+        for e in fitted
+    ]
+    if any(
+        e.status != "rejected" and (e.gain or 0.0) * seen < 0.5 * (e.score or 0.0) for e in fitted
+    ):
+        words = (
+            "Where a bar is short although the score is high, the held-out error cannot rank the "
+            "effects: without the effect the model follows the log by moving datasheet values too "
+            "far. The score charges for that, and decides."
+        )
+        blocks.append(Paragraph(text=words, tone="warn"))
+    blocks.append(Table(head=head, rows=rows, right=(3,)))
+    blocks.append(
+        Paragraph(
+            text="Score: fall of the misfit on the whole log, in squared standard deviations, less "
+            "the price of the values that were freed for it. Two more points of score make an "
+            "effect 2.7 times as likely."
+        )
+    )
+    left = [e for e in entries if e.gain is None]
+    if left:
+        rows = [[e.words, e.reason] for e in left]
+        title = f"{len(left)} more effects were ruled out by a quick look"
+        blocks.append(Fold(title=title, blocks=[Table(head=["effect", "why"], rows=rows)]))
+    return Section(title="Which effects were tried", blocks=blocks, wide=True)
+
+
+def _errors(diagnosis: Diagnosis, steps: Sequence[Step], values: tuple[Moved, ...]) -> Section:
+    claimed = [c.name for c in diagnosis.answer.claims]
+    after = model_after(diagnosis)
+    model = _names(diagnosis, after)[bool(after.candidates)]
+    return Section(
+        title="How the error falls, and what else moved",
+        blocks=[ladder_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
+        wide=True,
+    )
+
+
+def _behind(
+    values: tuple[Moved, ...], nominal: tuple[Moved, ...], findings: Sequence[Finding]
+) -> Section:
+    checks = [
+        [
+            _SEVERITY[f.severity],
+            f.channel or "log",
+            f"{f.where:.4g} s" if f.where is not None else "",
+            f.message,
+        ]
+        for f in findings
+    ]
+    head = ["kind", "channel", "first at", "what was seen"]
+    blocks: list[Block] = [
+        Table(head=head, rows=checks)
+        if checks
+        else Paragraph(text="Time base, units, frames and values of the log look sound."),
+    ]
+    first = {m.key: m.sigmas for m in nominal}
+    rows = [
+        [
+            m.words,
+            f"{m.change:.3g} {m.unit}".removesuffix(" 1"),
+            f"{first.get(m.key, 0.0):+.2f}",
+            f"{m.sigmas:+.2f}",
+            f"{m.doubt:.2f}",
+        ]
+        for m in values
+    ]
+    head = ["value", "change", "before [σ]", "after [σ]", "doubt after the fit [σ]"]
+    table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
+    blocks.append(Fold(title="All datasheet values and how far they moved", blocks=[table]))
+    return Section(title="Data check", blocks=blocks, wide=True)

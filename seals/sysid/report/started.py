@@ -1,0 +1,196 @@
+"""What a model predicts when every window starts anew, and how far noise and gusts may take it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.frames import exponential, matrix_of, multiply
+from seals.logs.channels import unit_of
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.linearise import predict
+from seals.sysid.windows import Windows
+
+_AXES = ("x", "y", "z")
+_ANGLES = ("roll", "pitch", "yaw")
+_LEAST = 0.05
+"""Least variance of a residual in units of the noise: rounding must not make it negative."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """One component of a channel in all windows; W windows of K rows, NaN where nothing was read.
+
+    Args:
+        name: of the component.
+        unit: of it.
+        rows: of the log, shape (W, K).
+        measured: shape (W, K).
+        before: measured less the model before, shape (W, K).
+        after: measured less the model after, shape (W, K).
+        spread: 1-sigma of the residual of a right model, shape (W, K).
+    """
+
+    name: str
+    unit: str
+    rows: NDArray[np.int64]
+    measured: Floats
+    before: Floats
+    after: Floats
+    spread: Floats
+
+    def level(self, residual: Floats) -> float:
+        """Root mean square of a residual in units of its expected spread; 1 for a right model."""
+        good = np.isfinite(residual)
+        ratio = residual[good] / self.spread[good]
+        return float(np.sqrt(np.mean(ratio**2))) if good.any() else 0.0
+
+
+def tracks(before: Hypothesis, after: Hypothesis) -> tuple[Track, ...]:
+    """Return all components, the one that the model before explains worst first."""
+    windows = before.fitter.windows
+    first, spread = restarted(before)
+    last = first
+    if after is not before:
+        # the windows may differ: the rows of the log are common
+        whole = np.full((windows.samples.rows, first.shape[2]), np.nan)
+        whole[after.fitter.windows.rows] = restarted(after)[0]
+        last = whole[windows.rows]
+    if "orientation" in windows.channel_of:
+        turned, at = windows.samples.channels["orientation"][windows.rows], _columns(windows)
+        first[:, :, at] = attitude(turned, first[:, :, at])
+        if last is not first:
+            last[:, :, at] = attitude(turned, last[:, :, at])
+    out = []
+    for i, channel in enumerate(windows.channel_of):
+        values = measured_values(windows, channel)
+        if values is None:
+            continue
+        axis = i - windows.channel_of.index(channel)
+        sign = -1.0 if channel == "depth" else 1.0
+        width = windows.channel_of.count(channel)
+        seen = np.where(np.isfinite(first[:, :, i]), values[:, axis][windows.rows], np.nan)
+        out.append(
+            Track(
+                name=component(channel, axis, width),
+                unit="rad" if channel == "orientation" else unit_of(channel) or "",
+                rows=windows.rows,
+                measured=seen,
+                before=sign * first[:, :, i],
+                after=sign * last[:, :, i],
+                spread=spread[:, :, i],
+            )
+        )
+    return tuple(sorted(out, key=lambda t: -t.level(t.before)))
+
+
+def _columns(windows: Windows) -> slice:
+    first = windows.channel_of.index("orientation")
+    return slice(first, first + 3)
+
+
+def restarted(hypothesis: Hypothesis) -> tuple[Floats, Floats]:
+    """Measured less modelled, with the best start of every window, and its expected spread.
+
+    Gusts and noise are left in the residual, and are in the spread.
+
+    Returns:
+        Both in the channels' units, shape (W, K, channels), NaN where nothing was read.
+    """
+    fitter = hypothesis.fitter
+    windows, values = fitter.windows, hypothesis.fit.values
+    prediction = predict(fitter.plant, fitter.course, values, delay=windows.delay)
+    whole = windows.residual(prediction)
+    start, _ = windows.explained(whole)
+    carried = windows._loose[:, :, : windows.size]
+    rest = whole - np.einsum("wkn,wn->wk", carried, start)
+    shape = (windows.count, windows.length, len(windows.channel_of))
+    inside = shape[1] * shape[2]
+    with np.errstate(divide="ignore"):
+        scale = np.where(windows.weight > 0.0, 1.0 / windows.weight, np.nan)
+    spread = np.sqrt(_variance(windows))
+    return rest[:, :inside].reshape(shape) * scale, spread[:, :inside].reshape(shape) * scale
+
+
+def _variance(windows: Windows) -> Floats:
+    """Variance of the whitened residual: noise and gusts, less what the fitted starts take.
+
+    Equation:
+        C - S V S^T with C the covariance of noise and gusts, S the response to the start states
+        and V the covariance of their estimate (generalised least squares).
+    """
+    n, m = windows.size, windows._gust_precision.shape[1]
+    carried, pushed = windows._loose[:, :, :n], windows._loose[:, :, n : n + m]
+    gusts = np.linalg.inv(windows._gust_precision)
+    factor = windows._factor_inverse[:, :, :n] * windows._scale[:, None, :n]
+    noise = 1.0 + np.einsum("wkm,wkm->wk", np.matmul(pushed, gusts), pushed)
+    taken = np.matmul(carried, factor.transpose(0, 2, 1))
+    variance: Floats = np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
+    return variance
+
+
+def measured_values(windows: Windows, channel: str) -> Floats | None:
+    """Measurement of a channel, shape (T, k); attitude as roll, pitch and yaw without jumps."""
+    values = windows.samples.channels.get(channel)
+    if values is None or channel != "orientation":
+        return values
+    angles = np.full((len(values), 3), np.nan)
+    good = np.isfinite(values[:, 0])
+    angles[good] = np.unwrap(_angles(values[good]), axis=0)
+    return angles
+
+
+def attitude(measured: Floats, residual: Floats) -> Floats:
+    """Residual in roll, pitch and yaw [rad] of a residual turn in body axes, shape (..., 3).
+
+    Args:
+        measured: q_WB_xyzw, shape (..., 4).
+        residual: turn from the model to the measurement, body axes [rad], shape (..., 3).
+    """
+    out = np.full(residual.shape, np.nan)
+    good = np.isfinite(residual).all(axis=-1) & np.isfinite(measured).all(axis=-1)
+    model = multiply(measured[good], exponential(-residual[good]))
+    gap = _angles(measured[good]) - _angles(model)
+    out[good] = (gap + np.pi) % (2.0 * np.pi) - np.pi
+    return out
+
+
+def _angles(quaternion: Floats) -> Floats:
+    turn = matrix_of(quaternion)
+    roll = np.arctan2(turn[:, 2, 1], turn[:, 2, 2])
+    pitch = np.arcsin(np.clip(-turn[:, 2, 0], -1.0, 1.0))
+    yaw = np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+    return np.stack([roll, pitch, yaw], axis=1)
+
+
+def component(channel: str, axis: int, width: int) -> str:
+    """Return the name of a channel's component in words."""
+    words = channel.replace("_", " ")
+    if channel == "orientation":
+        return _ANGLES[axis]
+    if width == 1:
+        return words
+    return f"{words} {_AXES[axis]}" if width == 3 else f"{words} {axis + 1}"
+
+
+def run_offsets(starts: Sequence[float], ends: Sequence[float]) -> list[float]:
+    """Shifts that lay runs with overlapping times one after the other [s].
+
+    Example:
+        >>> run_offsets([0.0, 0.0], [2.0, 1.0])
+        [0.0, 2.5]
+        >>> run_offsets([0.0, 3.0], [2.0, 4.0])
+        [0.0, 0.0]
+    """
+    if all(b > a for a, b in zip(ends, starts[1:], strict=False)):
+        return [0.0] * len(starts)
+    shifts, at = [], None
+    for first, last in zip(starts, ends, strict=True):
+        shift = 0.0 if at is None else at + 0.5 - first
+        shifts.append(shift)
+        at = last + shift
+    return shifts

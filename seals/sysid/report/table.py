@@ -1,0 +1,248 @@
+"""Every effect that was thought of, in order of what it explains, with the reason of its fate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from seals.schema import parameters_of
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.factors import Candidate
+from seals.sysid.hypothesis import Hypothesis, material
+from seals.sysid.naming import FURTHER, ROUGH, THRESHOLD
+from seals.sysid.report.gains import Gain, gain_over
+from seals.sysid.report.naming import candidate_words, figure, points
+from seals.sysid.rough import surface
+from seals.sysid.screen import candidate_keys, linear_gain, screen
+from seals.sysid.verdict import Verdict, temperature
+
+NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
+_NOTHING = 5e-4
+"""Gain that is shown as none."""
+_SPECIAL = ("tether", "waves")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One effect in the rank.
+
+    Args:
+        name: of the effect.
+        words: name with variant.
+        beside: effects that were in the model already.
+        status: ``named``, ``possible``, ``rejected`` or ``not fitted``.
+        gain: fall of the held-out error, in units of the noise variance; None when not fitted.
+        error: standard error of the gain.
+        score: fall of the misfit on the whole log less the price of the freedom, in points of
+            squared standard deviations; None when not fitted.
+        values: fitted values, in words.
+        reason: of the status, in words.
+    """
+
+    name: str
+    words: str
+    beside: tuple[str, ...]
+    status: str
+    gain: float | None
+    error: float | None
+    score: float | None
+    values: str
+    reason: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry as plain data."""
+        return asdict(self)
+
+
+def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
+    """Return all effects that were fitted, round by round and best first, then the others."""
+    search = diagnosis.search
+    out: list[Entry] = []
+    base = search.nominal
+    for k, tried in enumerate(search.rounds[: max(1, len(diagnosis.answer.claims))]):
+        entries = [_entry(diagnosis, base, h, gain_over(base, h)) for h in tried]
+        entries.sort(key=lambda e: (_ORDER[e.status], -(e.gain or 0.0)))
+        out += entries
+        following = [h for h in tried if {c.label for c in h.candidates} <= _best_labels(diagnosis)]
+        if not following or k + 1 >= len(search.best.candidates):
+            break
+        base = max(following, key=lambda h: h.score)
+    seen = {e.words for e in out}
+    return (*out, *(e for e in _untried(diagnosis) if e.words not in seen))
+
+
+_ORDER = {NAMED: 0, POSSIBLE: 1, REJECTED: 2, UNTRIED: 3}
+
+
+def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
+    """Score that an effect must reach to be taken for real."""
+    fitter = diagnosis.search.nominal.fitter
+    rough = surface(diagnosis.problem.plant, fitter.course) is not None
+    return THRESHOLD + (ROUGH if rough else 0.0) + (FURTHER if beside else 0.0)
+
+
+def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
+    """Return the rank as a table for the terminal."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("effect", no_wrap=True)
+    table.add_column("removes [× noise]", justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("why")
+    for entry in [e for e in entries if e.gain is not None][:most]:
+        doubt = f" ± {entry.error:.1g}" if entry.error is not None else ""
+        gain = entry.gain if entry.gain is not None and abs(entry.gain) >= _NOTHING else 0.0
+        name = entry.words + (f", beside {' + '.join(entry.beside)}" if entry.beside else "")
+        table.add_row(name, f"{gain:.3g}{doubt}", entry.status, entry.reason)
+    return table
+
+
+def _best_labels(diagnosis: Diagnosis) -> set[str]:
+    return {c.label for c in diagnosis.search.best.candidates}
+
+
+def _entry(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gain) -> Entry:
+    candidate = tried.candidates[-1]
+    status = _status(diagnosis, candidate, beside=bool(base.candidates))
+    return Entry(
+        name=candidate.name,
+        words=candidate_words(candidate),
+        beside=base.names,
+        status=status,
+        gain=gain.value,
+        error=gain.error,
+        score=tried.score - base.score,
+        values=_values(candidate, tried),
+        reason=_reason(diagnosis, base, tried, status, gain),
+    )
+
+
+def _status(diagnosis: Diagnosis, candidate: Candidate, *, beside: bool) -> str:
+    answer = diagnosis.answer
+    own = [c for c in answer.claims if c.hypothesis.candidates[c.index].label == candidate.label]
+    rivals = {n for c in answer.claims for n in (*c.rivals, *c.alike)}
+    if own:
+        return POSSIBLE if answer.verdict is Verdict.ambiguous else NAMED
+    if candidate.name in rivals and candidate.name not in {c.name for c in answer.claims}:
+        return POSSIBLE
+    return REJECTED
+
+
+def _reason(
+    diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, status: str, gain: Gain
+) -> str:
+    """Why the effect stands where it stands."""
+    answer, library = diagnosis.answer, tried.fitter.library
+    candidate, score = tried.candidates[-1], tried.score - base.score
+    need = asked(diagnosis, beside=bool(base.candidates))
+    if status == NAMED:
+        return "explains the log, and nothing else does as well"
+    if status == POSSIBLE:
+        return _possible(diagnosis, candidate, score)
+    quiet = answer.verdict in (Verdict.cannot_tell, Verdict.nothing_missing)
+    cases = (
+        (score <= 0.0, "removes no more than its own freedom costs"),
+        (
+            not material(candidate, tried.fit, library),
+            "the fitted change is within what the datasheet tolerates, or a mere trace",
+        ),
+        (score < need, f"its score, {points(score)}, is below the {need:.3g} that a name needs"),
+        (
+            answer.verdict is Verdict.none_of_these,
+            "fits in part, but a force is left over that it does not explain",
+        ),
+        (
+            quiet,
+            "stronger gusts, within what is stated, do as well; or the log hardly shows it",
+        ),
+    )
+    words = next((text for holds, text in cases if holds), "")
+    return words or _beaten(diagnosis, base, tried, gain)
+
+
+def _possible(diagnosis: Diagnosis, candidate: Candidate, score: float) -> str:
+    claims = diagnosis.answer.claims
+    if candidate.name == claims[0].name:
+        others = [n for n in claims[0].alike or claims[0].rivals if n != candidate.name]
+        return f"explains the log best, but so nearly does {' and '.join(others)}"
+    best = diagnosis.search.best
+    gap = max(best.score - score, 0.0) if len(best.candidates) == 1 else None
+    words = f"cannot be excluded beside {claims[0].name}"
+    return words + (f": its score is only {points(gap)} lower" if gap is not None else "")
+
+
+def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gain) -> str:
+    """How far an effect lies behind the named ones that were tried in the same place."""
+    claims = {c.hypothesis.candidates[c.index].label: c.name for c in diagnosis.answer.claims}
+    beside = {c.label for c in base.candidates}
+    rivals = [
+        h
+        for r in diagnosis.search.rounds
+        for h in r
+        if h.candidates[-1].label in claims
+        and {c.label for c in h.candidates[:-1]} == beside
+        and h.candidates[-1].label not in beside
+    ]
+    if not rivals:
+        return "the chosen effects together explain more"
+    best = max(rivals, key=lambda h: h.score)
+    name, gap = claims[best.candidates[-1].label], best.score - tried.score
+    full = gain_over(base, best)
+    if gap <= 0.0:
+        return f"alone it does as well as {name}, but the chosen effects together explain more"
+    odds = gap / temperature(diagnosis.problem) / 2.302585
+    sure = f"{10**odds:,.0f} to one" if odds < 6.0 else "more than a million to one"
+    part = (
+        f"removes {100.0 * max(gain.value, 0.0) / full.value:.0f} % of what {name} removes"
+        if full.value > 2.0 * (full.error or 0.0)
+        else f"its score lies {points(gap)} below that of {name}"
+    )
+    return f"{part}; odds {sure} against it"
+
+
+def _values(candidate: Candidate, tried: Hypothesis) -> str:
+    library = tried.fitter.library
+    out = []
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        effect = library.effects.get(library.factors[key].instance)
+        meta = parameters_of(effect) if effect is not None else {}
+        parameter = library.factors[key].parameter
+        unit = meta[parameter].unit if parameter in meta else "1"
+        spread = tried.fit.spread(key)
+        out.append(f"{name} = {figure(tried.fit.values[key])} ± {figure(spread, unit)}")
+    return ", ".join(out)
+
+
+def _untried(diagnosis: Diagnosis) -> list[Entry]:
+    """Effects that a quick, linear look ruled out."""
+    nominal = diagnosis.search.nominal
+    fitter = nominal.fitter
+    known = {h.candidates[-1].label for h in diagnosis.search.rounds[0]}
+    left = [c for c in fitter.library.candidates if c.label not in known]
+    regular = [c for c in left if c.name not in _SPECIAL]
+    table = screen(fitter, fitter.start(()), candidate_keys(regular))
+    common, _ = linear_gain(fitter, table, ())
+    out = []
+    for candidate in regular:
+        gain = linear_gain(fitter, table, candidate.all_keys)[0] - common
+        words = f"a quick look promised {max(gain, 0.0):.2g} points of misfit, less than others"
+        out.append((gain, _bare(candidate, words)))
+    out.sort(key=lambda item: -item[0])
+    words = "the force left over gave no reason to look for it"
+    return [e for _, e in out] + [_bare(c, words) for c in left if c.name in _SPECIAL]
+
+
+def _bare(candidate: Candidate, reason: str) -> Entry:
+    return Entry(
+        name=candidate.name,
+        words=candidate_words(candidate),
+        beside=(),
+        status=UNTRIED,
+        gain=None,
+        error=None,
+        score=None,
+        values="",
+        reason=reason,
+    )

@@ -1,0 +1,90 @@
+"""Datasheet values that moved within their tolerances."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from seals.report import Bar, Bars
+from seals.report.figures import Mark
+from seals.schema import parameters_of
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.report.naming import factor_words
+
+_MOST = 12
+_FAR = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moved:
+    """One value of the datasheet.
+
+    Args:
+        key: of the value.
+        words: what it is.
+        change: fitted change, in ``unit``.
+        unit: of the change.
+        sigmas: change over the datasheet's tolerance (1-sigma).
+        doubt: standard error of ``sigmas`` after the fit; near 1 the log says nothing about it.
+    """
+
+    key: str
+    words: str
+    change: float
+    unit: str
+    sigmas: float
+    doubt: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)
+
+
+def moved(hypothesis: Hypothesis) -> tuple[Moved, ...]:
+    """Return all values with a tolerance, the one that moved farthest first."""
+    fit, library = hypothesis.fit, hypothesis.fitter.library
+    covariance = fit.covariance
+    out = []
+    for k, key in enumerate(fit.keys):
+        factor = library.factors[key]
+        if key in fit.freed or factor.tolerance <= 0.0:
+            continue
+        effect = library.effects.get(factor.instance)
+        meta = parameters_of(effect) if effect is not None else {}
+        unit = meta[factor.parameter].unit if factor.parameter in meta else "1"
+        out.append(
+            Moved(
+                key=key,
+                words=factor_words(key),
+                change=float(fit.values[key]),
+                unit=unit,
+                sigmas=float(fit.values[key] / factor.tolerance),
+                doubt=float(max(covariance[k, k], 0.0) ** 0.5 / factor.tolerance),
+            )
+        )
+    return tuple(sorted(out, key=lambda m: -abs(m.sigmas)))
+
+
+def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:
+    """Return the values that moved farthest in a model as bars in units of their tolerance."""
+    bars = [
+        Bar(
+            label=m.words,
+            value=m.sigmas,
+            error=m.doubt,
+            colour="#d8602a" if abs(m.sigmas) > _FAR else "#2f80d0",
+            text=f"{m.sigmas:+.1f} σ",
+        )
+        for m in values[:_MOST]
+    ]
+    return Bars(
+        title=f"Datasheet values, moved within their tolerances: {model}",
+        x_label="change / tolerance (1 σ) of the datasheet",
+        bars=bars,
+        marks=(Mark(at=-_FAR, label="-2 σ"), Mark(at=_FAR, label="+2 σ")),
+        note=(
+            "How to read: every nominal value may move a little; 1 σ is the doubt that the log's "
+            "meta.yaml states. Beyond 2 σ (orange) the datasheet or its tolerance deserves a "
+            "second look. Error bars: one standard error; as long as 1 σ, the log says nothing new."
+        ),
+    )

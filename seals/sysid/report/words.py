@@ -1,0 +1,170 @@
+"""The answer of a diagnosis in sentences: what is missing, how sure, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.report.naming import effect_words, figure
+from seals.sysid.report.tolerances import moved
+from seals.sysid.residual_force import Formula
+from seals.sysid.verdict import EXCITED, Verdict
+
+_STRAINED = 1.5
+"""Tolerances beyond which a datasheet value is mentioned."""
+
+
+def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
+    """Return the verdict in one sentence with its confidence."""
+    verdict, effects = diagnosis.answer.verdict, data["effects"]
+    if verdict is Verdict.named:
+        parts = [f"{e['name']} ({percent(e['confidence'])} confident)" for e in effects]
+        return f"The model lacks {joined(parts)}."
+    if verdict is Verdict.ambiguous:
+        parts = [f"{e['name']} ({percent(e['confidence'])})" for e in effects]
+        return f"The model lacks one of these, and this log cannot tell which: {', '.join(parts)}."
+    if verdict is Verdict.none_of_these:
+        count = len({c.name for c in diagnosis.problem.plant.library.candidates})
+        return f"Something is missing that none of the {count} effects of the library explains."
+    if verdict is Verdict.cannot_tell:
+        return "This log cannot tell what is missing: the vehicle hardly moved where it matters."
+    if verdict is Verdict.nothing_missing:
+        return "Nothing is missing: the model explains the log within noise and tolerances."
+    return "The log cannot be used."
+
+
+def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
+    """Return what the verdict means, in a sentence or two."""
+    verdict, held = diagnosis.answer.verdict, data["held_out_error"]
+    if verdict in (Verdict.named, Verdict.ambiguous):
+        words = " ".join(f"{e['name']}: {effect_words(e['name'])}" for e in data["effects"])
+        still = abs(held["before"] - held["after"]) < 0.005 * held["before"]
+        stays, falls = f"stays at {held['after']:.3g}", f"falls from {held['before']:.3g}"
+        fell = "Held-out error " + (stays if still else f"{falls} to {held['after']:.3g}")
+        return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)}".strip()
+    reasons = "; ".join(diagnosis.answer.reasons)
+    if verdict is Verdict.none_of_these:
+        share = data.get("explained")
+        part = (
+            f" The best model of the library removes {percent(share)} of the misfit that could be "
+            "removed, too little for a name."
+            if isinstance(share, float) and diagnosis.search.best.candidates
+            else ""
+        )
+        return f"What is left: {reasons}.{part}"
+    if verdict is Verdict.cannot_tell:
+        return (
+            f"In detail: {reasons}. That is no clean bill of health: such an effect may be there."
+        )
+    held_words = f"The held-out error is {held['before']:.3g}; 1 is noise alone. "
+    return held_words + "No effect of the library improves it beyond chance. " + _unseen(diagnosis)
+
+
+def strained(diagnosis: Diagnosis) -> str:
+    """Return what the model does without the effect, where it can follow the log as well."""
+    search, held = diagnosis.search, diagnosis.held_out
+    fall = (held["before"] - held["after"]) * search.nominal.fitter.windows.observed
+    if fall > 0.5 * search.best.score or not diagnosis.answer.claims:
+        return ""
+    far = [m for m in moved(search.nominal) if abs(m.sigmas) > _STRAINED][:3]
+    parts = [f"{m.words} by {abs(m.sigmas):.1f} tolerances" for m in far]
+    means = f": {joined(parts)}" if parts else ""
+    return (
+        "Without it the model follows the log nearly as well, but only by moving its datasheet "
+        f"values farther than they should{means}."
+    )
+
+
+def _unseen(diagnosis: Diagnosis) -> str:
+    """Return which effects would have stayed hidden in this log."""
+    gains = diagnosis.answer.excitation
+    best: dict[str, float] = {}
+    for label, gain in gains.items():
+        name = label.partition(" ")[0]
+        best[name] = max(best.get(name, 0.0), gain)
+    hidden = [name for name, gain in best.items() if gain < EXCITED]
+    if not best:
+        return ""
+    if not hidden:
+        return "Any effect of plausible size would have stood out in this log."
+    return f"An effect of plausible size would have stood out, except {joined(hidden)}."
+
+
+def next_steps(
+    diagnosis: Diagnosis, data: Mapping[str, Any], law: Formula | None, folder: Path
+) -> tuple[list[str], str]:
+    """Return what to do next: sentences, and command lines."""
+    verdict = diagnosis.answer.verdict
+    planned = proposed(data.get("next_experiment"))
+    words = [planned] if planned else []
+    add = f"seals add diagnosis={folder} name=my_model"
+    plan = f"seals plan diagnosis={folder}"
+    if verdict is Verdict.named:
+        alike = [s for s in data["ambiguous_with"] if len(s) > 1]
+        if alike:
+            others = joined([n for s in alike for n in s[1:]])
+            words.insert(0, f"One more flight would exclude {others}, or not.")
+        words.append("Add the effect to the model, then check it on a log that was never fitted.")
+        lines = [add, "seals verify log=ANOTHER_LOG model=my_model"]
+        return words, "\n".join([*lines, plan] if alike else lines)
+    if verdict is Verdict.ambiguous:
+        name = data["effects"][0]["name"]
+        words.append("Fly what tells them apart; or choose one yourself, which is then recorded.")
+        return words, f"{plan}\n{add} choose={name}"
+    if verdict is Verdict.none_of_these:
+        words.append("Look at the missing force below: when, where and along which axis it acts.")
+        if law is not None:
+            words.append("You may accept the formula found for it, or write an effect of your own.")
+            return words, f"{add} accept=formula"
+        words.append("Then describe it in an effect of your own.")
+        return words, ""
+    if verdict is Verdict.cannot_tell:
+        words.append("Fly again and move the vehicle more.")
+        return words, plan
+    words.append("Nothing to add. A livelier flight would test the model harder.")
+    return words, ""
+
+
+def proposed(plan: Any) -> str:
+    """Return the proposed manoeuvre in words; empty when none is proposed."""
+    if isinstance(plan, str):
+        return plan
+    if isinstance(plan, Mapping):
+        return str(plan.get("sentence") or plan.get("words") or "")
+    return ""
+
+
+def parameter_rows(data: Mapping[str, Any]) -> list[list[str]]:
+    """Return effect, parameter, value and 90 % interval of every claim, as text."""
+    rows = []
+    for effect in data["effects"]:
+        for name, p in effect["parameters"].items():
+            unit = p["unit"]
+            exact = p["low90"] == p["high90"]
+            interval = "–" if exact else f"{p['low90']:.4g} to {figure(p['high90'], unit)}"
+            rows.append(
+                [effect["name"], name.replace("_", " "), figure(p["value"], unit), interval]
+            )
+    return rows
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent; never 100 for what is not certain.
+
+    Example:
+        >>> percent(0.999), percent(0.5), percent(1.0)
+        ('more than 99 %', '50 %', 'more than 99 %')
+    """
+    return "more than 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Return words joined as in a sentence.
+
+    Example:
+        >>> joined(["a"]), joined(["a", "b", "c"])
+        ('a', 'a, b and c')
+    """
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,147 @@
+"""Under which conditions the vehicle was at the knots of the free force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.binding import bind_effects
+from seals.effects.evaluation import thrust_wrench
+from seals.frames import matrix_of, unrotate
+from seals.motion import Inputs
+from seals.sysid.fit import Fitter
+from seals.sysid.plant import Plant
+from seals.sysid.residual_force.evidence import Evidence
+from seals.sysid.residual_force.laws import Scene
+from seals.sysid.rough import submersion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """Motion, surroundings and drive at the knots; n rows, window after window.
+
+    Args:
+        time: [s], shape (n,).
+        position: world [m], shape (n, 3).
+        turn: from body to world axes, shape (n, 3, 3).
+        velocity: against the medium, body axes [m/s], shape (n, 3).
+        spin: body axes [rad/s], shape (n, 3).
+        submersion: submerged share of the hull [1], shape (n,).
+        drive: wrench of the actuators, body axes [N, N m], shape (n, 6); None without actuators.
+        drive_rate: its rate [N/s, N m/s], shape (n, 6).
+        throttle: sum of the thrusts' sizes [N], shape (n,).
+        voltage: of the battery [V], shape (n,); None when not known.
+        ground: height of the ground [m]; None when there is none.
+        water: height of the water surface [m]; None when there is none.
+    """
+
+    time: Floats
+    position: Floats
+    turn: Floats
+    velocity: Floats
+    spin: Floats
+    submersion: Floats
+    drive: Floats | None
+    drive_rate: Floats | None
+    throttle: Floats | None
+    voltage: Floats | None
+    ground: float | None
+    water: float | None
+
+    @property
+    def speed(self) -> Floats:
+        """Against the medium [m/s], shape (n,)."""
+        out: Floats = np.linalg.norm(self.velocity, axis=1)
+        return out
+
+    @property
+    def wet(self) -> bool:
+        """Whether the hull is under water at some time."""
+        return bool(self.submersion.max() > 0.02)
+
+    @property
+    def crossing(self) -> bool:
+        """Whether the hull is both in air and under water at some time."""
+        return self.wet and bool(self.submersion.min() < 0.98)
+
+    def share(self, medium: str) -> Floats:
+        """Weight of a medium: water, air or any, shape (n, 1)."""
+        table = {"water": self.submersion, "air": 1.0 - self.submersion}
+        return table.get(medium, np.ones_like(self.submersion))[:, None]
+
+    def scene(self, medium: str = "any") -> Scene:
+        """What the laws of terms know."""
+        return Scene(
+            time=self.time[:, None],
+            position=self.position,
+            rotation=self.turn,
+            up=self.turn[:, 2, :],
+            velocity=self.velocity,
+            spin=self.spin,
+            share=self.share(medium),
+            drive=self.drive,
+        )
+
+
+def conditions(fitter: Fitter, found: Evidence) -> Conditions:
+    """Look up the conditions at the knots."""
+    plant, course = fitter.plant, fitter.course
+    rows = found.rows.ravel()
+    turn = matrix_of(course.quaternion[rows])
+    wet = submersion(plant, course)[rows]
+    flow = _flow(found.values, wet)
+    wrench, throttle = actuator_wrench(plant, found.values)
+    rate = None
+    if wrench is not None:
+        rate = np.zeros_like(wrench)
+        for first, last in plant.samples.runs:
+            rate[first:last] = np.gradient(wrench[first:last], plant.samples.step, axis=0)
+    voltage = plant.samples.voltage
+    around = plant.vehicle.environment
+    return Conditions(
+        time=plant.samples.time[rows],
+        position=course.position[rows],
+        turn=turn,
+        velocity=course.velocity[rows] - unrotate(turn, flow),
+        spin=course.spin[rows],
+        submersion=wet,
+        drive=None if wrench is None else wrench[rows],
+        drive_rate=None if rate is None else rate[rows],
+        throttle=None if throttle is None else throttle[rows],
+        voltage=None if voltage is None or not np.any(voltage) else voltage[rows, 0],
+        ground=around.ground_level,
+        water=around.water_level if plant.vehicle.has_water else None,
+    )
+
+
+def actuator_wrench(
+    plant: Plant, values: Mapping[str, float]
+) -> tuple[Floats | None, Floats | None]:
+    """Nominal wrench of the actuators (T, 6) and the sum of their thrusts' sizes (T,)."""
+    drive = plant.drive(values)
+    if drive is None:
+        return None, None
+    actuators = {n: e for n, e in plant.vehicle.effects.items() if hasattr(e, "drives")}
+    if not actuators:
+        return None, None
+    total, throttle = np.zeros((len(drive.at), 6)), np.zeros(len(drive.at))
+    still = np.zeros((1, plant.vehicle.robot.tree.joints))
+    for bound in bind_effects(actuators, plant.vehicle.robot.links).actuators:
+        drives = bound.hooks.drives(Inputs(0.0, still, drive.at[:, 0]), bound.params)
+        wrench = thrust_wrench(drives)
+        total += np.concatenate([wrench.force, wrench.torque], axis=1)
+        throttle += np.abs(drives.thrust).sum(axis=1)
+    return total, throttle
+
+
+def _flow(values: Mapping[str, float], wet: Floats) -> Floats:
+    """Wind and current that the model holds, world axes [m/s], shape (n, 3)."""
+    wind, current = (
+        np.array([values.get(f"{name}.velocity_{a}", 0.0) for a in "xyz"])
+        for name in ("wind", "current")
+    )
+    out: Floats = (1.0 - wet)[:, None] * wind + wet[:, None] * current
+    return out

@@ -1,0 +1,237 @@
+"""What a log says about the force that a model lacks, with all tolerances in doubt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.sysid.factors import Library
+from seals.sysid.fit import Fitter
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.linearise import DELAY
+from seals.sysid.normal import solve_scaled
+from seals.sysid.problem import Problem
+from seals.sysid.residual_force.free import FreeWindows
+
+ROUNDS = 2
+"""Times the tolerances are fitted anew."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """Normal equations of free force and tolerances, window by window; start states are gone.
+
+    The knots of the force run axis by axis: force x, y, z, torque x, y, z, body axes. Behind them
+    come the tolerances, and last the misfit.
+
+    Args:
+        gram: inner products, shape (W, 6 K + p + 1, 6 K + p + 1).
+        knots: K.
+        rows: of the log nearest to the knots, shape (W, K).
+        tight: precision of the stated gusts, shape (W, 6 K, 6 K).
+        loose: precision of a free force, likewise.
+        precision: of the tolerances, shape (p,).
+        centre: their mean against the values at which the misfit was taken, shape (p,).
+        values: those values by factor key.
+        keys: of the tolerances.
+        observed: numbers that the log holds beyond its start states.
+        gust: level of the gusts [N, N m], shape (2,).
+    """
+
+    gram: Floats
+    knots: int
+    rows: NDArray[np.integer[Any]]
+    tight: Floats
+    loose: Floats
+    precision: Floats
+    centre: Floats
+    values: dict[str, float] = field(default_factory=dict)
+    keys: tuple[str, ...] = ()
+    observed: int = 0
+    gust: Floats = field(default_factory=lambda: np.zeros(2))
+
+    @property
+    def count(self) -> int:
+        """Number of windows."""
+        return len(self.gram)
+
+    @property
+    def _force(self) -> int:
+        return 6 * self.knots
+
+    @cached_property
+    def calm(self) -> Floats:
+        """The equations with stated gusts and tolerances integrated out.
+
+        The tolerances are integrated out in every window by itself: were they fitted to the whole
+        log, a missing effect could hide behind changes far beyond their prior.
+
+        Returns:
+            Knots of a further force, and the misfit last, shape (W, 6 K + 1, 6 K + 1).
+        """
+        return self._alone(self._without(self.tight))
+
+    @cached_property
+    def posterior(self) -> tuple[Floats, Floats, Floats]:
+        """Free force and its doubt.
+
+        Returns:
+            Mean (W, 6, K), covariance (W, 6 K, 6 K), and the tolerances (p,) that go with it.
+        """
+        m, p = self._force, len(self.precision)
+        block = self.gram[:, :m, :m] + self.loose
+        inverse = _inverse(block)
+        cross = self.gram[:, :m, m:]
+        gain = np.matmul(inverse, cross)
+        rest = (self.gram[:, m:, m:] - np.matmul(cross.transpose(0, 2, 1), gain)).sum(axis=0)
+        normal = rest[:p, :p] + np.diag(self.precision)
+        delta = solve_scaled(normal, rest[:p, p] + self.precision * self.centre)
+        doubt = _inverse(normal[None])[0]
+        mean = gain[:, :, p] - gain[:, :, :p] @ delta
+        spread = np.matmul(np.matmul(gain[:, :, :p], doubt), gain[:, :, :p].transpose(0, 2, 1))
+        return mean.reshape(self.count, 6, self.knots), inverse + spread, delta
+
+    @cached_property
+    def free(self) -> Floats:
+        """The same with a free force in place of the gusts."""
+        return self._alone(self._without(self.loose))
+
+    @property
+    def before(self) -> Floats:
+        """Misfit of every window under stated gusts and tolerances, shape (W,)."""
+        return self.calm[:, -1, -1]
+
+    @property
+    def after(self) -> Floats:
+        """Misfit of every window when any force may act, shape (W,)."""
+        return self.free[:, -1, -1]
+
+    @cached_property
+    def freedom(self) -> Floats:
+        """Numbers that a free force chooses beyond the gusts, shape (W,)."""
+        m = self._force
+        out = np.zeros(self.count)
+        for prior, sign in ((self.loose, 1.0), (self.tight, -1.0)):
+            inverse = _inverse(self.gram[:, :m, :m] + prior)
+            out += sign * np.einsum("wij,wji->w", inverse, self.gram[:, :m, :m])
+        return out
+
+    def _alone(self, table: Floats) -> Floats:
+        """Integrate the tolerances out of every window by itself."""
+        m, p = self._force, len(self.precision)
+        shift = np.eye(table.shape[1])
+        shift[m : m + p, -1] = -self.centre
+        table = shift.T @ table @ shift
+        held = _even(table[:, m : m + p, m : m + p] + np.diag(self.precision))
+        keep = [*range(m), m + p]
+        absorbed = np.linalg.solve(np.linalg.cholesky(held), table[:, m : m + p][:, :, keep])
+        rest: Floats = table[:, keep][:, :, keep]
+        rest = rest - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        return rest
+
+    def _without(self, prior: Floats) -> Floats:
+        m = self._force
+        lower = np.linalg.cholesky(_even(self.gram[:, :m, :m] + prior))
+        absorbed = np.linalg.solve(lower, self.gram[:, :m])
+        table: Floats = self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        return table
+
+
+def _even(block: Floats) -> Floats:
+    """A symmetric block with a floor under its diagonal."""
+    level = np.einsum("wii->wi", block)
+    out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
+    return out
+
+
+def _inverse(block: Floats) -> Floats:
+    """Inverse of symmetric positive blocks after scaling their diagonals to one."""
+    scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", block), 1e-300))
+    scaled = block * scale[:, :, None] * scale[:, None, :] + 1e-12 * np.eye(block.shape[1])
+    out: Floats = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
+    return out
+
+
+def evidence(problem: Problem, hypothesis: Hypothesis | None = None) -> Evidence:
+    """Collect what a log says about the force that a model lacks.
+
+    Args:
+        problem: the log made ready.
+        hypothesis: the model; the nominal one when left out.
+    """
+    fitter = problem.fitter if hypothesis is None else hypothesis.fitter
+    windows = FreeWindows(fitter)
+    loose = fitter.seen_through(windows)
+    tolerances = fitter.tolerances
+    freed = () if hypothesis is None else hypothesis.fit.freed
+    keys = (*tolerances, *(k for k in freed if k not in tolerances))
+    mean, width = _priors(fitter.library, keys, hypothesis)
+    values = dict(mean)
+    if windows.delay and DELAY in keys:
+        values[DELAY], width[DELAY] = windows.delay, 1e-9
+    precision = np.array([1.0 / width[k] ** 2 for k in keys])
+    columns = loose.fixed.outputs
+    fresh = [k for k in keys if k not in tolerances]
+    if fresh:
+        columns = np.concatenate([columns, loose.whitened(fresh, values).outputs], axis=2)
+    found = _collected(windows, loose, columns, values, keys, precision, mean)
+    for _ in range(ROUNDS):
+        step = found.posterior[2]
+        values = _moved(fitter.library, keys, values, step)
+        found = _collected(windows, loose, columns, values, keys, precision, mean)
+    return found
+
+
+def _collected(  # noqa: PLR0917  the parts of one set of equations
+    windows: FreeWindows,
+    loose: Fitter,
+    columns: Floats,
+    values: dict[str, float],
+    keys: tuple[str, ...],
+    precision: Floats,
+    mean: dict[str, float],
+) -> Evidence:
+    misfit = loose.misfit(values).outputs
+    return Evidence(
+        gram=windows.gram(np.concatenate([columns, misfit], axis=2)),
+        knots=windows.knots,
+        rows=windows.knot_rows,
+        tight=windows.tight,
+        loose=windows.loose,
+        precision=precision,
+        centre=np.array([mean[k] - values[k] for k in keys]),
+        values=values,
+        keys=keys,
+        observed=windows.observed,
+        gust=windows.stated_gust,
+    )
+
+
+def _priors(
+    library: Library, keys: tuple[str, ...], hypothesis: Hypothesis | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Mean and width of the tolerances; effects of the model stay where they were fitted."""
+    mean = dict.fromkeys(keys, 0.0)
+    width = {k: max(library.factors[k].tolerance, 1e-12) for k in keys}
+    if hypothesis is not None:
+        fit = hypothesis.fit
+        spread = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-24))
+        for key, doubt in zip(fit.keys, spread, strict=True):
+            if key in fit.freed and key in width:
+                mean[key], width[key] = fit.values[key], float(doubt)
+    return mean, width
+
+
+def _moved(
+    library: Library, keys: tuple[str, ...], values: dict[str, float], step: Floats
+) -> dict[str, float]:
+    out = {}
+    for key, change in zip(keys, step, strict=True):
+        low, high = library.factors[key].bounds
+        out[key] = float(min(max(values[key] + change, low), high))
+    return out

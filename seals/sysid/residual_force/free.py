@@ -1,0 +1,88 @@
+"""Windows in which any force may act, and what they say about that force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.sysid.fit import Fitter
+from seals.sysid.problem import LOOSE, WINDOW, forgotten, stated_starts
+from seals.sysid.rough import surface
+from seals.sysid.windows import Windows
+
+KNOT = 0.06
+"""Spacing of the knots of the free force [s]."""
+_IMPACT = 1.0
+"""Free force in weights that an impact may show at least."""
+
+
+class FreeWindows(Windows):
+    """Windows of a log whose start states are projected out and whose force is free.
+
+    Args:
+        fitter: linearisation that they belong to.
+    """
+
+    def __init__(self, fitter: Fitter) -> None:
+        """Set up the windows with knots fine enough for a spectrum."""
+        plant, course = fitter.plant, fitter.course
+        vehicle, samples = plant.vehicle, plant.samples
+        rough = surface(plant, course)
+        extra = None if rough is None else rough.push
+        level = LOOSE * fitter.windows.gusts
+        if vehicle.has_water and not len(vehicle.lag):
+            weight = vehicle.mass * vehicle.environment.gravity
+            level = max(level, _IMPACT * weight / max(float(vehicle.gust[0]), 1e-9))
+        super().__init__(
+            samples,
+            vehicle,
+            course,
+            fitter.dynamics,
+            length=WINDOW if samples.posed else 1e6,
+            gusts=level,
+            extra=extra,
+            blur=None if rough is None else rough.blur,
+            knot=max(KNOT, 1.5 * samples.step),
+            stated=None if samples.posed else stated_starts(plant, course),
+            skip=forgotten(plant),
+            delay=fitter.windows.delay,
+        )
+        self.loose = self._gust_precision
+        self._gusts(fitter.windows.gusts * vehicle.gust, extra)
+        self.tight = self._gust_precision
+        self.stated_gust: Floats = fitter.windows.gusts * vehicle.gust
+
+    @property
+    def knots(self) -> int:
+        """Knots in a window."""
+        return int(self._knots)
+
+    @property
+    def knot_rows(self) -> NDArray[np.integer[Any]]:
+        """Rows of the log nearest to the knots, shape (W, K)."""
+        place = np.round(np.linspace(0.0, self.length - 1.0, self._knots)).astype(int)
+        return self.rows[:, place]
+
+    def gram(self, outputs: Floats) -> Floats:
+        """Inner products of the free force's knots and other outputs, start states projected out.
+
+        Args:
+            outputs: whitened, shape (W, K * ny, c).
+
+        Returns:
+            Shape (W, 6 K + c, 6 K + c); the knots run axis by axis.
+        """
+        size = self.size
+        start = self._loose[:, :, :size]
+        both = np.concatenate([self._loose[:, :, size:], outputs], axis=2)
+        held = np.matmul(start.transpose(0, 2, 1), start)
+        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", held), 1e-300))
+        held = held * scale[:, :, None] * scale[:, None, :] + 1e-11 * np.eye(size)
+        cross = np.matmul(start.transpose(0, 2, 1), both) * scale[:, :, None]
+        absorbed = np.linalg.solve(np.linalg.cholesky(held), cross)
+        full = np.matmul(both.transpose(0, 2, 1), both)
+        table: Floats = full - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        return table

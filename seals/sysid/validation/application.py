@@ -1,0 +1,191 @@
+"""``seals add`` and ``seals verify``: from a composed configuration to files and an exit code."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
+from seals.errors import ConfigError, MissingExtra, suggestion
+from seals.logs import refuse_if_bad
+from seals.logs.atomic import write_json
+from seals.logs.log import Log
+from seals.run.progress import progress
+from seals.sysid.problem import Problem, prepare
+from seals.sysid.validation.answer import log_digest, read_answer
+from seals.sysid.validation.drawing import draw_ladder, print_table
+from seals.sysid.validation.ladder import Ladder, climb, compare_ends, replay_count
+from seals.sysid.validation.refit import refit
+from seals.sysid.validation.verdict import Verification, judge, sentences
+from seals.sysid.validation.writing import overlay_of, withdraw, write_overlay
+
+RESULT, PICTURE = "verify.json", "ladder.png"
+
+
+def add(config: Any) -> int:
+    """Write the overlay of a diagnosis and return the exit code.
+
+    Raises:
+        ConfigError: something is missing, or the diagnosis gives nothing to add.
+        LogError: the diagnosed log cannot be used.
+    """
+    if config.diagnosis is None:
+        raise ConfigError(
+            "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
+        )
+    target = _target(config)
+    finding = read_answer(str(config.diagnosis), choose=config.choose, accept=config.accept)
+    place = str(config.log or finding.log)
+    if not place:
+        raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
+    log, digest = _read(config, place, "log"), log_digest(place)
+    if finding.sha256 and finding.sha256 != digest:
+        raise ConfigError(
+            f"log={place} is not the log that was diagnosed: its content differs.\n"
+            "Give the very log, or diagnose this one."
+        )
+    base = _base(config.base)
+    found = refit(log, finding)
+    content = overlay_of(finding, found, base, log=str(Path(place).resolve()), sha256=digest)
+    content["provenance"]["vehicle"] = str((log.meta.get("vehicle") or {}).get("name", ""))
+    read_overlay({"name": target.stem, "file": str(target), **content})
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_overlay(target, target.stem, content)
+    print(f"{content['summary']}: written to {target}")
+    if finding.chosen:
+        print("The log cannot tell this effect from others: it was chosen by you.")
+    if finding.formula is not None:
+        print(f"An unnamed force, accepted by you: {finding.formula['text']}")
+    option = target.stem if target.parent == Path("models") else target
+    print(f"Next, on a log that was not fitted: seals verify log=FOLDER model={option}")
+    return 0
+
+
+def verify(config: Any) -> int:
+    """Replay a log in the simulator on every rung of the ladder, and judge the model.
+
+    Raises:
+        ConfigError: something is missing, or the model does not fit the log.
+        LogError: a log cannot be used.
+    """
+    from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
+
+    if config.log is None:
+        raise ConfigError("log is not given.\nSay which: seals verify log=FOLDER model=MY_MODEL")
+    if config.model is None:
+        names = overlay_names()
+        raise ConfigError(f"model is not given.\n{suggestion('', names, label='In models/')}")
+    raw: Any = OmegaConf.to_container(config.model)
+    overlay = read_overlay(raw)
+    overlay.refuse_withdrawn(force=bool(config.force))
+    if not overlay.parts:
+        raise ConfigError(
+            f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one anew."
+        )
+    logs = {p: _read(config, p, k) for p, k in _places(config)}
+    for log in logs.values():
+        _same_vehicle(overlay, log)
+    found = verified(overlay, logs, str(config.log))
+    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    _write(out, found)
+    print_table(found)
+    print("\n".join(sentences(found)))
+    if found.withdrawn and overlay.file:
+        withdraw(Path(overlay.file), found.withdrawn)
+        print(f"{overlay.file}: marked as withdrawn.")
+    print(f"\n{out / RESULT}")
+    return found.exit_code
+
+
+def verified(overlay: Overlay, logs: Mapping[str, Log], first: str) -> Verification:
+    """Climb the ladder of one log, look at the others, and judge.
+
+    Args:
+        overlay: the model.
+        logs: by folder.
+        first: folder of the log whose ladder is climbed; the others are older ones.
+    """
+    fitted = log_digest(first) == overlay.provenance.get("log_sha256")
+    ladder = _with_bar(first, prepare(logs[first]), overlay, whole=True)
+    older = [
+        _with_bar(place, prepare(log), overlay, whole=False)
+        for place, log in logs.items()
+        if place != first
+    ]
+    return judge(overlay, ladder, older, fitted=fitted)
+
+
+def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ladder:
+    name, count = Path(place).name, problem.fitter.windows.count
+    replays = replay_count(overlay) if whole else 2 + bool(overlay.nominal)
+    with progress(f"replaying {name}", count * replays) as tell:
+        return (climb if whole else compare_ends)(name, problem, overlay, tell=tell)
+
+
+def _places(config: Any) -> list[tuple[str, str]]:
+    """Folders of all logs and the keys that name them."""
+    return [(str(config.log), "log"), *((str(p), "older") for p in config.older)]
+
+
+def _read(config: Any, place: str, key: str) -> Log:
+    from seals.config.build import build
+
+    if not Path(place).exists():
+        raise ConfigError(f"{key}={place}: there is no such file or folder.\nGive a log folder.")
+    log: Log = build(config.reader, where="reader").read(place)[0]
+    refuse_if_bad(log)
+    return log
+
+
+def _same_vehicle(overlay: Overlay, log: Log) -> None:
+    """Refuse a log of another vehicle."""
+    own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
+    if own and other and own != other:
+        raise ConfigError(
+            f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
+            f"'{other}'.\nGive a log of the same vehicle."
+        )
+
+
+def _target(config: Any) -> Path:
+    name = str(config.name)
+    if not re.fullmatch(r"[A-Za-z0-9][\w.-]*", name):
+        shown = f"name={name} cannot name a model" if name else "name is not given"
+        raise ConfigError(
+            f"{shown}.\nAllowed: letters, digits, '_', '-' and '.', for instance name=my_model"
+        )
+    target = Path(str(config.folder)) / f"{name}.yaml"
+    if target.exists() and not config.replace:
+        raise ConfigError(
+            f"{target} exists already.\nTake another name, or write over it with replace=true"
+        )
+    return target
+
+
+def _base(name: str | None) -> dict[str, Any]:
+    if name is None:
+        return {}
+    path = find_overlay(str(name))
+    if path is None:
+        raise ConfigError(
+            f"base={name}: there is no such model.\n"
+            f"{suggestion(str(name), overlay_names(), label='In models/')}"
+        )
+    raw = load_overlay(path)
+    read_overlay(raw).refuse_withdrawn(force=False)
+    return raw
+
+
+def _write(out: Path, found: Verification) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+    write_json(out / RESULT, found.to_dict())
+    try:
+        draw_ladder(out / PICTURE, found)
+    except MissingExtra as missing:
+        print(f"No picture: {' '.join(str(missing).split())}")

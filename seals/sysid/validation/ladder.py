@@ -1,0 +1,204 @@
+"""The error ladder of one log: nominal, calibrated, and one effect more on every rung."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from seals.config.overlay import Overlay
+from seals.errors import ConfigError
+from seals.sysid.factors import Library
+from seals.sysid.problem import Problem
+from seals.sysid.validation.floor import noise_floor
+from seals.sysid.validation.misfit import Fall, Misfit, Yardstick, fall, measure, yardstick
+from seals.sysid.validation.model import Model, nominal, with_speeds
+
+NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
+"""Names of the rungs below the effects."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ladder:
+    """Errors of one log from the nominal model up to the model with all its effects.
+
+    Args:
+        name: of the log.
+        rungs: from the nominal model upwards.
+        gains: fall of the misfit that each effect brings to the model with all others; where only
+            ends were compared, the fall from each rung below.
+        total: fall from the first rung to the last.
+        alone: what calibration without the effects reaches; None when it was not asked for.
+        edge: by how much the last rung beats calibration alone, each charged for the distance of
+            its nominal values from the stated ones; None when it was not asked for.
+        floor: plain errors that a perfect model would leave, by channel and horizon.
+    """
+
+    name: str
+    rungs: tuple[Misfit, ...]
+    gains: Mapping[str, Fall]
+    total: Fall
+    alone: Misfit | None = None
+    edge: Fall | None = None
+    floor: Mapping[str, Mapping[float, float]]
+
+    @property
+    def regression(self) -> bool:
+        """Whether the last rung is worse than one below it, as far as they were compared."""
+        return self.total.worse or any(gain.worse for gain in self.gains.values())
+
+    @property
+    def best_below(self) -> Misfit:
+        """The best rung below the last."""
+        return min(self.rungs[:-1], key=lambda m: m.level)
+
+    @property
+    def first(self) -> Misfit:
+        """The nominal model."""
+        return self.rungs[0]
+
+    @property
+    def last(self) -> Misfit:
+        """The model with all effects."""
+        return self.rungs[-1]
+
+
+def rungs_of(problem: Problem, overlay: Overlay) -> list[Model]:
+    """Return the models of a ladder: nominal, calibrated, and one effect more each.
+
+    Raises:
+        ConfigError: the overlay does not fit the vehicle of the log.
+    """
+    first, library = nominal(problem.vehicle), library_for(problem, overlay)
+    values = {key: fitted.value for key, fitted in overlay.nominal.items()}
+    models = [first]
+    if values:
+        models.append(first.changed(CALIBRATED, values, library))
+    base, parts = models[-1], overlay.parts
+    for k, part in enumerate(parts):
+        models.append(base.with_overlay(f"+ {part}", overlay.only(parts[: k + 1])))
+    return models
+
+
+def library_for(problem: Problem, overlay: Overlay) -> Library:
+    """Return what a diagnosis may move, its exponents at the speeds of the fitted log."""
+    library = problem.plant.library
+    if not overlay.speeds:
+        return library
+    if len(overlay.speeds) != 3:
+        raise ConfigError(
+            f"{overlay.file}: speeds={list(overlay.speeds)} is not allowed.\n"
+            "Allowed: three numbers, along x, y and z of the body [m/s]."
+        )
+    return with_speeds(library, overlay.speeds)
+
+
+def climb(
+    name: str,
+    problem: Problem,
+    overlay: Overlay,
+    *,
+    tell: Callable[[int], None] | None = None,
+) -> Ladder:
+    """Replay a log on every rung, and without each effect in turn.
+
+    Args:
+        name: of the log.
+        problem: the log made ready.
+        overlay: the model.
+        tell: takes the number of windows done, over all replays.
+
+    Raises:
+        ConfigError: the overlay does not fit the vehicle of the log.
+    """
+    models = rungs_of(problem, overlay)
+    others = _without_each(models, overlay)
+    alone = _alone(problem, overlay)
+    every = [*models, *others.values(), *([] if alone is None else [alone])]
+    ruler = yardstick(problem, every)
+    replays = Replays(ruler, tell)
+    rungs = [replays.of(m) for m in models]
+    last, parts = rungs[-1], overlay.parts
+    gains = {part: fall(replays.of(m), last) for part, m in others.items()}
+    if parts:
+        gains[parts[-1]] = fall(rungs[-2], last)
+    rival = None if alone is None else replays.of(alone)
+    return Ladder(
+        name=name,
+        rungs=tuple(rungs),
+        gains={part: gains[part] for part in parts},
+        total=fall(rungs[0], last),
+        alone=rival,
+        edge=None if rival is None else _edge(rival, last, problem, overlay),
+        floor=noise_floor(last, ruler),
+    )
+
+
+def compare_ends(
+    name: str,
+    problem: Problem,
+    overlay: Overlay,
+    *,
+    tell: Callable[[int], None] | None = None,
+) -> Ladder:
+    """Replay a log without any of the effects, and with all of them."""
+    models = rungs_of(problem, overlay)
+    below = models[: len(models) - len(overlay.parts)]
+    ends = [*below, models[-1]]
+    ruler = yardstick(problem, ends)
+    replays = Replays(ruler, tell)
+    rungs = tuple(replays.of(m) for m in ends)
+    gains = {m.model.name: fall(m, rungs[-1]) for m in rungs[:-1]}
+    return Ladder(name=name, rungs=rungs, gains=gains, total=fall(rungs[0], rungs[-1]), floor={})
+
+
+def replay_count(overlay: Overlay) -> int:
+    """Return how many replays a ladder takes."""
+    parts, calibrated = len(overlay.parts), bool(overlay.nominal)
+    return 1 + parts + max(parts - 1, 0) + 2 * calibrated
+
+
+class Replays:
+    """Measures models one after the other and counts the windows done."""
+
+    def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
+        """Start at none."""
+        self._ruler, self._tell, self._before = ruler, tell, 0
+
+    def of(self, model: Model) -> Misfit:
+        """Measure one model."""
+        made = measure(model, self._ruler, tell=self._count)
+        self._before += len(self._ruler.rows)
+        return made
+
+    def _count(self, done: int) -> None:
+        if self._tell is not None:
+            self._tell(self._before + done)
+
+
+def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
+    """The model without each effect but the last, which the ladder itself leaves out."""
+    parts = overlay.parts
+    base = models[-1 - len(parts)]
+    return {
+        part: base.with_overlay(f"without {part}", overlay.only([p for p in parts if p != part]))
+        for part in parts[:-1]
+    }
+
+
+def _alone(problem: Problem, overlay: Overlay) -> Model | None:
+    """The model that calibration without the effects makes."""
+    if not overlay.nominal:
+        return None
+    values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
+    return nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
+
+
+def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fall:
+    """Fall from calibration alone to the whole model, each with the price of its values."""
+    factors, price = problem.plant.library.factors, 0.0
+    for key, fitted in overlay.nominal.items():
+        tolerance = factors[key].tolerance
+        if tolerance > 0.0:
+            price += (fitted.alone**2 - fitted.value**2) / tolerance**2
+    plain = fall(rival, last)
+    return Fall(value=plain.value + price / last.windows.observed, noise=plain.noise)

@@ -1,0 +1,185 @@
+"""A model of a log's vehicle: nominal effects, changes of them, and effects that were added."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from seals.arrays import Floats
+from seals.config.overlay import Overlay
+from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.effect import Effect
+from seals.environment.waves import Waves
+from seals.errors import ConfigError, suggestion
+from seals.registry import get
+from seals.sysid.discrepancy import DragExponent, WaveMoment
+from seals.sysid.drive import JITTER
+from seals.sysid.factors import Library
+from seals.sysid.plant import Plant
+from seals.sysid.samples import Samples
+from seals.sysid.vehicle import Vehicle
+from seals.world.drivetrain import response_of, timing_of
+
+WAVES = "waves"
+_DELAY = "command_delay.delay"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """Everything that acts on a vehicle in one rung of the ladder.
+
+    Args:
+        name: of the rung.
+        vehicle: its effects are those of this rung.
+        waves: of the water surface; None for calm water.
+    """
+
+    name: str
+    vehicle: Vehicle
+    waves: Waves | None = None
+
+    @property
+    def bound(self) -> EffectSet:
+        """Effects on their links."""
+        return bind_effects(self.vehicle.effects, self.vehicle.robot.links)
+
+    @property
+    def lag(self) -> Floats:
+        """Time constants of the drives [s], shape (n,)."""
+        return response_of(self.bound).lag
+
+    @property
+    def command_delay(self) -> float:
+        """Mean time from a row's command to its arrival at the drives [s]."""
+        return max(JITTER + float(timing_of(self.bound).command_delay), 0.0)
+
+    @property
+    def sensor_delay(self) -> float:
+        """By how much the inertial sensors are late [s]."""
+        return float(timing_of(self.bound).sensor_delay)
+
+    def tangent(self, samples: Samples, *, parts: int) -> tuple[Plant, dict[str, float]]:
+        """Return the batched twin of this model, and the timing that it has to be told.
+
+        Effects too steep for explicit steps do not take part: they would make start states matter
+        less than they do.
+
+        Args:
+            samples: the log.
+            parts: integration steps per row.
+        """
+        effects = {n: e for n, e in self.vehicle.effects.items() if not e.stiff}
+        vehicle = replace(self.vehicle, effects=effects, lag=self.lag)
+        plant = Plant(
+            vehicle,
+            Library(effects=dict(effects), factors={}, candidates=()),
+            samples,
+            parts=parts,
+        )
+        if self.waves is not None:
+            plant.waves = self.waves
+        return plant, {_DELAY: self.command_delay - JITTER}
+
+    def changed(self, name: str, changes: Mapping[str, float], library: Library) -> Model:
+        """Return the model with factors of a diagnosis moved.
+
+        Args:
+            name: of the new rung.
+            changes: against the nominal model, by factor key.
+            library: that knows the keys.
+
+        Raises:
+            ConfigError: a key is unknown, or its value is out of bounds.
+        """
+        effects, sea = dict(self.vehicle.effects), {}
+        for instance, values in by_instance(changes).items():
+            if instance == WAVES:
+                sea = values
+                continue
+            effects[instance] = _moved(instance, values, effects, library)
+        made = replace(self, name=name, vehicle=replace(self.vehicle, effects=effects))
+        return made.in_waves(get("wave", "airy").load()(**sea)) if sea else made
+
+    def with_overlay(self, name: str, overlay: Overlay) -> Model:
+        """Return the model with the effects of an overlay.
+
+        Args:
+            name: of the new rung.
+            overlay: whose nominal values are left out.
+
+        Raises:
+            ConfigError: the model has no effect to change, or a value is out of bounds.
+        """
+        effects = overlay.applied(self.vehicle.effects)
+        made = replace(self, name=name, vehicle=replace(self.vehicle, effects=effects))
+        return made if overlay.waves is None else made.in_waves(overlay.waves)
+
+    def in_waves(self, waves: Waves) -> Model:
+        """Return the model on a moving surface; the push of waves acts on the origin."""
+        moment = WaveMoment(correction=True)
+        effects = {**self.vehicle.effects, "wave_moment": moment}
+        return replace(self, waves=waves, vehicle=replace(self.vehicle, effects=effects))
+
+
+def nominal(vehicle: Vehicle) -> Model:
+    """Return the model that a log states."""
+    return Model(name="nominal", vehicle=vehicle)
+
+
+def by_instance(changes: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Group factor keys by instance.
+
+    Example:
+        >>> by_instance({"wind.velocity_x": 2.0, "mass.mass": 0.1})
+        {'wind': {'velocity_x': 2.0}, 'mass': {'mass': 0.1}}
+    """
+    table: dict[str, dict[str, float]] = {}
+    for key, value in changes.items():
+        instance, _, parameter = key.partition(".")
+        table.setdefault(instance, {})[parameter] = float(value)
+    return table
+
+
+def with_speeds(library: Library, speeds: Sequence[float]) -> Library:
+    """Return a library whose drag exponents refer to the speeds of another log.
+
+    Args:
+        library: of the present log.
+        speeds: of the log in which the exponents were fitted [m/s], shape (3,).
+    """
+    effects = dict(library.effects)
+    for name, effect in effects.items():
+        if isinstance(effect, DragExponent):
+            fixed = copy.copy(effect)
+            fixed.speeds = (float(speeds[0]), float(speeds[1]), float(speeds[2]))
+            effects[name] = fixed
+    return replace(library, effects=effects)
+
+
+def _moved(
+    instance: str, values: Mapping[str, float], own: Mapping[str, Effect], library: Library
+) -> Effect:
+    """An effect of the model, or of the library, with its factors moved.
+
+    A change may be negative where the whole quantity may not: its bounds are those of the factor.
+    """
+    for name, value in values.items():
+        key = f"{instance}.{name}"
+        factor = library.factors.get(key)
+        if factor is None:
+            raise ConfigError(
+                f"nominal: '{key}' is not a property that a diagnosis may move.\n"
+                f"{suggestion(key, library.factors)}"
+            )
+        low, high = factor.bounds
+        if not low <= value <= high:
+            raise ConfigError(
+                f"nominal.{key}={value:g} is not allowed.\nAllowed: {low:g} to {high:g}."
+            )
+    effect = own[instance] if instance in own else library.effects[instance]
+    total: dict[str, Any] = {
+        name: float(getattr(effect, name)) + value for name, value in values.items()
+    }
+    return replace(effect, **total)

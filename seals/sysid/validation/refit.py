@@ -1,0 +1,140 @@
+"""Values of named effects, with all that was freed beside them, on the log they were found in.
+
+The written answer holds what a reader wants to know. An overlay needs a little more: in which
+medium, on which link, and the nominal values that were fitted alongside.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from seals.arrays import Floats
+from seals.errors import ConfigError, suggestion
+from seals.logs.log import Log
+from seals.sysid.factors import Candidate, Library
+from seals.sysid.fit import Fitter
+from seals.sysid.hypothesis import keys_of
+from seals.sysid.linearise import DELAY
+from seals.sysid.naming import settled
+from seals.sysid.normal import Fit
+from seals.sysid.problem import Problem, followed, linearised, prepare, rewindowed, typical
+from seals.sysid.validation.answer import Finding
+
+_LATE = 2e-3
+"""Delay of the inertial sensors from which on the windows follow it [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refit:
+    """Named effects fitted on their log.
+
+    Args:
+        candidates: one for each effect, in the order of the answer.
+        values: of all keys.
+        spread: 1-sigma of all keys.
+        library: that knows the keys.
+        own: names of the nominal model's effects.
+        speeds: typical ones of the log [m/s], shape (3,).
+        alone: nominal values that a fit without the effects chooses, by key.
+    """
+
+    candidates: tuple[Candidate, ...]
+    values: Mapping[str, float]
+    spread: Mapping[str, float]
+    library: Library
+    own: tuple[str, ...]
+    speeds: Floats
+    alone: Mapping[str, float]
+
+    @property
+    def nominal(self) -> dict[str, dict[str, float]]:
+        """Fitted nominal values; those that an effect stands for are left to it."""
+        taken = set(keys_of(self.candidates))
+        out = {}
+        for key in self.library.tolerances:
+            own = key in taken
+            out[key] = {
+                "value": 0.0 if own else self.values[key],
+                "sd": 0.0 if own else self.spread[key],
+                "alone": self.alone[key],
+            }
+        return out
+
+
+def refit(log: Log, finding: Finding) -> Refit:
+    """Fit the effects of an answer once more, from its values.
+
+    Args:
+        log: in which they were found.
+        finding: effects to fit.
+
+    Raises:
+        ConfigError: an effect is none that this vehicle could be missing.
+        LogError: the log cannot be used.
+    """
+    problem = prepare(log)
+    choices = [candidates_for(problem, effect) for effect in finding.effects]
+    fits = [(combo, *_fitted(problem, combo, finding)) for combo in itertools.product(*choices)]
+    combo, fit, fitter = min(fits, key=lambda f: f[1].cost)
+    values = dict(fit.values)
+    for candidate, effect in zip(combo, finding.effects, strict=True):
+        values |= stated(candidate, effect)
+    return Refit(
+        candidates=combo,
+        values=values,
+        spread={key: fit.spread(key) for key in fit.keys},
+        library=fitter.library,
+        own=tuple(problem.vehicle.effects),
+        speeds=typical(problem.fitter.course),
+        alone=settled(problem).fit.values,
+    )
+
+
+def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidate]:
+    """Return the variants of an effect that an answer may mean.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    every, name = problem.plant.library.candidates, str(effect["name"])
+    given = {k: p["value"] for k, p in effect.get("parameters", {}).items()}
+    given |= effect.get("variant") or {}
+    found = [
+        c
+        for c in every
+        if c.name == name and all(given.get(k, v) == v for k, v in c.variant.items())
+    ]
+    if not found:
+        raise ConfigError(
+            f"'{name}' is none of the effects that this vehicle could be missing.\n"
+            f"{suggestion(name, {c.name for c in every})}"
+        )
+    return found
+
+
+def stated(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, float]:
+    """Return the values of an answer by factor key."""
+    given = effect.get("parameters", {})
+    pairs = zip(candidate.keys, candidate.reported, strict=True)
+    return {key: float(given[name]["value"]) for key, name in pairs if name in given}
+
+
+def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) -> tuple[Fit, Fitter]:
+    """Fit of one choice of variants, on a linearisation about it."""
+    start: dict[str, float] = {}
+    for candidate, effect in zip(combo, finding.effects, strict=True):
+        start |= stated(candidate, effect)
+    keys, fitter = keys_of(combo), settled(problem).fitter
+    delay = start.get(DELAY, 0.0)
+    if delay > _LATE:
+        fitter = rewindowed(fitter, delay=delay)
+    fit = fitter.fit(keys, start=start)
+    if problem.samples.posed and not problem.impact:
+        gusts = fitter.windows.gusts
+        fitter = linearised(problem.plant, fitter.course, fit.values, gusts=gusts)
+    else:
+        fitter = followed(fitter, keys, at=fit.values, rounds=1)
+    return fitter.fit(keys, start={k: fit.values[k] for k in keys}), fitter

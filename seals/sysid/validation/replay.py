@@ -1,0 +1,248 @@
+"""Replays a log in the real simulator, window by window, from the course that was flown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.backend import Configuration
+from seals.batch import TwinState
+from seals.frames import matrix_of, rotate
+from seals.motion import Reading
+from seals.sysid.drive import JITTER, respond
+from seals.sysid.linearise import Dynamics, Prediction
+from seals.sysid.samples import Samples
+from seals.sysid.trajectory import Course, difference
+from seals.sysid.validation.model import Model
+from seals.sysid.validation.scene import VEHICLE, build_scene
+from seals.world import World
+from seals.world.drivetrain import response_of
+from seals.world.readings import ReadingChain
+
+STEP = 0.005
+"""Longest step of the simulator [s]."""
+ARM_STEP = 0.001
+"""Longest step with joints, whose servos are stiff [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """What the simulator made of every window; W windows of K rows.
+
+    Args:
+        rows: of the log, shape (W, K).
+        error: state of the simulator against the course, shape (W, K, n).
+        reading: of the inertial sensors, angular velocity and specific force, (W, K, 6).
+    """
+
+    rows: NDArray[np.int64]
+    error: Floats
+    reading: Floats
+
+    def prediction(self, dynamics: Dynamics, total: int) -> Prediction:
+        """Return the track in the form that the windows of a diagnosis read.
+
+        Windows carry one-step errors on with their linear dynamics; taken back here, so that they
+        end with exactly the states of the simulator.
+
+        Args:
+            dynamics: of those windows.
+            total: rows of the log.
+        """
+        count = self.error.shape[2]
+        defect, reading = np.zeros((total, count)), np.zeros((total, 6))
+        flat = self.rows[:, :-1]
+        carried = np.einsum("wkij,wkj->wki", dynamics.transition[flat], self.error[:, :-1])
+        defect[flat] = self.error[:, 1:] - carried
+        felt = np.einsum("wkij,wkj->wki", dynamics.sense[self.rows], self.error)
+        own = np.concatenate([self.error[:, :, 9:12], felt], axis=2)
+        reading[self.rows] = self.reading - own
+        return Prediction(defect=defect, reading=reading)
+
+
+def replay(
+    model: Model,
+    samples: Samples,
+    course: Course,
+    rows: NDArray[np.int64],
+    *,
+    step: float | None = None,
+    prompt: bool = False,
+    tell: Callable[[int], None] | None = None,
+) -> Track:
+    """Simulate every window under the logged commands, open loop, from the course.
+
+    Args:
+        model: what acts.
+        samples: the log.
+        course: where the windows start.
+        rows: of the windows, shape (W, K).
+        step: longest of the simulator [s]; left out, one that suits the vehicle.
+        prompt: whether readings are reported at once, their delay being left to the windows.
+        tell: takes the number of windows done.
+    """
+    most = step or (ARM_STEP if model.vehicle.robot.tree.joints else STEP)
+    parts = max(1, int(np.ceil(samples.step / most - 1e-9)))
+    drive = drive_states(model, samples, parts=parts)
+    delay = 0.0 if prompt else model.sensor_delay
+    late = round(np.ceil(max(delay, 0.0) / samples.step - 1e-9))
+    length = rows.shape[1]
+    world = build_scene(model, step=samples.step / parts, rows=length * parts + 2)
+    try:
+        runner = _Runner(world, samples, course, drive, parts)
+        states, felt = [], []
+        for done, window in enumerate(rows, start=1):
+            before = [runner.run(int(r), 1)[1] for r in window[0] - np.arange(late, 0, -1)]
+            state, reading = runner.run(int(window[0]), length)
+            states.append(state)
+            felt.append(np.concatenate([*before, reading]))
+            if tell is not None:
+                tell(done)
+    finally:
+        world.close()
+    flat = course.state(rows.ravel())
+    joined = TwinState(*(np.concatenate([s[i] for s in states]) for i in range(6)))
+    error = difference(joined, flat).reshape(*rows.shape, course.size)
+    reading = _reported(model, np.array(felt), late, delay / samples.step)
+    return Track(rows=rows, error=error, reading=reading)
+
+
+def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None:
+    """States of all drives at every step of the simulator, shape (T, parts, n).
+
+    The law is that of the drivetrain; it runs over the whole log, so that a window starts with
+    rotors as they then were.
+    """
+    if not samples.command.shape[1]:
+        return None
+    response = response_of(model.bound)
+    out = np.zeros((samples.rows, parts, len(response.lag)))
+    command = np.clip(samples.command, -response.limit, response.limit)
+    for first, last in samples.runs:
+        out[first:last] = respond(
+            command[first:last],
+            samples.step,
+            lag=response.lag,
+            delay=model.command_delay,
+            parts=parts,
+        )
+    return out
+
+
+class _Runner:
+    """One world that is put back to the course again and again."""
+
+    def __init__(
+        self, world: World, samples: Samples, course: Course, drive: Floats | None, parts: int
+    ) -> None:
+        self.world, self.samples, self.course = world, samples, course
+        self.drive, self.parts = drive, parts
+        self.actor = world.actors[VEHICLE]
+        self.turns = matrix_of(course.quaternion)
+
+    def run(self, first: int, length: int) -> tuple[TwinState, Floats]:
+        """States at some rows and what ideal sensors at the origin feel there.
+
+        Returns:
+            States, and angular velocity, specific force and angular acceleration, (length, 9).
+        """
+        first = max(first, 0)
+        world, step = self.world, self.world.step_size
+        world.reset({VEHICLE: self._start(first)})
+        begin = float(self.samples.time[first])
+        world.restore(world.snapshot()._replace(time=begin, steps=round(begin / step)))
+        seen = [self.actor.body.read()]
+        for k in range((length - 1) * self.parts + 2):
+            row, part = min(first + k // self.parts, self.samples.rows - 1), k % self.parts
+            self._command(row, part)
+            world.step()
+            seen.append(self.actor.body.read())
+        return self._felt(Configuration(*(np.array(x) for x in zip(*seen, strict=True))), length)
+
+    def _start(self, row: int) -> Configuration:
+        c, turn = self.course, self.turns[row]
+        return Configuration(
+            position=c.position[row],
+            quaternion=c.quaternion[row],
+            velocity=turn @ c.velocity[row],
+            spin=turn @ c.spin[row],
+            joints=c.joints[row],
+            rates=c.rates[row],
+        )
+
+    def _command(self, row: int, part: int) -> None:
+        """Inputs of one step; the joints' command arrives a little after its row."""
+        samples, actor = self.samples, self.actor
+        if self.drive is not None:
+            actor.drive = self.drive[row, part][None]
+        if samples.voltage is not None:
+            actor.voltage = samples.voltage[row][None]
+        if samples.joint_command.shape[1]:
+            late = min(JITTER / self.world.step_size, 1.0) if part == 0 else 0.0
+            both = samples.joint_command[[max(row - 1, 0), row]]
+            actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
+
+    def _felt(self, seen: Configuration, length: int) -> tuple[TwinState, Floats]:
+        step, at = self.world.step_size, np.arange(length) * self.parts
+        turn = matrix_of(seen.quaternion)
+        rates = [np.diff(v, axis=0) / step for v in (seen.velocity, seen.spin)]
+        straddle = not self.samples.joint_command.shape[1]
+        linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
+        linear[:, 2] += self.actor.gravity
+        back = turn[at].transpose(0, 2, 1)
+        velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.spin[at])
+        felt = np.concatenate([spin, rotate(back, linear), rotate(back, angular)], axis=1)
+        parts = (seen.position[at], seen.quaternion[at], velocity, spin)
+        return TwinState(*parts, seen.joints[at], seen.rates[at]), felt
+
+
+def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
+    """Rates at rows from their means over the steps between, second order in the step.
+
+    Args:
+        rate: mean over every step, shape (N, 3).
+        at: number of the step that begins at each row.
+        straddle: whether a row's value may use the step after it; where commands act at once they
+            jump there, and the row was read before.
+    """
+    before = np.maximum(at - 1, 0)
+    if straddle:
+        out: Floats = 0.5 * (rate[before] + rate[at])
+    else:
+        out = 1.5 * rate[before] - 0.5 * rate[np.maximum(at - 2, 0)]
+    # no step lies before the first row
+    out[0] = 1.5 * rate[0] - 0.5 * rate[1]
+    return out
+
+
+def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
+    """What the inertial sensors report, shape (W, K, 6).
+
+    Args:
+        model: with its sensors' place, delay and errors.
+        felt: at the origin, with ``late`` rows before every window, shape (W, late + K, 9).
+        late: rows before.
+        delay: of the sensors in rows.
+    """
+    vehicle = model.vehicle
+    arm, turn = vehicle.imu_position, vehicle.imu_turn.T
+    spin, force, rate = felt[..., :3], felt[..., 3:6], felt[..., 6:]
+    if np.any(arm):
+        force = force + np.cross(rate, arm) + np.cross(spin, np.cross(spin, arm))
+    both = np.concatenate([spin @ turn, force @ turn], axis=2)
+    at = np.arange(late, both.shape[1]) - delay
+    # a reading ahead of its time continues the last stretch
+    low = np.clip(np.floor(at).astype(int), 0, both.shape[1] - 2)
+    share = (at - low)[None, :, None]
+    seen = both[:, low] + share * (both[:, low + 1] - both[:, low])
+    flat = seen.reshape(-1, 6)
+    reading = Reading(flat[:, :3], flat[:, 3:])
+    for b in ReadingChain(model.bound).errors:
+        reading = b.hooks.measure(reading, b.params)
+    out = np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
+    shaped: Floats = out.reshape(seen.shape)
+    return shaped

@@ -1,0 +1,73 @@
+"""The vehicle of a log in the real simulator: its URDF, its world."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from seals.registry import get
+from seals.robot.model import RobotModel
+from seals.sysid.validation.armature import GearedBody
+from seals.sysid.validation.model import Model
+from seals.world import Actor, World
+
+VEHICLE = "vehicle"
+"""Name of the vehicle among the actors of its world."""
+_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+def build_scene(model: Model, *, step: float, rows: int, backend: str = "pybullet") -> World:
+    """Build a world that holds nothing but the vehicle of a log.
+
+    The ground is left out: a log's vehicle has no shape that could touch it. Effects still know
+    its height.
+
+    Args:
+        model: what acts.
+        step: of the world [s].
+        rows: to reserve in the ledger.
+        backend: plug-in of the rigid bodies.
+    """
+    vehicle = model.vehicle
+    engine = get("backend", backend).load()()
+    bare = replace(vehicle.environment, ground_level=None, tank_bottom=None)
+    engine.open(bare, step)
+    waves = get("wave", "still").load()() if model.waves is None else model.waves
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "vehicle.urdf"
+        path.write_text(urdf_of(vehicle.robot), encoding="utf-8")
+        robot = replace(vehicle.robot, urdf=str(path))
+        actor = Actor(robot, model.bound, {}, engine, vehicle.environment, waves=waves, steps=rows)
+    if robot.tree.drive_inertia:
+        actor.body = GearedBody(actor.body, robot)
+    return World(engine, {VEHICLE: actor}, vehicle.environment, step=step, seed=0)
+
+
+def urdf_of(robot: RobotModel) -> str:
+    """Return links, masses and joints of a robot as URDF text; no shapes."""
+    parts = [f'<robot name="{robot.name}">']
+    for k, link in enumerate(robot.links):
+        matrix = robot.inertia[k]
+        table = " ".join(f'i{"xyz"[i]}{"xyz"[j]}="{float(matrix[i, j])!r}"' for i, j in _UPPER)
+        parts.append(
+            f'<link name="{link}"><inertial><origin xyz="{_numbers(robot.centre[k])}"/>'
+            f'<mass value="{float(robot.mass[k])!r}"/><inertia {table}/></inertial></link>'
+        )
+    tree = robot.tree
+    for k in range(1, len(robot.links)):
+        j = tree.joint[k]
+        kind = "prismatic" if tree.prismatic[j] else "revolute"
+        limit = f'lower="{float(robot.lower[j])!r}" upper="{float(robot.upper[j])!r}"'
+        parts.append(
+            f'<joint name="{robot.joints[j]}" type="{kind}">'
+            f'<parent link="{robot.links[tree.parent[k]]}"/><child link="{robot.links[k]}"/>'
+            f'<origin xyz="{_numbers(tree.origin[k])}"/><axis xyz="{_numbers(tree.axis[j])}"/>'
+            f'<limit {limit} effort="1e9" velocity="1e3"/></joint>'
+        )
+    return "\n".join([*parts, "</robot>\n"])
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(repr(float(x)) for x in values)

@@ -1,0 +1,225 @@
+"""Writes an overlay: the file that a user reads, edits by hand, and uses."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import seals
+from seals import registry
+from seals.config.overlay import WAVE, free_name
+from seals.effects.effect import Effect, MediumKind
+from seals.errors import ConfigError
+from seals.logs.atomic import plain, write_text
+from seals.schema import parameters_of
+from seals.sysid.factors import Candidate
+from seals.sysid.validation.answer import FORMULA, Finding
+from seals.sysid.validation.model import WAVES, by_instance
+from seals.sysid.validation.refit import Refit
+
+_HEAD = """\
+# Model '{name}': {summary}.
+# Use it:     seals run robot=MY_ROBOT +model={name}
+# Verify it:  seals verify log=ANOTHER_LOG model={name}
+# Numbers may be edited by hand; names and bounds are checked when the file is read.
+"""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Part:
+    """One entry of an overlay.
+
+    Args:
+        section: ``effects``, ``changes`` or ``wave``.
+        name: of the entry.
+        values: as written.
+        intervals: 90 % interval of each parameter.
+    """
+
+    section: str
+    name: str
+    values: dict[str, Any]
+    intervals: dict[str, list[float]]
+
+
+def overlay_of(
+    finding: Finding, found: Refit, base: Mapping[str, Any], *, log: str, sha256: str
+) -> dict[str, Any]:
+    """Return the content of an overlay.
+
+    Args:
+        finding: the answer.
+        found: fitted values.
+        base: content of the model that it adds to; empty for none.
+        log: path of the log.
+        sha256: of its table.
+
+    Raises:
+        ConfigError: the base holds one of the effects already.
+    """
+    sections: dict[str, Any] = {
+        k: dict(base.get(k) or {}) for k in ("effects", "changes", "intervals")
+    }
+    sections["wave"] = base.get("wave")
+    for candidate, effect in zip(found.candidates, finding.effects, strict=True):
+        for part in parts_of(candidate, found, effect):
+            _refuse_twice(part, sections, base)
+            taken = {**sections["effects"], **sections["changes"]}
+            name = part.name if part.section == "wave" else free_name(part.name, taken)
+            if part.section == "wave":
+                sections["wave"] = part.values
+            else:
+                sections[part.section][name] = part.values
+            sections["intervals"][name] = part.intervals
+    if finding.formula is not None:
+        law = finding.formula["effect"]
+        values = {k: _short(v) for k, v in law["parameters"].items()}
+        entry = {"effect": law["name"], "medium": law["medium"], **values}
+        sections["effects"][free_name(FORMULA, sections["effects"])] = entry
+    words = [*(str(e["name"]) for e in finding.effects)]
+    words += [] if finding.formula is None else ["an unnamed force"]
+    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {Path(log).name}"}
+    out |= {key: value for key, value in sections.items() if value}
+    out["nominal"] = {
+        key: {k: _short(x) for k, x in {**v, **(finding.nominal.get(key) or {})}.items()}
+        for key, v in found.nominal.items()
+    }
+    out["speeds"] = [_short(x) for x in found.speeds]
+    out["provenance"] = _provenance(finding, base, log=log, sha256=sha256)
+    return out
+
+
+def write_overlay(path: Path, name: str, content: Mapping[str, Any]) -> None:
+    """Write an overlay with a word on how to use it."""
+    import yaml
+
+    head = _HEAD.format(name=name, summary=content.get("summary", ""))
+    body = yaml.safe_dump(plain(dict(content)), sort_keys=False, default_flow_style=None, width=100)
+    write_text(path, head + body)
+
+
+def withdraw(path: Path, reason: str) -> None:
+    """Mark an overlay as withdrawn; whatever a user wrote into it stays."""
+    import yaml
+
+    text = path.read_text(encoding="utf-8")
+    kept = [line for line in text.splitlines() if not line.startswith("withdrawn:")]
+    line = yaml.safe_dump({"withdrawn": reason}, width=10**6).strip()
+    write_text(path, "\n".join([*kept, line]) + "\n")
+
+
+def parts_of(candidate: Candidate, found: Refit, effect: Mapping[str, Any]) -> list[Part]:
+    """Return the entries that one effect makes, one for each instance that it moves.
+
+    An instance that the nominal model holds is changed, and so is an effect whose change is
+    negative where the whole cannot be.
+    """
+    made = []
+    values = {key: found.values[key] for key in candidate.all_keys}
+    intervals = _intervals(candidate, effect)
+    for instance, moved in by_instance(values).items():
+        limits = intervals.get(instance, {})
+        short = {k: _short(v) for k, v in moved.items()}
+        if instance == WAVES:
+            made.append(Part(section="wave", name=WAVE, values={"wave": "airy", **short},
+                             intervals=limits))  # fmt: skip
+            continue
+        law = found.library.effects[instance]
+        if instance in found.own or _below_bounds(law, moved):
+            entry = {"effect": _plugin_of(law), **_medium(law), **short}
+            made.append(Part(section="changes", name=candidate.name, values=entry,
+                             intervals=limits))  # fmt: skip
+            continue
+        total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
+        entry = {"effect": _plugin_of(law), **_options(law), **total}
+        made.append(Part(section="effects", name=candidate.name, values=entry, intervals=limits))
+    return made
+
+
+def _intervals(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, Any]:
+    """90 % intervals by instance and parameter."""
+    given = effect.get("parameters", {})
+    table: dict[str, Any] = {}
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        if name in given and "low90" in given[name]:
+            instance, _, parameter = key.partition(".")
+            both = [_short(given[name]["low90"]), _short(given[name]["high90"])]
+            table.setdefault(instance, {})[parameter] = both
+    return table
+
+
+def _below_bounds(law: Effect, moved: Mapping[str, float]) -> bool:
+    declared = parameters_of(law)
+    return any(
+        not declared[k].bounds[0] <= float(getattr(law, k)) + v <= declared[k].bounds[1]
+        for k, v in moved.items()
+    )
+
+
+def _options(law: Effect) -> dict[str, Any]:
+    """Everything of an effect that differs from its plug-in's defaults."""
+    fresh, out = type(law)(), {}
+    for entry in dataclasses.fields(law):
+        value = getattr(law, entry.name)
+        if entry.name != "correction" and value != getattr(fresh, entry.name):
+            out[entry.name] = value.value if isinstance(value, MediumKind) else value
+    return {**_medium(law), **out}
+
+
+def _medium(law: Effect) -> dict[str, str]:
+    medium = getattr(law, "medium", None)
+    return {"medium": medium.value} if isinstance(medium, MediumKind) else {}
+
+
+def _plugin_of(law: Effect) -> str:
+    target = f"{type(law).__module__}:{type(law).__qualname__}"
+    for name, plugin in registry.plugins("effect").items():
+        if plugin.value == target:
+            return name
+    raise ConfigError(f"{target} is not installed as an effect.\nSee: seals list effect")
+
+
+def _refuse_twice(part: Part, sections: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+    """Refuse an effect that the base model adds already: it would act twice."""
+    if not base:
+        return
+    own: Sequence[Any] = [sections["wave"]] if part.section == "wave" else [
+        *sections["effects"].values(), *sections["changes"].values()
+    ]  # fmt: skip
+    kinds = ("effect", "wave", "medium", "links", "rotor", "joint")
+    if any(e and all(e.get(k) == part.values.get(k) for k in kinds) for e in own):
+        raise ConfigError(
+            f"base={base.get('name')} adds {part.name} already: it would act twice.\n"
+            "Leave base= out: the diagnosis was made against the log's own nominal model."
+        )
+
+
+def _provenance(
+    finding: Finding, base: Mapping[str, Any], *, log: str, sha256: str
+) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        "log": log,
+        "log_sha256": sha256,
+        "verdict": finding.verdict,
+        "confidence": {str(e["name"]): _short(e.get("confidence", 0.0)) for e in finding.effects},
+        "diagnosis": str(finding.file.resolve()),
+        "diagnosis_sha256": hashlib.sha256(finding.file.read_bytes()).hexdigest(),
+        "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+        "seals": seals.__version__,
+    }
+    if finding.formula is not None:
+        out["accepted"] = f"a formula without a name, by the user: {finding.formula['text']}"
+    if finding.chosen:
+        out["chosen"] = f"{finding.names[0]}, picked by the user among what the log cannot tell"
+    if base:
+        out["base"] = {"name": base.get("name"), **(base.get("provenance") or {})}
+    return out
+
+
+def _short(value: Any) -> float:
+    """Six digits: more than any fit gives."""
+    return float(f"{float(value):.6g}")

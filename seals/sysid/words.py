@@ -1,0 +1,33 @@
+"""A diagnosis in plain words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.verdict import Verdict
+
+
+def sentence(found: Diagnosis) -> str:
+    """Return the answer in a few lines."""
+    answer, table = found.answer, found.to_dict()
+    held = found.held_out
+    fall = f"Held-out misfit {held['before']:.3g} -> {held['after']:.3g} (floor 1)."
+    verdict = answer.verdict
+    if verdict is Verdict.nothing_missing:
+        return f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
+    if verdict is Verdict.cannot_tell:
+        return f"Cannot tell: {'; '.join(answer.reasons)}. Move the vehicle more."
+    if verdict is Verdict.none_of_these:
+        return f"None of the effects in the library: {'; '.join(answer.reasons)}."
+    lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
+    for effect in table["effects"]:
+        lines.append(f"  {effect['name']}, confidence {100 * effect['confidence']:.0f} %")
+        lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
+    lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
+    return "\n".join([*lines, fall])
+
+
+def _value(name: str, p: dict[str, Any]) -> str:
+    unit = "" if p["unit"] == "1" else f" {p['unit']}"
+    return f"{name} = {p['value']:.4g}{unit}  (90 %: {p['low90']:.4g} to {p['high90']:.4g})"

@@ -1,0 +1,216 @@
+"""Columns of a graph that is written entry by entry, and whole tensors made of them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.tensor_compiler.grids import MOST, Grid, along, blocks, filled_with, is_node
+from seals.tensor_compiler.shortening import shortened
+
+if TYPE_CHECKING:
+    from torch import Tensor, dtype
+    from torch.fx import GraphModule, Node
+
+SAME = frozenset({"aten.clone.default", "aten.alias.default", "aten.detach.default"})
+"""Operations that give back what they were given."""
+
+
+class Columns:
+    """A new graph, and what is known of it.
+
+    Args:
+        old: the graph that is written anew.
+        batch: rows B.
+    """
+
+    def __init__(self, old: GraphModule, batch: int) -> None:
+        """Begin an empty graph."""
+        import torch
+
+        self.graph, self.batch = torch.fx.Graph(), batch
+        self.aten = torch.ops.aten
+        given = old.graph.find_nodes(op="placeholder")
+        self._device = next(x.meta["val"].device for x in given)
+        self._apart: dict[Node, Grid | None] = {}
+
+    def call(self, target: Any, *args: Any, **more: Any) -> Any:
+        """Return what an operation gives; what is asked for twice is joined later."""
+        return self.graph.call_function(target, args, more)
+
+    def constant(self, node: Node, value: Tensor) -> None:
+        """Tell the value of a node: entries that are the same in the whole batch are numbers."""
+        node.meta["val"] = value
+        if along(tuple(value.shape), self.batch) is None and value.numel() <= MOST:
+            numbers = np.array(value.tolist(), dtype=object).reshape(tuple(value.shape))
+            self._apart[node] = Grid(numbers, None, value.dtype)
+
+    def apart(self, node: Node) -> Grid | None:
+        """Return the entries of a whole tensor; None where they are too many."""
+        if node not in self._apart:
+            self._apart[node] = self._taken_apart(node)
+        return self._apart[node]
+
+    def _taken_apart(self, node: Node) -> Grid | None:
+        import torch
+
+        value = node.meta.get("val")
+        if not isinstance(value, torch.Tensor):
+            return None
+        shape = tuple(value.shape)
+        axis = along(shape, self.batch)
+        form = blocks(shape, axis, self.batch)
+        if int(np.prod(form)) > MOST:
+            return None
+
+        def entry(index: tuple[int, ...]) -> Any:
+            found = node
+            for k in reversed(range(len(index))):
+                if k != axis:
+                    found = self.call(self.aten.select.int, found, k, index[k])
+            if axis is not None and form[axis] > 1:
+                low = index[axis] * self.batch
+                found = self.call(self.aten.slice.Tensor, found, 0, low, low + self.batch)
+            return found
+
+        return Grid(filled_with(form, entry), axis, value.dtype)
+
+    def column(self, entry: Any, kind: dtype) -> Any:
+        """Return an entry as a tensor, a number as one without an index."""
+        if is_node(entry):
+            return entry
+        return self.call(self.aten.full.default, [], entry, dtype=kind, device=self._device)
+
+    def full(self, entry: Any, kind: dtype) -> Any:
+        """Return an entry as a column of B rows."""
+        return self.call(self.aten.expand.default, self.column(entry, kind), [self.batch])
+
+    def whole(self, found: Any) -> Any:
+        """Return a grid as one tensor, the batch running fastest in memory; all else as it is."""
+        import torch
+
+        if not isinstance(found, Grid):
+            return found
+        aten, shape = self.aten, found.shape(self.batch)
+        if not found.entries.size:
+            return self.call(aten.zeros.default, list(shape), dtype=found.kind, device=self._device)
+        if found.axis is None:
+            flat = [self.column(x, found.kind) for x in found.entries.flat]
+            joined = self.call(aten.stack.default, flat, 0)
+            return self.call(aten.reshape.default, joined, list(shape))
+        last = np.moveaxis(found.entries, found.axis, -1)
+        rows = []
+        for index in np.ndindex(last.shape[:-1]):
+            parts = [self.full(x, found.kind) for x in last[index]]
+            rows.append(parts[0] if len(parts) == 1 else self.call(aten.cat.default, parts, 0))
+        if last.ndim == 1:
+            return self.call(aten.clone.default, rows[0], memory_format=torch.contiguous_format)
+        table = self.call(aten.stack.default, rows, 0)
+        long = self.call(aten.reshape.default, table, [*last.shape[:-1], shape[found.axis]])
+        order = [*(k for k in range(last.ndim) if k != found.axis), found.axis]
+        return self.call(aten.permute.default, long, [order.index(k) for k in range(last.ndim)])
+
+    def apply(
+        self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype], result: dtype
+    ) -> Any:
+        """Return what a pointwise operation makes of one entry of each input.
+
+        Args:
+            node: that calls it with whole tensors.
+            entries: of its inputs, in the order of `all_input_nodes`.
+            kinds: types of the inputs.
+            result: type of the result.
+        """
+        from torch.fx.node import map_arg
+
+        target: Any = node.target
+        if str(target) in SAME:
+            return entries[0]
+        if not any(is_node(x) for x in entries):
+            return self._number(node, entries, kinds)
+        places = {x: k for k, x in enumerate(node.all_input_nodes)}
+        if not node.kwargs:
+            given = map_arg(node.args, lambda x: entries[places[x]])
+            short = shortened(str(target), given, result, kinds, self._negated)
+            if short is not None:
+                return short
+        columns = self._alike(node, entries, kinds)
+        if target is self.aten._to_copy.default:
+            return self.call(target, columns[0], dtype=result)
+        args = map_arg(node.args, lambda x: columns[places[x]])
+        return self.call(target, *args, **node.kwargs)
+
+    def _alike(self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype]) -> list[Any]:
+        """Entries as tensors of the type that PyTorch joins the whole inputs to.
+
+        That depends on which of them have an index, and columns have other indices than the whole.
+        """
+        import torch
+
+        columns = [self.column(x, kind) for x, kind in zip(entries, kinds, strict=True)]
+        numbers = {kind for kind in kinds if kind != torch.bool}
+        if len(numbers) < 2:
+            return columns
+        whole = [x.meta["val"] for x in node.all_input_nodes]
+        joined = joined_type([x for x in whole if x.dtype != torch.bool])
+        copy = self.aten._to_copy.default
+        return [
+            x if kind in {torch.bool, joined} else self.call(copy, x, dtype=joined)
+            for x, kind in zip(columns, kinds, strict=True)
+        ]
+
+    def _number(self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype]) -> Any:
+        """Return what a pointwise operation makes of numbers."""
+        import torch
+        from torch.fx.node import map_arg
+
+        values = {
+            x: torch.tensor(entry, dtype=kind)
+            for x, entry, kind in zip(node.all_input_nodes, entries, kinds, strict=True)
+        }
+        args: Any = map_arg(node.args, values.__getitem__)
+        more: Any = map_arg(node.kwargs, values.__getitem__)
+        target: Any = node.target
+        return target(*args, **{k: v for k, v in more.items() if k != "device"}).item()
+
+    def _negated(self, entry: Any) -> Any:
+        return self.call(self.aten.neg.default, entry) if is_node(entry) else -entry
+
+    def total(self, entries: Sequence[Any]) -> Any:
+        """Return the sum of entries of one floating type."""
+        number = sum(x for x in entries if not is_node(x))
+        terms = [x for x in entries if is_node(x)]
+        if number != 0 or not terms:
+            terms.append(number)
+        return functools.reduce(functools.partial(self.call, self.aten.add.Tensor), terms)
+
+    def product(self, one: Any, other: Any, kind: dtype) -> Any:
+        """Return the product of two entries of one floating type."""
+        if not is_node(one) and not is_node(other):
+            return one * other
+        short = shortened("aten.mul.Tensor", (one, other), kind, (kind,), self._negated)
+        if short is not None:
+            return short
+        return self.call(self.aten.mul.Tensor, *((one, other) if is_node(one) else (other, one)))
+
+
+def joined_type(values: Sequence[Tensor]) -> dtype:
+    """Return the type in which PyTorch computes with tensors: one without an index yields.
+
+    Example:
+        >>> import torch
+        >>> joined_type([torch.zeros(2, dtype=torch.float32), torch.tensor(1.0).double()])
+        torch.float32
+    """
+    import torch
+
+    sides = ([x.dtype for x in values if x.ndim], [x.dtype for x in values if not x.ndim])
+    many, one = (functools.reduce(torch.promote_types, side) if side else None for side in sides)
+    if many is None or one is None:
+        found = many or one
+        assert found is not None
+        return found
+    return torch.result_type(torch.empty(1, dtype=many), torch.empty((), dtype=one))

@@ -1,0 +1,181 @@
+"""A law that is compiled at its first call, one piece for each form of what it is given."""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from collections.abc import Callable, Hashable, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from seals.arrays import deciding, undecided
+from seals.pytree import filled, form_of, is_tensor, mapped, tensors
+from seals.tensor_compiler.compiling import compiled
+from seals.tensor_compiler.tracing import following, traced
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+_NUMBERS = count()
+_PIECES: weakref.WeakValueDictionary[int, Piece] = weakref.WeakValueDictionary()
+
+
+class Fused:
+    """A law of nested tuples and mappings of tensors, its arithmetic joined into few kernels.
+
+    The first call with a form (shapes, types, device, and all that is not a tensor) follows the law
+    and compiles it, which takes minutes for a robot of many parts; later calls run what was
+    compiled. A fused law that another one calls stays a piece of its own: it is compiled once,
+    however often it is called.
+    Results carry no gradients.
+
+    Args:
+        law: without memory; it gives back nests of tensors. What it holds besides stays as it was
+            at the first call.
+
+    Raises:
+        ConfigError: the law takes decisions by numbers, or there is no compiler.
+    """
+
+    def __init__(self, law: Callable[..., Any]) -> None:
+        """Keep the law."""
+        self._law = law
+        self._pieces: dict[Hashable, Piece] = {}
+
+    def __call__(self, *given: Any) -> Any:
+        """Return what the law gives."""
+        given = mapped(given, lambda leaf: columnar(leaf) if is_tensor(leaf) else leaf)
+        form = form_of(given)
+        if form not in self._pieces:
+            self._pieces[form] = Piece(self._law, given)
+        return self._pieces[form](given)
+
+
+def repeated(law: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a law that others repeat: within fused laws it is compiled once, alone it is as it is.
+
+    Args:
+        law: as for `Fused`.
+    """
+    fused = Fused(law)
+
+    @functools.wraps(law)
+    def call(*given: Any) -> Any:
+        return law(*given) if deciding() else fused(*given)
+
+    return call
+
+
+class Piece:
+    """A law compiled for one form of what it is given."""
+
+    def __init__(self, law: Callable[..., Any], given: Any) -> None:
+        """Call the law as it is, follow it, compile it, and call what was compiled."""
+        import torch
+
+        rows = _apart(list(tensors(given)))
+        with torch.no_grad():
+            # what a law prepares at its first call must not be prepared while it is followed
+            with undecided():
+                law(*given)
+
+            def flat(*values: Tensor) -> list[Tensor]:
+                inner = filled(given, iter(values))
+                made, self._nest = _made(law(*inner), values)
+                return made
+
+            self._run = compiled(traced(flat, rows), rows)
+            made = self._run(*rows)
+        self._sample = made
+        self._number = next(_NUMBERS)
+        _PIECES[self._number] = self
+
+    def __call__(self, given: Any) -> Any:
+        """Return what the law gives, in its own form."""
+        import torch
+
+        rows = list(tensors(given))
+        with torch.no_grad():
+            made = self._run(*rows) if deciding() else _operator()(self._number, rows)
+
+        def placed(leaf: Any) -> Any:
+            return leaf.of(rows, made) if isinstance(leaf, _Place) else leaf
+
+        return mapped(self._nest, placed)
+
+    def run(self, rows: Sequence[Tensor]) -> list[Tensor]:
+        """Return the tensors that the law makes; while a law is followed, those of the first call.
+
+        What is compiled does not run there; nor may the numbers be wild, for some are places.
+        """
+        return [x.clone() for x in self._sample] if following() else list(self._run(*rows))
+
+    def empty(self) -> list[Tensor]:
+        """Return tensors like those that the law makes, without numbers."""
+        import torch
+
+        kinds = ((x.shape, x.stride(), x.dtype, x.device) for x in self._sample)
+        return [torch.empty_strided(a, b, dtype=c, device=d) for a, b, c, d in kinds]
+
+
+def _apart(rows: list[Tensor]) -> list[Tensor]:
+    """Return tensors none of which is another one: later calls may give different ones."""
+    seen: set[int] = set()
+    out = []
+    for x in rows:
+        out.append(x.clone() if id(x) in seen else x)
+        seen.add(id(x))
+    return out
+
+
+class _Place:
+    """Where a tensor that a law gave back comes from."""
+
+    def __init__(self, number: int, *, given: bool) -> None:
+        self.number, self.given = number, given
+
+    def of(self, rows: Sequence[Tensor], made: Sequence[Tensor]) -> Tensor:
+        return (rows if self.given else made)[self.number]
+
+
+def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
+    """Return the tensors that are new, each once and with a store of its own, and a nest of places.
+
+    What was given and comes back unchanged is not made again.
+    """
+    import torch
+
+    places = {id(x): _Place(k, given=True) for k, x in enumerate(given)}
+    made: list[Tensor] = []
+    for x in tensors(found):
+        if id(x) not in places:
+            places[id(x)] = _Place(len(made), given=False)
+            made.append(columnar(x).clone(memory_format=torch.preserve_format))
+    return made, mapped(found, lambda leaf: places.get(id(leaf), leaf))
+
+
+def columnar(x: Tensor) -> Tensor:
+    """Return a tensor whose first index runs fastest in memory, as processors of all kinds like it.
+
+    Tensors of one layout also keep a law in one piece, whoever made them.
+    """
+    if x.ndim < 2:
+        return x
+    if x.ndim == 2 and x.stride(0) == 1 and (x.shape[1] == 1 or x.stride(1) == x.shape[0]):
+        return x
+    return x.movedim(0, -1).contiguous().movedim(-1, 0)
+
+
+@functools.cache
+def _operator() -> Any:
+    """Return the operation that stands for a piece within another law."""
+    import torch
+
+    def call(number: int, given: Sequence[Tensor]) -> list[Tensor]:
+        return _PIECES[number].run(given)
+
+    operator = torch.library.custom_op(
+        "seals::fused", call, mutates_args=(), schema="(int number, Tensor[] given) -> Tensor[]"
+    )
+    operator.register_fake(lambda number, given: _PIECES[number].empty())
+    return torch.ops.seals.fused.default
