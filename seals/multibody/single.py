@@ -1,7 +1,8 @@
 """Velocities, Jacobian and bias of one robot whose joints turn, in few operations.
 
 The equations are those of `seals.multibody.kinematics`. A robot of ten links is so small that
-a call of NumPy costs more than its arithmetic; here the cross products of all links and joints are one.
+a call of NumPy costs more than its arithmetic; here the cross products of all links and joints are
+one.
 """
 
 from __future__ import annotations

@@ -37,7 +37,8 @@ class Outer:
         if not still and not isinstance(wave, Orbits):
             raise ConfigError(
                 f"wave={type(wave).__name__}: a window of particles must know how far its waves "
-                "carry the water.\nUse wave=sea or wave=airy, or give it\nseals.environment.waves.Orbits."
+                "carry the water.\nUse wave=sea or wave=airy, or one with "
+                "seals.environment.waves.Orbits."
             )
         self._orbits = wave if isinstance(wave, Orbits) and not still else None
         self.wave, self.level = wave, level
