@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.effects.effect import Effect
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,11 +85,15 @@ class Library:
         effects: instances of the extended model by name, all changes zero.
         factors: parameters by key.
         candidates: effects that may be missing.
+        policy: thresholds of the decisions.
+        budget: limits of the search.
     """
 
     effects: Mapping[str, Effect]
     factors: Mapping[str, Factor]
     candidates: tuple[Candidate, ...]
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
+    budget: SearchBudget = field(default_factory=SearchBudget)
 
     @property
     def tolerances(self) -> tuple[str, ...]:

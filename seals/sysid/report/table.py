@@ -7,15 +7,15 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from seals.schema import parameters_of
+from seals.sysid.decision.evidence import temperature
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.factors import Candidate
 from seals.sysid.hypothesis import Hypothesis, material
-from seals.sysid.naming import FURTHER, ROUGH, THRESHOLD
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
 from seals.sysid.rough import surface
 from seals.sysid.screen import candidate_keys, linear_gain, screen
-from seals.sysid.verdict import Verdict, temperature
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
 _NOTHING = 5e-4
@@ -79,7 +79,12 @@ def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
     """Score that an effect must reach to be taken for real."""
     fitter = diagnosis.search.nominal.fitter
     rough = surface(diagnosis.problem.plant, fitter.course) is not None
-    return THRESHOLD + (ROUGH if rough else 0.0) + (FURTHER if beside else 0.0)
+    policy = diagnosis.problem.policy
+    return (
+        policy.evidence
+        + (policy.evidence_surface if rough else 0.0)
+        + (policy.evidence_further if beside else 0.0)
+    )
 
 
 def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
