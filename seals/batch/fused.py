@@ -10,8 +10,8 @@ from seals.arrays import Array, as_like, column_of, namespace
 from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody, pattern
 from seals.batch.state import TwinState
-from seals.config.environment import EnvironmentSettings
 from seals.effects.evaluation import Evaluation, Evaluator, take_motion
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of
 from seals.motion import Body, Motion, Wrench
 from seals.multibody.added import added_terms

@@ -14,7 +14,6 @@ from seals.batch.holding import hold
 from seals.batch.model import Twin
 from seals.batch.posture import Posture
 from seals.batch.state import TwinState
-from seals.config.run import RunSettings
 from seals.control.batched import BatchController, View
 from seals.control.batched_gauge import BatchThrust, BatchWater
 from seals.control.plant import build_plant
@@ -22,6 +21,7 @@ from seals.effects.binding import EffectSet
 from seals.errors import ConfigError
 from seals.motion import Inputs
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 from seals.tensor_compiler import Fused
 from seals.world.drivetrain import response_of
 

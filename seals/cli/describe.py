@@ -75,7 +75,7 @@ def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
         plugin: the robot or animal.
         folder: whether the place of its files on this machine is told.
     """
-    from seals.config.robot import read_robot
+    from seals.robot.robot_file import read_robot
 
     found = read_robot(plugin.folder(), name=plugin.name)
     settings = found.settings

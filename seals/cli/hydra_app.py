@@ -216,7 +216,7 @@ def discard(folder: Path) -> None:
 
 
 def _run_task(config: Any) -> int | None:
-    from seals.config.run import build_run
+    from seals.run.build import build_run
 
     build_run(config)  # refuse before anything heavy is imported
     from seals.run.application import execute
@@ -240,7 +240,7 @@ def _place_logs(config: Any) -> None:
 
 def _compare_task(config: Any) -> int | None:
     from seals.config.build import build
-    from seals.config.run import build_run
+    from seals.run.build import build_run
 
     build_run(config)
     build(config.reader, where="reader")

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from seals.config.robot import RobotSettings
 from seals.effects.effect import Effect
 from seals.environment.seawater import density_of
 from seals.robot.build import build_robot
@@ -19,6 +18,7 @@ from seals.robot.check_mimics import look_at_mimics
 from seals.robot.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
 from seals.robot.floating import FloatingBody
 from seals.robot.model import RobotModel
+from seals.robot.settings import RobotSettings
 
 __all__ = ["FRESH_WATER", "RobotFinding", "Verdict", "check_robot"]
 

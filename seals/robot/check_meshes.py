@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.config.robot import RobotSettings
 from seals.robot.finding import RobotFinding, passed, warned
 from seals.robot.meshes import mesh_names
+from seals.robot.settings import RobotSettings
 
 MANY_TRIANGLES = 20_000
 """Triangles of a mesh above which loading and contacts become slow."""

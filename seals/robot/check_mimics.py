@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from seals.config.robot import RobotSettings
 from seals.robot.finding import RobotFinding, passed, warned
+from seals.robot.settings import RobotSettings
 
 
 def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.fields import vars_of
-from seals.config.robot import HullSettings
-from seals.config.run import RunSettings
+from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.environment.surroundings import WaterColumn
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.robot.settings import HullSettings
 from seals.run.equipment import (
     describe_battery,
     describe_drives,
@@ -25,8 +24,8 @@ from seals.run.equipment import (
     held,
     stowed,
 )
-from seals.run.origin import plugin_name
-from seals.schema import parameters_of
+from seals.run.settings import RunSettings
+from seals.schema import parameters_of, vars_of
 
 NOISE_FIELDS = {
     "specific_force": "accelerometer_noise",

@@ -33,7 +33,7 @@ def execute(config: Any) -> int:
     """List the runs below a folder; write table and picture where they are asked for.
 
     Args:
-        config: with the keys of `seals.config.runs.RunsSettings`.
+        config: with the keys of `seals.sweep.settings.RunsSettings`.
 
     Raises:
         ConfigError: a setting is wrong, or no run is left.

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, RobotError
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
@@ -20,6 +19,8 @@ from seals.robot.model import RobotModel
 from seals.robots.workshop.files import write
 from seals.robots.workshop.links import Machine
 from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 
 ANIMALS = Path(__file__).parents[2] / "animals"
 MADE = {"crab": 18, "sea_spider": 24}

@@ -14,7 +14,6 @@ import pytest
 from seals.cli.evaluate import with_card
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.variants import variants_of, world_of
 from seals.errors import ConfigError
 from seals.learn.batched import Turn
 from seals.learn.demonstrations.folder import read
@@ -28,6 +27,7 @@ from seals.learn.evaluation.policies import (
     PolicyStill,
     policy_of,
 )
+from seals.learn.evaluation.variants import variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
 from seals.learn.worlds import world_hash

@@ -1,38 +1,10 @@
-"""Typed settings of the verbs that let a policy act: ``seals evaluate`` and ``seals record``."""
+"""Typed settings of ``seals record``: an environment, and a policy whose episodes are kept."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
-from seals.config.learning import LearnSettings
-
-
-@dataclass(kw_only=True)
-class EvaluateSettings(LearnSettings):
-    """An environment, and policies to be judged in it.
-
-    Args:
-        policy: a folder that training wrote, or ``scripted``, ``random``, ``still``.
-        beside: policies of the same kinds that are judged on the same starts.
-        episodes: number of starts, from those that no training has seen.
-        count: environments that step at once; 0 chooses by the backend.
-        device: where networks and twins compute: ``cpu`` or ``cuda``.
-        grid: worlds by name in which the policy is judged, too; see `seals.config.variants`.
-        film: whether a film of the policy's first episode is left beside the results, drawn by
-            ``viewer``.
-        out: folder of the results, or None for the run's folder.
-    """
-
-    name: str = "evaluate"
-    policy: str = "scripted"
-    beside: list[str] = field(default_factory=lambda: ["scripted", "random"])
-    episodes: int = 100
-    count: int = 0
-    device: str = "cpu"
-    grid: Any = None
-    film: bool = False
-    out: str | None = None
+from seals.learn.settings import LearnSettings
 
 
 @dataclass(kw_only=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.config.fields import optional, vector
 from seals.errors import ConfigError
+from seals.schema import optional, vector
 
 _CHOSEN = "chosen"
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.config.render import Quality
 from seals.rendering import Lens, Poses, Scene
-from seals.rendering.films.viewpoint import Viewpoint
 from seals.rendering.optics import Optics, Surface
+from seals.view.films.settings import Quality
+from seals.view.films.viewpoint import Viewpoint
 
 Image = NDArray[np.float32]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from seals.config.fields import optional, vector
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import optional, param, vector
 
 _CHOSEN = "chosen"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.config.learning import LearnSettings
+from seals.learn.settings import LearnSettings
 from seals.learn.training.course import Course
 from seals.schema import param
 

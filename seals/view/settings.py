@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.config.run import RunSettings
+from seals.run.settings import RunSettings
 
 OWN = ("replay", "show", "sliders", "host", "port")
 """Keys of a session that a run does not have."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from seals.config.fields import optional, vector
-from seals.schema import param
+from seals.schema import optional, param, vector
 
 _CHOSEN = "chosen"
 

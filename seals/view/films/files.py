@@ -14,8 +14,8 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_bytes, write_json
 from seals.rendering.files import png
-from seals.rendering.films.frame import Image
 from seals.rendering.optics import to_bytes
+from seals.view.films.frame import Image
 
 CARD = "render.json"
 """What the frames of a folder show; frames of another film are not mixed with them."""

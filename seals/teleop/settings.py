@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from seals.config.run import RunSettings
+from seals.run.settings import RunSettings
 from seals.schema import param
 
 

@@ -11,23 +11,23 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.build import build
-from seals.config.fields import check_fields
-from seals.config.render import SIZES, RenderSettings
-from seals.config.run import RunSettings
 from seals.errors import ConfigError, suggestion
 from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
-from seals.rendering.films.drawn import Drawn
-from seals.rendering.films.files import Frames, times_of
-from seals.rendering.films.film import refuse_missing, write_film
-from seals.rendering.films.frame import Frame, Photographer
-from seals.rendering.films.viewpoint import Viewpoint, Way, camera_of
-from seals.rendering.films.water import WaterOverTime
 from seals.rendering.optics import Optics
 from seals.run.application import short_path
 from seals.run.progress import progress
+from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER as SURFACES
+from seals.schema import check_fields
 from seals.view import Replay, open_replay
+from seals.view.films.drawn import Drawn
+from seals.view.films.files import Frames, times_of
+from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.frame import Frame, Photographer
+from seals.view.films.settings import SIZES, RenderSettings
+from seals.view.films.viewpoint import Viewpoint, Way, camera_of
+from seals.view.films.water import WaterOverTime
 
 FOLDER = "render"
 """Folder of a run that holds its films."""

@@ -10,7 +10,7 @@ def plugin_name(kind: str, cls: type) -> str:
     """Return the name under which a plug-in class is installed, or its class name when it is not.
 
     Example:
-        >>> from seals.config.environment import EnvironmentSettings
+        >>> from seals.environment.settings import EnvironmentSettings
         >>> plugin_name("effect", EnvironmentSettings)
         'EnvironmentSettings'
     """

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.config.run import RunSettings
-from seals.rendering.films.frame import WaterBody
-from seals.rendering.films.meshes import Meshes, cut, outer, raster, tidy
-from seals.rendering.films.sea import Box, calmed, sea_mesh
 from seals.rendering.optics import Surface, SurfaceGrid, SurfaceStill, ripples
+from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
 from seals.run.surface import SPACING, Mesh
+from seals.view.films.frame import WaterBody
+from seals.view.films.meshes import Meshes, cut, outer, raster, tidy
+from seals.view.films.sea import Box, calmed, sea_mesh
 
 HALF = 3.0
 """Half the edge of the place where an open sea is fine [m]."""

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from seals.config.render import Quality
 from seals.rendering import Poses, Renderer, Scene, Watch
-from seals.rendering.films.frame import Frame, Image
 from seals.rendering.optics import Optics
+from seals.view.films.frame import Frame, Image
+from seals.view.films.settings import Quality
 
 
 class Drawn:

@@ -6,10 +6,9 @@ import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.config.fields import optional
-from seals.config.ground import ShoreSettings, check_obstacles, check_shore
+from seals.environment.ground_settings import ShoreSettings, check_obstacles, check_shore
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import optional, param
 
 _CHOSEN = "chosen"
 _PLACE = (-12000.0, 12000.0)

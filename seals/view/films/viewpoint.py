@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.render import CAMERAS, RenderSettings
 from seals.errors import ConfigError, suggestion
+from seals.view.films.settings import CAMERAS, RenderSettings
 
 UP = np.array([0.0, 0.0, 1.0])
 ROOM = 1.1
@@ -130,7 +130,7 @@ FOLLOWED = 0.8
 
 
 def _height(settings: RenderSettings) -> float:
-    from seals.config.render import SIZES
+    from seals.view.films.settings import SIZES
 
     wide, high = SIZES[settings.quality]
     return (settings.height or high) / (settings.width or wide)

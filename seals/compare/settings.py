@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from seals.config.naming import NamingSettings
-from seals.config.run import RunSettings
+from seals.compare.naming_settings import NamingSettings
+from seals.run.settings import RunSettings
 from seals.schema import param
 
 _CHOSEN = "chosen"
