@@ -221,7 +221,7 @@ def _mesh(ending: str) -> Target:
 
 
 def _keys(name: str, text: str) -> Target:
-    from seals.teleop.track import read_track
+    from seals.control.key_events import read_track
 
     return Target(whole=text.encode(), name=name, load=read_track)
 

@@ -309,7 +309,7 @@ GUARDS: dict[str, Guard] = {
         "h5py",
     ),
     "words of a file": Guard(
-        "seals.cli.words",
+        "seals.config.overrides",
         'if _DANGER.search(word) or not ("=" in word or word.startswith("~")):',
         "if False:",
         FILES,

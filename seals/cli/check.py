@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from seals.errors import ConfigError
 
 if TYPE_CHECKING:
-    from seals.robot.check import RobotFinding
+    from seals.check.robot import RobotFinding
     from seals.robot.settings import RobotSettings
     from seals.run.settings import RunSettings
 
@@ -36,7 +36,7 @@ def check(arguments: list[str]) -> int:
     check_tree(settings, where="robot")
     run = _check_parts(config)
 
-    from seals.robot.check import check_robot
+    from seals.check.robot import check_robot
 
     findings = check_robot(settings, run.actuators)
     show(str(config.robot.name), findings)

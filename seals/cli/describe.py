@@ -8,10 +8,11 @@ import typing
 from typing import Any
 
 from seals import registry
-from seals.cli.listing import singular, table
+from seals.cli.listing import singular
 from seals.config.derive import schema_of
 from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
+from seals.report.console import table
 from seals.schema import Parameter, parameters_of
 
 

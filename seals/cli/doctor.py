@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from seals import registry
-from seals.cli.listing import table
 from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
+from seals.report.console import table
 
 
 @dataclass(frozen=True, kw_only=True)

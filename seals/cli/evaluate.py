@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.hydra_app import discard, launch
-from seals.cli.words import refuse_dangerous
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError
 
 COMPARE = "--compare"

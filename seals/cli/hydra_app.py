@@ -15,8 +15,8 @@ from typing import Any
 
 from seals.cli.slips import refuse_slips
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
-from seals.cli.words import joined
 from seals.config import roots
+from seals.config.overrides import joined
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 from seals.logs.room import told_full

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seals.control.key_events import Event, read_track, write_track
 from seals.errors import ConfigError, suggestion
 from seals.run.application import run_into, short_path
 from seals.run.assembly import build_model
@@ -16,7 +17,6 @@ from seals.run.simulation import Ending
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
 from seals.teleop.settings import TeleopSettings
-from seals.teleop.track import Event, read_track, write_track
 
 if TYPE_CHECKING:
     from seals.learn.demonstrations.episode import Origin

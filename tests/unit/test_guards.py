@@ -15,9 +15,9 @@ import pytest
 import yaml
 
 from seals.cli.main import main
-from seals.cli.words import refuse_dangerous
 from seals.config.build import build
 from seals.config.compose import compose
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError, RobotError
 from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.meshes import hull_from_mesh

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals.check.floating import FloatingBody
+from seals.check.robot import FRESH_WATER, RobotFinding, Verdict, check_robot
 from seals.cli.main import main
 from seals.robot.build import build_robot
-from seals.robot.check import FRESH_WATER, RobotFinding, Verdict, check_robot
-from seals.robot.floating import FloatingBody
 from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 
 LINK = """<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.actuators.servos import Servos
 from seals.plugins.actuators.thrusters import Thrusters
-from seals.robot.check import RobotFinding, Verdict, check_robot
 from seals.robot.settings import RobotSettings
 
 BODY = """<link name="body"><inertial><origin xyz="{centre}"/><mass value="2.0"/>

@@ -18,8 +18,8 @@ from seals.logs.check import check_log
 from seals.logs.finding import Severity
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
+from seals.robot.whole_body import whole_body
 from seals.run.build import build_run
-from seals.run.description import whole_body
 from seals.run.simulation import Record, simulate
 
 GRAVITY = 9.81

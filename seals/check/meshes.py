@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.robot.finding import RobotFinding, passed, warned
+from seals.check.finding import RobotFinding, passed, warned
 from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
 

@@ -1,4 +1,4 @@
-"""What the drives of joints turn: their own inertia, and that of the robot."""
+"""Inertia that joint drives turn: their own and that of the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands become on their way to the actuators: delay, zero-order hold, first-order lag."""
+"""Response of actuators to commands: delay, zero-order hold, first-order lag."""
 
 from __future__ import annotations
 

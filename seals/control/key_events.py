@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from seals.control.keymap import CONTROLS, is_control
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_text
-from seals.teleop.keymap import CONTROLS, is_control
 from seals.untrusted_io import plain_yaml
 
 HEADER = ("t", "control", "value")

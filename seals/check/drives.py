@@ -8,13 +8,14 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from seals.arrays import Floats
+from seals.check.finding import RobotFinding, failed, passed, warned
+from seals.check.floating import FloatingBody
+from seals.check.lift import Reach, authority, hover_share, reach_of, wrench_matrix
 from seals.control.plant import ROTOR, Layout, layout_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
-from seals.robot.finding import RobotFinding, failed, passed, warned
-from seals.robot.floating import FloatingBody
-from seals.robot.lift import Reach, authority, hover_share, reach_of, wrench_matrix
 from seals.robot.model import RobotModel
+from seals.robot.whole_body import whole_body
 
 GRAVITY = 9.81
 THIN_MARGIN = 1.3
@@ -97,8 +98,6 @@ def _allocation(layout: Layout, matrix: Floats, body: FloatingBody) -> Iterator[
 
 def _authority(robot: RobotModel, matrix: Floats, mass: float) -> Iterator[RobotFinding]:
     """Angular accelerations that are left while the rotors carry the weight."""
-    from seals.run.description import whole_body
-
     share = hover_share(matrix, mass * GRAVITY)
     if share is None or share > 1.0:
         return

@@ -7,16 +7,16 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from seals.check.drives import look_at_drives
+from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
+from seals.check.floating import FloatingBody
+from seals.check.joints import look_at_joints, look_at_servos
+from seals.check.limbs import look_at_limbs
+from seals.check.meshes import look_at_meshes
+from seals.check.mimics import look_at_mimics
 from seals.effects.effect import Effect
 from seals.environment.seawater import density_of
 from seals.robot.build import build_robot
-from seals.robot.check_drives import look_at_drives
-from seals.robot.check_joints import look_at_joints, look_at_servos
-from seals.robot.check_limbs import look_at_limbs
-from seals.robot.check_meshes import look_at_meshes
-from seals.robot.check_mimics import look_at_mimics
-from seals.robot.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
-from seals.robot.floating import FloatingBody
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
 

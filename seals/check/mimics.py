@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from seals.robot.finding import RobotFinding, passed, warned
+from seals.check.finding import RobotFinding, passed, warned
 from seals.robot.settings import RobotSettings
 
 

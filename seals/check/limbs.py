@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from seals.arrays import Floats
-from seals.robot.finding import RobotFinding, listed, passed, warned
+from seals.check.finding import RobotFinding, listed, passed, warned
 from seals.robot.model import RobotModel
 
 ROUNDING = 1e-6

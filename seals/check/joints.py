@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.check.finding import RobotFinding, failed, listed, passed, warned
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
-from seals.robot.finding import RobotFinding, failed, listed, passed, warned
 from seals.robot.model import RobotModel
 
 GRAVITY = 9.81
