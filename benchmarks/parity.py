@@ -65,9 +65,9 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     from seals.batch import Twin
     from seals.batch.holding import hold
     from seals.config.compose import compose
-    from seals.config.learning import build_learning
     from seals.control.plant import build_plant
     from seals.frames import quaternion_of_rpy
+    from seals.learn.environments.build import build_learning
     from seals.motion import Inputs
     from seals.run.assembly import build_model
     from seals.run.carrying import carrying_speeds

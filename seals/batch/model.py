@@ -14,15 +14,16 @@ from seals.batch.rigid import RigidBody
 from seals.batch.slopes import Ahead, FusedSlopes
 from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
-from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator, rows_of, take
+from seals.effects.evaluation import Evaluator, rows_of
+from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
 from seals.environment.build import build_surroundings, tables_of
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
-from seals.multibody.gears import fastest_drive
+from seals.multibody.rows import take
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import Fused
 

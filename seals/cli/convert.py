@@ -103,7 +103,7 @@ def _with_map(config: Any) -> Any:
     from omegaconf import OmegaConf, open_dict
 
     from seals.config.refusal import refusals
-    from seals.config.targets import refuse_references
+    from seals.untrusted_io import refuse_references
 
     if not config.map:
         return config.reader

@@ -12,7 +12,7 @@ from seals.compare.case import Case
 from seals.compare.noise import noise_of
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.plain import moving_mean

@@ -14,7 +14,7 @@ from seals.batch import Twin
 from seals.compare.case import Case
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.model import RobotModel

@@ -11,10 +11,10 @@ from seals.arrays import Floats
 from seals.batch import Rates, Twin, TwinState
 from seals.compare.case import Case
 from seals.compare.fitted import FitKey
-from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet
 from seals.frames import conjugate, multiply, rotation_vector
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 
 PREDICTABLE = (
     "position",

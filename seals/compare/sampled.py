@@ -13,7 +13,7 @@ from seals.batch import Twin
 from seals.compare.case import Case, Start
 from seals.compare.predict import Job, Predictor
 from seals.compare.regimes import Regime
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, suggestion
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
@@ -21,20 +20,13 @@ from seals.motion import (
     Timing,
     Wrench,
 )
+from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to authors here
 
 Parameters: TypeAlias = Mapping[str, Array]
 """Parameter arrays: scalars of shape (1 or N, 1).
 
 ``stem_x``, ``stem_y``, ``stem_z`` are joined into ``stem`` of shape (1 or N, 3).
 """
-
-
-class MediumKind(Enum):
-    """The medium in which an effect acts."""
-
-    water = "water"
-    air = "air"
-    any = "any"
 
 
 @dataclass(kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Array
 from seals.backend import Configuration
 from seals.batch import Twin, TwinState
-from seals.config.run import DriveStart, RunSettings
+from seals.config.plugin_lookup import plugin_name
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
@@ -21,8 +21,8 @@ from seals.robot.model import RobotModel
 from seals.run.carrying import carrying
 from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
-from seals.run.origin import plugin_name
 from seals.run.resting import refuse_fluid, resting_effects, without
+from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_eyes
 from seals.run.stability import check_step
 from seals.world import Actor, World

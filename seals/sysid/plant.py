@@ -13,11 +13,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import Rates, Twin, TwinState
 from seals.batch.posture import Posture
+from seals.control.actuator_response import JITTER, respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Measure, Timed
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
-from seals.sysid.drive import JITTER, respond
 from seals.sysid.factors import Library
 from seals.sysid.samples import Samples
 from seals.sysid.vehicle import Vehicle

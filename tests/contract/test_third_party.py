@@ -16,7 +16,7 @@ import pytest
 from seals import registry
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
+from seals.run.build import build_run
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
 

@@ -10,7 +10,7 @@ import pytest
 
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.sysid.decision.cross_validation import judged
 from seals.sysid.rivals.candidates import Candidate, Key, Library
 from seals.sysid.rivals.fit import Lockstep, Task, limited_step

@@ -45,6 +45,6 @@ def test_decisions_have_no_thresholds_of_their_own() -> None:
 
 
 def _settled() -> list[int]:
-    """Line of the one number in the search that decides nothing: when a repeated fit has settled."""
+    """Line of the one number of the search that decides nothing: convergence of a repeated fit."""
     lines = (SYSID / "naming.py").read_text(encoding="utf-8").splitlines()
     return [k for k, line in enumerate(lines, start=1) if line.startswith("_SETTLED = ")]

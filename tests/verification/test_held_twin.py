@@ -12,13 +12,13 @@ from seals.batch import Twin
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.hydrostatics import HullTable
 from seals.motion import Inputs
 from seals.multibody.tree import forward
 from seals.robot.fusing import fused
 from seals.run.assembly import build_model
+from seals.run.build import build_run
 
 POSTURE = [0.3, -0.5, 0.4, -0.6, 0.1, -0.2]
 

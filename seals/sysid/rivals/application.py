@@ -19,7 +19,7 @@ def execute(config: Any) -> int:
     """Run one composed experiment (root ``compare``) and return the exit code of its verdict.
 
     Args:
-        config: with the keys of `seals.config.compare.CompareSettings`.
+        config: with the keys of `seals.compare.settings.CompareSettings`.
     """
     from hydra.core.hydra_config import HydraConfig
 

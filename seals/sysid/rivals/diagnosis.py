@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.compare.ladder import FittedValue, Rung
 from seals.compare.score import score_case
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.logs import Log, refuse_if_bad
 from seals.run.progress import progress
 from seals.sysid.decision.cross_validation import Answer, Claim, judged

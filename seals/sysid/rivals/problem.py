@@ -12,7 +12,7 @@ from seals.compare.case import Case
 from seals.compare.courses import cases_of, predictor_of, step_of
 from seals.compare.fitted import FitKey
 from seals.compare.predict import Job, Predictor, residuals
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError
 from seals.logs.log import Log

@@ -9,13 +9,13 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.config.overlay import Overlay
+from seals.control.actuator_response import JITTER
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.registry import get
 from seals.sysid.discrepancy import DragExponent, WaveMoment
-from seals.sysid.drive import JITTER
 from seals.sysid.factors import Library
 from seals.sysid.plant import Plant
 from seals.sysid.samples import Samples
