@@ -9,8 +9,14 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Inputs, Joints
 from seals.schema import param
+
+_GREASE = 0.3
+"""Viscous friction that goes with dry friction [s/rad]: a joint that rubs is a greased one."""
+_CREEP = 0.015
+"""How well the rate is known at which dry friction turns over [rad/s]."""
 
 
 @dataclass(kw_only=True)
@@ -61,6 +67,27 @@ class JointFriction(Effect):
     joint: int = 0
     stiff: ClassVar[bool] = True
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the friction of each joint; the rate at which it turns over is not reported."""
+        dry = subject.spread(name)
+        parameters = {
+            "coulomb": Freed(tolerance=dry, scale=0.05, bounds=(0.0, np.inf)),
+            "viscous": Freed(tolerance=_GREASE * dry, scale=0.05, bounds=(0.0, np.inf)),
+            "threshold": Freed(tolerance=_CREEP, scale=_CREEP, bounds=(-0.045, np.inf)),
+        }
+        return [
+            Addition(
+                instance=f"{name}_{k}",
+                effect=cls(joint=k),
+                parameters=parameters,
+                named=("coulomb", "viscous"),
+                variant={"joint": k},
+                order=(Stage.joints, k, 1),
+            )
+            for k in range(1, subject.robot.tree.joints + 1 if subject.servo else 1)
+        ]
 
     @staticmethod
     def joint_loads(

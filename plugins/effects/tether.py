@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject, along_axes
 from seals.frames import unrotate
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -16,6 +18,8 @@ _PLACE: dict[str, Any] = {
     "tolerance": 0.1,
     "source": "chosen: the world's origin",
 }
+
+_FREE = (-math.inf, math.inf)
 
 
 @dataclass(kw_only=True)
@@ -63,6 +67,18 @@ class Tether(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("tether",)
     twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
     material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
+    identification: ClassVar[Identification] = Identification(guessed=True, placed=True)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a cable of unknown anchor; its starting values come from the log."""
+        parameters = {
+            **{k: replace(v, bounds=_FREE) for k, v in along_axes("anchor", 0.0, 1.0).items()},
+            "length": Freed(scale=1.0, bounds=(0.0, 1e3)),
+            "stiffness": Freed(scale=3.0, bounds=(0.0, 1e4)),
+        }
+        order = (Stage.surroundings, 0, 0)
+        return [Addition(instance=name, effect=cls(length=0.0), parameters=parameters, order=order)]
 
     def spring(self) -> float:
         """Return K [N/m]."""

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
+from seals.effects.identification import (
+    Addition,
+    Identification,
+    Residual,
+    Subject,
+    default_additions,
+)
 from seals.motion import (
     AddedInertia,
     Body,
@@ -84,6 +91,9 @@ class Effect:
     twins: ClassVar[tuple[str, ...]] = ()
     """Effects a log may be unable to tell apart from this one."""
 
+    identification: ClassVar[Identification] = Identification()
+    """What system identification must know of the effect: plausible sizes, traits."""
+
     stiff: ClassVar[bool] = False
     """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
 
@@ -104,6 +114,27 @@ class Effect:
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
         return {}
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:
+        """Return the ways in which the effect may be missing on a vehicle.
+
+        The default derives them from the fields, the hooks and ``identification``.
+
+        Args:
+            name: under which the effect is installed.
+            subject: the vehicle of a diagnosis.
+        """
+        return default_additions(cls, name, subject)
+
+    @staticmethod
+    def guesses(residual: Residual) -> list[dict[str, float]]:
+        """Return starting values by parameter, best first, of an effect that must be guessed.
+
+        Args:
+            residual: the force that a model without the effect leaves over.
+        """
+        return []
 
 
 @runtime_checkable

@@ -14,7 +14,7 @@ from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.registry import get
-from seals.sysid.discrepancy import DragExponent, WaveMoment
+from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.sysid.drive import JITTER
 from seals.sysid.factors import Library
 from seals.sysid.plant import Plant
