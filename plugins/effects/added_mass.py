@@ -77,7 +77,7 @@ class AddedMass(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
-    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=True)
+    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=3)
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -101,7 +101,7 @@ class DragAngular(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
     dries: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
-        resists=True, answers=True, needs_motion=True
+        resists=True, answers=True, needs_motion=1
     )
 
     @classmethod

@@ -57,7 +57,7 @@ class InertiaChange(Effect):
     delta_yy: float = param(0.0, "kg m^2", **_LIMITS)
     delta_zz: float = param(0.0, "kg m^2", **_LIMITS)
     accounts_for: ClassVar[tuple[str, ...]] = ("inertia",)
-    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=True)
+    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=2)
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -89,6 +90,18 @@ class JointFriction(Effect):
             for k in range(1, subject.robot.tree.joints + 1 if subject.servo else 1)
         ]
 
+    def as_stated(
+        self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
+    ) -> dict[str, float]:
+        """Return the parts of the law with a jump at rest that does the same on the log."""
+        if not rates.shape[1]:
+            return dict(values)
+        turn = self.threshold + float(changes.get("threshold", 0.0))
+        dry, viscous = friction_as_catalogued(
+            values["coulomb"], values["viscous"], turn, rates[:, self.joint - 1]
+        )
+        return {**values, "coulomb": dry, "viscous": viscous}
+
     @staticmethod
     def joint_loads(
         joints: Joints, inputs: Inputs, memory: Array, params: Parameters
@@ -104,3 +117,28 @@ class JointFriction(Effect):
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""
         return {"joint": np.full((1, 1), float(self.joint))}
+
+
+def friction_as_catalogued(
+    coulomb: float, viscous: float, threshold: float, rates: Floats
+) -> tuple[float, float]:
+    """Return the Coulomb and viscous parts of the law with a jump at rest.
+
+    Equation:
+        least squares over the log of C sign(q') + B q' against
+        coulomb tanh(q' / threshold) + viscous q'.
+
+    Args:
+        coulomb: [N m].
+        viscous: [N m s/rad].
+        threshold: rate at which dry friction turns over [rad/s].
+        rates: of the joint, q' [rad/s], shape (T,).
+
+    Example:
+        >>> friction_as_catalogued(0.1, 0.02, 1e-6, np.array([-0.3, 0.2, 0.5]))
+        (0.1, 0.02)
+    """
+    torque = coulomb * np.tanh(rates / threshold) + viscous * rates
+    laws = np.stack((np.sign(rates), rates), axis=1)
+    found = np.linalg.lstsq(laws, torque, rcond=None)[0]
+    return float(np.round(found[0], 12)), float(np.round(found[1], 12))

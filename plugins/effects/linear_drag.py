@@ -74,7 +74,7 @@ class DragLinear(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     twins: ClassVar[tuple[str, ...]] = ("rotor_drag", "quadratic_drag")
     identification: ClassVar[Identification] = Identification(
-        resists=True, needs_motion=True, family="drag"
+        resists=True, needs_motion=0, family="drag"
     )
 
     @classmethod

@@ -51,7 +51,7 @@ class DragRotor(Effect):
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
-    identification: ClassVar[Identification] = Identification(resists=True, needs_motion=True)
+    identification: ClassVar[Identification] = Identification(resists=True, needs_motion=4)
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -6,9 +6,19 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from seals.arrays import Array, namespace
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Freed,
+    Identification,
+    Residual,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.frames import unrotate
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -19,6 +29,8 @@ _PLACE: dict[str, Any] = {
     "source": "chosen: the world's origin",
 }
 
+_KEEP = 2
+"""Starting values that are kept."""
 _FREE = (-math.inf, math.inf)
 
 
@@ -80,6 +92,22 @@ class Tether(Effect):
         order = (Stage.surroundings, 0, 0)
         return [Addition(instance=name, effect=cls(length=0.0), parameters=parameters, order=order)]
 
+    @staticmethod
+    def guesses(residual: Residual) -> list[dict[str, float]]:
+        """Return the cables that fit the residual force best."""
+        return _cables(residual.position, residual.force)
+
+    @staticmethod
+    def plausible(position: Floats) -> dict[str, float]:
+        """Return a cable from below, a little to one side."""
+        return {
+            "length": 0.8,
+            "stiffness": 1.0,
+            "anchor_x": float(position[0]) + 0.3,
+            "anchor_y": float(position[1]),
+            "anchor_z": float(position[2]) - 1.0,
+        }
+
     def spring(self) -> float:
         """Return K [N/m]."""
         return self.stiffness
@@ -96,3 +124,35 @@ class Tether(Effect):
         stretch = xp.clip(distance - params["length"], 0.0, None)
         pull = span * (-params["stiffness"] * stretch / distance)
         return Wrench(unrotate(motion.rotation, pull), None), memory
+
+
+def _cables(position: Floats, force: Floats) -> list[dict[str, float]]:
+    """Cables that fit the force best, from several guesses of the anchor."""
+    from scipy.optimize import least_squares
+
+    middle = position.mean(axis=0)
+    size = np.sqrt(np.mean(np.sum(force**2, axis=1)))
+    spread = max(float(np.sqrt(((position - middle) ** 2).sum(axis=1).mean())), 0.1)
+    pull = force[np.argmax(np.sum(force**2, axis=1))]
+    toward = pull / max(float(np.linalg.norm(pull)), 1e-9)
+    lowest = np.array([middle[0], middle[1], 0.0])
+    anchors = [middle + toward * s * spread for s in (1.0, 3.0)] + [lowest, middle]
+    found = []
+    for anchor in anchors:
+        reach = np.linalg.norm(position - anchor, axis=1)
+        first = np.array([*anchor, np.quantile(reach, 0.5), size / (0.3 * spread + 1e-3)])
+
+        def miss(x: Floats) -> Floats:
+            gap = position - x[:3]
+            length = np.maximum(np.linalg.norm(gap, axis=1, keepdims=True), 1e-6)
+            model = -x[4] * np.maximum(length - x[3], 0.0) * gap / length
+            out: Floats = (force - model).ravel()
+            return out
+
+        bounds = ([-50, -50, -50, 0.0, 0.0], [50, 50, 50, 50.0, 1e3])
+        start = np.clip(first, np.array(bounds[0]) + 1e-6, np.array(bounds[1]) - 1e-6)
+        fit = least_squares(miss, start, bounds=bounds, loss="soft_l1", max_nfev=60)
+        found.append((float(fit.cost), fit.x))
+    found.sort(key=lambda f: f[0])
+    keys = ("anchor_x", "anchor_y", "anchor_z", "length", "stiffness")
+    return [dict(zip(keys, map(float, x), strict=True)) for _, x in found[:_KEEP]]

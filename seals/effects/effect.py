@@ -136,6 +136,27 @@ class Effect:
         """
         return []
 
+    @staticmethod
+    def plausible(position: Floats) -> dict[str, float]:
+        """Return parameters that the effect may well have where ``scales`` do not tell them.
+
+        Args:
+            position: mean place of the vehicle, world axes [m], shape (3,).
+        """
+        return {}
+
+    def as_stated(
+        self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
+    ) -> dict[str, float]:
+        """Return fitted parameters as the documented law means them, where the fit smooths it.
+
+        Args:
+            values: of the reported parameters.
+            changes: fitted changes of all parameters of this instance.
+            rates: of the joints along the log [rad/s], shape (T, J).
+        """
+        return dict(values)
+
 
 @runtime_checkable
 class Loads(Protocol):

@@ -70,7 +70,8 @@ class Identification:
         starts: starting values of the fit, one row of parameters each; none for zero alone.
         resists: a drag: a slightly different law of another drag looks like a small one.
         answers: it changes the response to commands, which the feedback against gusts imitates.
-        needs_motion: any log with enough motion shows it; one that does not could not tell.
+        needs_motion: any log with enough motion shows it, and one that does not could not tell: its
+            rank among such effects, the first is flown for first; None for all others.
         in_arm: it acts inside an arm; None where the hook ``joint_loads`` decides.
         uncertain_onset: its response about zero says little of it, so a linear look cannot rule it
             out.
@@ -89,7 +90,7 @@ class Identification:
     starts: tuple[tuple[float, ...], ...] = ()
     resists: bool = False
     answers: bool = False
-    needs_motion: bool = False
+    needs_motion: int | None = None
     in_arm: bool | None = None
     uncertain_onset: bool = False
     guessed: bool = False

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -31,13 +33,21 @@ def library_of(vehicle: Vehicle, *, speeds: Floats) -> Library:
     subject = subject_of(vehicle, speeds)
     found: list[tuple[str, Identification, Addition]] = []
     for name, law in installed().items():
-        found += [(name, law.identification, a) for a in law.additions(name, subject)]
+        known = law.identification
+        if known.in_arm is None:
+            known = replace(known, in_arm=callable(getattr(law, "joint_loads", None)))
+        found += [(name, known, a) for a in law.additions(name, subject)]
     found += [("", Identification(), a) for a in _structure(subject)]
     found += _waves(subject)
     made = Collector(vehicle.effects)
     for name, known, addition in sorted(found, key=lambda f: f[2].order):
         made.take(name, known, addition)
     return made.library()
+
+
+def wave_law() -> Any:
+    """Return the law of the waves that may be missing."""
+    return registry.get("wave", "airy").load()
 
 
 def installed() -> dict[str, type[Effect]]:
@@ -133,13 +143,12 @@ def _waves(subject: Subject) -> Sequence[tuple[str, Identification, Addition]]:
     if not subject.has_water:
         return ()
     order = (Stage.water, 0, 5)
-    sizes = {"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0}
+    known: Identification = wave_law().identification
     bounds = {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
     free = (-np.inf, np.inf)
-    parameters = {k: Freed(scale=v, bounds=bounds.get(k, free)) for k, v in sizes.items()}
+    parameters = {k: Freed(scale=v, bounds=bounds.get(k, free)) for k, v in known.scales.items()}
     moment = Addition(
         instance=WAVE_MOMENT, effect=WaveMoment(), parameters={}, named=(), order=order
     )
-    known = Identification(guessed=True, placed=True, approximate=True)
     sea = Addition(instance=WAVES, effect=None, parameters=parameters, order=order)
     return ((WAVES, known, sea), ("", known, moment))

@@ -21,12 +21,14 @@ class Factor:
             exact.
         scale: size of a plausible missing effect, the prior width of a candidate.
         bounds: of the change.
+        adds: whether the tolerance can only add, as that of a latency.
     """
 
     key: str
     tolerance: float = 0.0
     scale: float = 1.0
     bounds: tuple[float, float] = (-np.inf, np.inf)
+    adds: bool = False
 
     @property
     def instance(self) -> str:
@@ -72,6 +74,11 @@ class Candidate:
         """Name with variant."""
         parts = [f"{k} {v:g}" for k, v in self.variant.items()]
         return self.name + (f" ({', '.join(parts)})" if parts else "")
+
+    @property
+    def in_arm(self) -> bool:
+        """Whether the effect acts inside an arm."""
+        return bool(self.identification.in_arm)
 
     @property
     def all_keys(self) -> tuple[str, ...]:
@@ -122,7 +129,11 @@ class Collector:
         for parameter, freed in addition.parameters.items():
             key = f"{addition.instance}.{parameter}"
             self.factors[key] = Factor(
-                key=key, tolerance=freed.tolerance, scale=freed.scale, bounds=freed.bounds
+                key=key,
+                tolerance=freed.tolerance,
+                scale=freed.scale,
+                bounds=freed.bounds,
+                adds=parameter in known.adds_only,
             )
         named = tuple(addition.parameters) if addition.named is None else addition.named
         if addition.named is None:

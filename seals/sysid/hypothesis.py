@@ -13,8 +13,6 @@ from seals.sysid.normal import Fit
 
 TRACE = 0.02
 """Share of a plausible effect below which one is a trace."""
-RESISTING = ("rotor_drag", "angular_drag", "linear_drag", "quadratic_drag")
-"""Effects that a slightly different law of another drag looks like: three times the trace."""
 BEYOND = 2.0
 """Tolerances that a missing effect must exceed."""
 
@@ -102,5 +100,6 @@ def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
             tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / factor.scale)
     exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
-    trace = 3.0 * TRACE if candidate.name in RESISTING else TRACE
+    # a slightly different law of another drag looks like a small one
+    trace = 3.0 * TRACE if candidate.identification.resists else TRACE
     return plausible > trace if exact else tolerated > BEYOND

@@ -24,8 +24,6 @@ _MUCH = 1.2
 """Misfit of a model, per degree of freedom, from which on late sensors are looked for."""
 _BETTER = 100.0
 """Misfit by which the nominal model on its own course must beat the best on the measured one."""
-_PLIANT = ("waves", "tether")
-"""Effects whose place or period is free."""
 
 
 def own_courses(
@@ -83,7 +81,7 @@ def own_courses(
 def _doubtful(best: Hypothesis) -> bool:
     """Whether a model leaves much over, or needs an effect that bends to almost anything."""
     much = best.fit.cost > _MUCH * best.fitter.windows.observed
-    return much or bool({*best.names} & {*_PLIANT})
+    return much or any(c.identification.guessed for c in best.candidates)
 
 
 def _settled(now: Standing) -> Standing:

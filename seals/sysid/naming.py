@@ -40,7 +40,6 @@ FURTHER = 10.0
 JOINTED = 50.0
 """More of it on a vehicle with an arm, whose reaction on the base is known less well, for effects
 that do not sit in the arm."""
-IN_THE_ARM = ("joint_friction", "joint_backlash", "payload")
 RIVALS = 3
 """Effects that are tried in the place of each one that was found."""
 POLISHED = 2
@@ -123,7 +122,8 @@ def added(
         if not tried:
             break
         asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
-        asked += INEXACT * best.score if "waves" in best.names else 0.0
+        approximate = any(c.identification.approximate for c in best.candidates)
+        asked += INEXACT * best.score if approximate else 0.0
         if problem.vehicle.servo and not _in_the_arm(tried[0]):
             asked += JOINTED
         if tried[0].score < best.score + asked:
@@ -161,7 +161,7 @@ def credited(
 
 def _in_the_arm(hypothesis: Hypothesis) -> bool:
     """Whether the effect that was added last sits in the arm."""
-    return hypothesis.candidates[-1].name in IN_THE_ARM
+    return hypothesis.candidates[-1].in_arm
 
 
 def settled(problem: Problem) -> Hypothesis:
@@ -191,11 +191,15 @@ def extensions(
     noisy = unrest(base)
     missing = noisy.level > 1.0 and noisy.gain > _FORCE
     starts = special_starts(problem, base) if missing else {}
-    regular = [c for c in candidates if c.name not in _SPECIAL]
-    _, first = quick_look(base, regular, always=_LATE_NAMES if missing else ())
+    regular = [c for c in candidates if not c.identification.guessed]
+    uncertain = [c.name for c in regular if c.identification.uncertain_onset]
+    _, first = quick_look(base, regular, always=uncertain if missing else ())
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
-        (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
+        (c, begin)
+        for c in candidates
+        if c.identification.guessed
+        for begin in starts.get(c.name, ())
     ]
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
@@ -223,9 +227,6 @@ def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 
 
-_LATE_NAMES = ("sensor_delay",)
-"""Effects whose response about zero says little of what they do."""
-_SPECIAL = ("tether", "waves")
 _FORCE = 25.0
 """Evidence for stronger gusts from which on effects of unknown place or period are tried."""
 
