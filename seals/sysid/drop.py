@@ -26,8 +26,6 @@ _SPARED, _RIVALS = 4, 3
 """Effects that are fitted whatever their linear gain, and rivals that are fitted once more."""
 _RANKS = (0, 1, 2, 3, 5, 8)
 """Courses from which the nominal model sets out, by how near their runs came to the readings."""
-_SPECIAL = ("tether", "waves")
-"""Effects of unknown place or period: readings without pose do not hold them."""
 
 
 Pair: TypeAlias = tuple[Candidate, Standing]
@@ -115,7 +113,8 @@ class Drops:
     def _promising(self) -> list[Candidate]:
         """Candidates that a linear look about the nominal course does not rule out."""
         fit, fitter = self._from.fit, self._from.fitter
-        candidates = [c for c in self.library.candidates if c.name not in _SPECIAL]
+        # readings without pose do not hold effects of unknown place or period
+        candidates = [c for c in self.library.candidates if not c.identification.guessed]
         table = screen(fitter, fit, candidate_keys(candidates))
         common, _ = linear_gain(fitter, table, ())
         gains = {c.label: linear_gain(fitter, table, c.all_keys)[0] - common for c in candidates}
@@ -152,7 +151,8 @@ def search_drops(
     """
     plant = problem.plant
     coarse = Plant(problem.vehicle, plant.library, problem.samples, parts=_COARSE)
-    courses = nearest_courses(coarse, leave=_SPECIAL, ranks=_RANKS, processes=processes)
+    guessed = {c.name for c in plant.library.candidates if c.identification.guessed}
+    courses = nearest_courses(coarse, leave=sorted(guessed), ranks=_RANKS, processes=processes)
     outset, base = settled(plant, courses, processes=processes)
     tell(1)
     found = chosen(Drops(base, outset, processes=processes), asked)

@@ -11,9 +11,6 @@ from seals.sysid.factors import Candidate, Library
 from seals.sysid.fit import Fitter
 from seals.sysid.normal import Fit
 
-RESISTING = ("rotor_drag", "angular_drag", "linear_drag", "quadratic_drag")
-"""Effects that a slightly different law of another drag looks like: a larger trace is asked."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
@@ -98,5 +95,6 @@ def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
             tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / factor.scale)
     exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
-    similar = policy.trace_of_similar if candidate.name in RESISTING else 1.0
+    # a slightly different law of another drag looks like a small one
+    similar = policy.trace_of_similar if candidate.identification.resists else 1.0
     return plausible > similar * policy.trace if exact else tolerated > policy.tolerances

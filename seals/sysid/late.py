@@ -20,8 +20,6 @@ _ROUNDS = 14
 """Steps of a fit at most."""
 _OUTSET = 0.02
 """Delay from which a fit sets out [s]."""
-_PLIANT = ("waves", "tether")
-"""Effects whose place or period is free."""
 
 
 def own_courses(
@@ -79,7 +77,7 @@ def own_courses(
 def _doubtful(best: Hypothesis) -> bool:
     """Whether a model leaves much over, or needs an effect that bends to almost anything."""
     much = best.fit.cost > best.fitter.library.policy.late_misfit * best.fitter.windows.observed
-    return much or bool({*best.names} & {*_PLIANT})
+    return much or any(c.identification.guessed for c in best.candidates)
 
 
 def _settled(now: Standing) -> Standing:

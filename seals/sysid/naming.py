@@ -22,7 +22,6 @@ from seals.sysid.screen import Screen, candidate_keys, linear_gain, screen
 from seals.sysid.shortlist import Job, fitted, hopeful, refined
 from seals.sysid.special import special_starts
 
-IN_THE_ARM = ("joint_friction", "joint_backlash", "payload")
 _SETTLED = 2.0
 
 
@@ -98,7 +97,8 @@ def added(
             break
         asked = policy.evidence + (policy.evidence_surface if rough else 0.0)
         asked += policy.evidence_further if best.candidates else 0.0
-        asked += policy.wave_model_error * best.score if "waves" in best.names else 0.0
+        approximate = any(c.identification.approximate for c in best.candidates)
+        asked += policy.wave_model_error * best.score if approximate else 0.0
         if problem.vehicle.servo and not _in_the_arm(tried[0]):
             asked += policy.evidence_arm
         if tried[0].score < best.score + asked:
@@ -136,7 +136,7 @@ def credited(
 
 def _in_the_arm(hypothesis: Hypothesis) -> bool:
     """Whether the effect that was added last sits in the arm."""
-    return hypothesis.candidates[-1].name in IN_THE_ARM
+    return hypothesis.candidates[-1].in_arm
 
 
 def settled(problem: Problem) -> Hypothesis:
@@ -166,11 +166,15 @@ def extensions(
     noisy = unrest(base)
     missing = noisy.level > 1.0 and noisy.gain > problem.policy.disturbance_search
     starts = special_starts(problem, base) if missing else {}
-    regular = [c for c in candidates if c.name not in _SPECIAL]
-    _, first = quick_look(base, regular, always=_LATE_NAMES if missing else ())
+    regular = [c for c in candidates if not c.identification.guessed]
+    uncertain = [c.name for c in regular if c.identification.uncertain_onset]
+    _, first = quick_look(base, regular, always=uncertain if missing else ())
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
-        (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
+        (c, begin)
+        for c in candidates
+        if c.identification.guessed
+        for begin in starts.get(c.name, ())
     ]
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
@@ -202,11 +206,6 @@ def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     """Windows that follow a late sensor, for starts with more than a little delay."""
     delay = start.get(DELAY, 0.0)
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
-
-
-_LATE_NAMES = ("sensor_delay",)
-"""Effects whose response about zero says little of what they do."""
-_SPECIAL = ("tether", "waves")
 
 
 def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:

@@ -15,12 +15,6 @@ from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.naming import Search, rivals_of
 from seals.sysid.problem import Problem
 
-DYNAMIC = ("inertia", "added_mass", "thrust_coefficient", "rotor_lag", "angular_drag", "weak_rotor")
-"""Effects on the response to commands: in a log that is moved by its own feedback, the gusts that
-the feedback fights look like a weaker response."""
-MOTION = ("linear_drag", "angular_drag", "inertia", "added_mass", "rotor_drag")
-"""Effects that any log with enough motion would show."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
@@ -91,8 +85,7 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         return _quiet(search, left)
     if _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
-    drags = {c.label.partition(" ")[2] for c in best.candidates if c.name == "linear_drag"}
-    if drags & {c.label.partition(" ")[2] for c in best.candidates if c.name == "quadratic_drag"}:
+    if _between_powers(best):
         words = "a drag that grows neither with the first nor with the second power of the speed"
         return Answer(
             verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
@@ -110,6 +103,16 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     )
 
 
+def _between_powers(best: Hypothesis) -> bool:
+    """Whether two laws that differ only by the power of the speed act in one variant."""
+    laws = {
+        (c.identification.family, c.label.partition(" ")[2], c.name)
+        for c in best.candidates
+        if c.identification.family
+    }
+    return len({law[:2] for law in laws}) < len(laws)
+
+
 def temperature(problem: Problem) -> float:
     """Score difference by which the odds of two hypotheses change by e on this log."""
     policy = problem.policy
@@ -118,8 +121,6 @@ def temperature(problem: Problem) -> float:
 
 def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
     """Whether the log could not show any of the named effects at a plausible size."""
-    # what falls freely has no feedback that could fight gusts
-    wary = () if problem.impact else DYNAMIC
     gains = expected_gains(search.nominal)
     library, policy = best.fitter.library, problem.policy
 
@@ -127,7 +128,9 @@ def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
         gain = gains.get(candidate.label, np.inf)
         if gain < policy.excitation and best.score < policy.certain:
             return False
-        if candidate.name not in wary:
+        # a log that is moved by its own feedback: gusts that it fights look like a weaker response;
+        # what falls freely has no feedback that could fight gusts
+        if problem.impact or not candidate.identification.answers:
             return True
         factors = [library.factors[k] for k in candidate.keys]
         if any(f.tolerance == 0.0 for f in factors):
@@ -147,7 +150,11 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         names[name] = max(names.get(name, 0.0), gain)
-    blind = [*blind, *(n for n in MOTION if n in names and names[n] < policy.excitation)]
+    ranks = {
+        c.name: c.identification.needs_motion for c in search.nominal.fitter.library.candidates
+    }
+    asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
+    blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
     return Answer(

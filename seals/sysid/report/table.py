@@ -20,7 +20,6 @@ from seals.sysid.screen import candidate_keys, linear_gain, screen
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
 _NOTHING = 5e-4
 """Gain that is shown as none."""
-_SPECIAL = ("tether", "waves")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +225,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
     fitter = nominal.fitter
     known = {h.candidates[-1].label for h in diagnosis.search.rounds[0]}
     left = [c for c in fitter.library.candidates if c.label not in known]
-    regular = [c for c in left if c.name not in _SPECIAL]
+    regular = [c for c in left if not c.identification.guessed]
     table = screen(fitter, fitter.start(()), candidate_keys(regular))
     common, _ = linear_gain(fitter, table, ())
     out = []
@@ -236,7 +235,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
         out.append((gain, _bare(candidate, words)))
     out.sort(key=lambda item: -item[0])
     words = "the force left over gave no reason to look for it"
-    return [e for _, e in out] + [_bare(c, words) for c in left if c.name in _SPECIAL]
+    return [e for _, e in out] + [_bare(c, words) for c in left if c.identification.guessed]
 
 
 def _bare(candidate: Candidate, reason: str) -> Entry:
