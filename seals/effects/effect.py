@@ -51,7 +51,7 @@ class Effect:
 
     - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
 
-    Hooks of other signatures:
+    Hooks of other signatures, given with each:
 
     - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
       on the joints.

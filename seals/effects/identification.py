@@ -20,8 +20,8 @@ from seals.schema import parameters_of, vector_groups
 
 if TYPE_CHECKING:
     from seals.arrays import Floats
-    from seals.config.environment import EnvironmentSettings
     from seals.effects.effect import Effect, MediumKind
+    from seals.environment.settings import EnvironmentSettings
     from seals.hydrostatics import Hull
     from seals.robot.model import RobotModel
 

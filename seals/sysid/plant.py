@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Rates, Twin, TwinState
+from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.posture import Posture
 from seals.control.actuator_response import JITTER, respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
@@ -129,8 +129,8 @@ class Plant:
             at[last - 1, -1] = states[-1, -1]
         return Drive(at=at, delay=delay)
 
-    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> Twin:
-        """Twin of the nominal model with the changes of ``values``.
+    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> BatchDynamics:
+        """Batch dynamics of the nominal model with the changes of ``values``.
 
         Args:
             values: numbers or arrays (batch,) by factor key; factors left out are zero.
@@ -147,7 +147,7 @@ class Plant:
             k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
         }
         waves = self._waves(values, batch)
-        return Twin(
+        return BatchDynamics(
             self.vehicle.robot,
             bound,
             self.vehicle.environment,
@@ -205,14 +205,16 @@ class Plant:
             joint = share * command[older] + (1.0 - share) * command[newer]
         return Inputs(0.0, torque, drive, voltage, joint)
 
-    def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
+    def rates(
+        self, twin: BatchDynamics, state: TwinState, rows: Any, drive: Floats | None
+    ) -> Rates:
         """Rates at rows of the log (repeats allowed)."""
         time = self.samples.time[rows][:, None]
         return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
 
     def advance(
         self,
-        twin: Twin,
+        twin: BatchDynamics,
         state: TwinState,
         rows: Any,
         drive: Drive | None,
