@@ -11,7 +11,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.config.run import build_run
 from seals.errors import ConfigError
-from seals.experiments.ending import ended
+from seals.experiments.command import ended
 from seals.run.contradictions import contradictions
 from seals.run.oversights import oversights
 
