@@ -1,4 +1,4 @@
-"""The twin: the robot's equations of motion with its effects, over a batch."""
+"""Batch dynamics: the robot's equations of motion with its effects, over a batch."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ They are stable up to 2.8; accuracy ends before.
 """
 
 
-class Twin:
+class BatchDynamics:
     """A batch of robots under the same effects as the simulator.
 
     Integrated by the classic Runge-Kutta method of fourth order; where joint drives are too steep
@@ -58,8 +58,8 @@ class Twin:
         ConfigError: fused, and not on PyTorch.
 
     Example:
-        >>> Twin  # doctest: +ELLIPSIS
-        <class 'seals.batch.model.Twin'>
+        >>> BatchDynamics  # doctest: +ELLIPSIS
+        <class 'seals.batch.model.BatchDynamics'>
     """
 
     def __init__(

@@ -11,7 +11,7 @@ from seals.arrays import Array, as_like, namespace
 from seals.batch.drives import BatchDrives
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
-from seals.batch.model import Twin
+from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.state import TwinState
 from seals.control.batched import BatchController, View
@@ -86,7 +86,7 @@ class PilotedTwin:
         """Hold the joints, then bind twin and controller."""
         self.plant = plant = build_plant(robot, effects, settings.environment)
         self.whole, held = hold(robot, effects, joints)
-        self.twin = Twin(
+        self.twin = BatchDynamics(
             self.whole,
             held,
             settings.environment,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch.model import Twin
+from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
 from seals.batch.state import TwinState
@@ -56,7 +56,7 @@ class Response:
     """
 
     def __init__(
-        self, twin: Twin, state: TwinState, time: Any, inputs: Inputs, posture: Posture
+        self, twin: BatchDynamics, state: TwinState, time: Any, inputs: Inputs, posture: Posture
     ) -> None:
         """Evaluate and solve the twin's own equations."""
         self.twin, self.inputs, self.posture = twin, inputs, posture

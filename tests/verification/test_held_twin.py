@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.config.compose import compose
@@ -104,7 +104,7 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
     found = []
     for held_form in (True, False):
         form = replace(whole, held=held_form)
-        twin = Twin(form, held, settings.environment, settings.wave, batch=batch)
+        twin = BatchDynamics(form, held, settings.environment, settings.wave, batch=batch)
         assert isinstance(twin.body, FusedBody) is held_form
         rates = twin.rates(twin.start(**pose), 0.0, inputs)
         found.append(np.concatenate((rates.velocity, rates.spin, rates.specific_force), axis=1))

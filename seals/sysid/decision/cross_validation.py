@@ -9,15 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.rivals.candidates import Candidate
 from seals.sysid.rivals.score import Hypothesis, Margin
 from seals.sysid.rivals.search import Search
-from seals.sysid.verdict import Verdict
-
-_GROSS = 1.1
-"""Log of the error in units of the floor from which on something must be missing (factor 3)."""
-_ONE_SPEED = 0.15
-"""Share by which operating speeds differ that count as one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +84,7 @@ def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
     rest = best.candidates[:index] + best.candidates[index + 1 :]
     pool = [c for c in judge.experiment.library.candidates if c not in best.candidates]
     odds, close, settled = 0.0, [], []
-    half = 0.5 * judge.margin(best, found.nominal).mean
+    half = judge.experiment.policy.rival_gain * judge.margin(best, found.nominal).mean
     for other in judge.fitted([((*rest, c), _without(found, own)) for c in pool]):
         margin = judge.contest(best, other)
         weight = _chance(margin)
@@ -139,8 +134,10 @@ def _words(found: Search, claim: Claim) -> list[str]:
 def _alike(found: Search, claim: Claim) -> str:
     names = [claim.candidate.label, *claim.rivals]
     words = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
-    speeds = [found.judge.experiment.cases[c].speed for c in found.judge.experiment.train]
-    alike = max(speeds) > 0.0 and max(speeds) - min(speeds) < _ONE_SPEED * max(speeds)
+    experiment = found.judge.experiment
+    speeds = [experiment.cases[c].speed for c in experiment.train]
+    least = experiment.policy.one_speed * max(speeds)
+    alike = max(speeds) > 0.0 and max(speeds) - min(speeds) < least
     if not alike:
         return f"{words} from these runs"
     return f"{words} from one speed ({np.mean(speeds):.2g} m/s): drop at another speed"
@@ -150,13 +147,14 @@ def _quiet(found: Search, gain: Margin) -> Answer:
     """Nothing stands out: nothing is missing, the runs cannot show it, or it is something else."""
     library = found.judge.experiment.library
     left = float(found.nominal.losses.mean())
+    gross = found.judge.experiment.policy.gross_error
     if not library.candidates:
         verdict = Verdict.cannot_tell
         words = f"no channel sees any of: {_list(library.unfelt)}"
-    elif left > _GROSS and not any(h.loss < found.nominal.loss for h in found.tried):
+    elif left > gross and not any(h.loss < found.nominal.loss for h in found.tried):
         verdict = Verdict.none_of_these
         words = f"the error is {math.exp(left):.2g} times the floor and no effect lowers it"
-    elif left > _GROSS:
+    elif left > gross:
         verdict = Verdict.cannot_tell
         words = (
             f"the error is {math.exp(left):.2g} times the floor, and no effect lowers it on "

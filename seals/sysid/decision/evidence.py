@@ -4,70 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 
 import numpy as np
 
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.excitation import expected_gains
 from seals.sysid.factors import Candidate
 from seals.sysid.gusts import Unrest, unrest
 from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.naming import Search, rivals_of
 from seals.sysid.problem import Problem
-
-
-class Verdict(Enum):
-    """What a diagnosis says, and the exit code it gives."""
-
-    nothing_missing = "nothing_missing"
-    named = "named"
-    ambiguous = "ambiguous"
-    none_of_these = "none_of_these"
-    cannot_tell = "cannot_tell"
-    bad_data = "bad_data"
-
-    @property
-    def exit_code(self) -> int:
-        """Exit code of the command."""
-        return _CODES[self.value]
-
-
-_CODES = {
-    "nothing_missing": 0,
-    "named": 10,
-    "ambiguous": 11,
-    "none_of_these": 12,
-    "cannot_tell": 13,
-    "bad_data": 20,
-}
-TEMPERATURE = 2.0
-"""Score difference by which the odds of two hypotheses change by e."""
-CLOSE = 3.0
-"""Score difference within which two hypotheses cannot be told apart."""
-ALIKE = 14.0
-"""Score difference within which a hypothesis is mentioned beside the chosen one."""
-DISTANT = 4.0
-"""Factor on the three above, and on the evidence for stronger gusts, for a log without pose: models
-are fitted to whole runs, and where one is wrong its course hardly settles, which weighs on them."""
-RESTLESS = 2.0
-"""Factor on the gusts above which a force is missing: their level is good to a factor of two."""
-REST_GAIN = 30.0
-"""Evidence for stronger gusts from which on they count."""
-SURE = 0.6
-"""Confidence that a further effect needs."""
-EXPLAINED = 0.9
-"""Share of the misfit that a name must explain."""
-DYNAMIC = ("inertia", "added_mass", "thrust_coefficient", "rotor_lag", "angular_drag", "weak_rotor")
-"""Effects on the response to commands: in a log that is moved by its own feedback, the gusts that
-the feedback fights look like a weaker response."""
-ANSWERED = ((0.5, 0.0), (0.15, 30.0), (0.0, 60.0))
-"""Share of the information that perfect excitation would give, and the score asked for with it."""
-EXCITED = 15.0
-"""Expected gain below which a log could not show an effect of plausible size."""
-CERTAIN = 30.0
-"""Score from which on a name stands even where the log was hardly excited."""
-MOTION = ("linear_drag", "angular_drag", "inertia", "added_mass", "rotor_drag")
-"""Effects that any log with enough motion would show."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,14 +65,14 @@ class Answer:
 
 def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     """Turn a search into an answer; the processes share the fits of the rivals."""
-    best = search.best
+    best, policy = search.best, problem.policy
     left = unrest(best)
-    floor = _floor(search)
+    floor = policy.noise_floor * float(best.fitter.windows.observed)
     before = search.nominal.fit.cost
     share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
-    least = REST_GAIN if problem.samples.posed else DISTANT * REST_GAIN
-    restless = left.level > RESTLESS and left.gain > least
-    if restless and share < EXPLAINED:
+    least = policy.disturbance_evidence * (1.0 if problem.samples.posed else policy.unposed)
+    restless = left.level > policy.disturbance_refused and left.gain > least
+    if restless and share < policy.explained:
         words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
         return Answer(
             verdict=Verdict.none_of_these,
@@ -139,8 +85,7 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         return _quiet(search, left)
     if _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
-    drags = {c.label.partition(" ")[2] for c in best.candidates if c.name == "linear_drag"}
-    if drags & {c.label.partition(" ")[2] for c in best.candidates if c.name == "quadratic_drag"}:
+    if _between_powers(best):
         words = "a drag that grows neither with the first nor with the second power of the speed"
         return Answer(
             verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
@@ -148,7 +93,7 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     heat = temperature(problem)
     claims = [_claim(search, best, k, heat, processes) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
-    claims = [claims[0], *(c for c in claims[1:] if c.confidence > SURE)]
+    claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
     return Answer(
         verdict=Verdict.ambiguous if doubtful else Verdict.named,
@@ -158,47 +103,58 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     )
 
 
+def _between_powers(best: Hypothesis) -> bool:
+    """Whether two laws that differ only by the power of the speed act in one variant."""
+    laws = {
+        (c.identification.family, c.label.partition(" ")[2], c.name)
+        for c in best.candidates
+        if c.identification.family
+    }
+    return len({law[:2] for law in laws}) < len(laws)
+
+
 def temperature(problem: Problem) -> float:
     """Score difference by which the odds of two hypotheses change by e on this log."""
-    return TEMPERATURE if problem.samples.posed else DISTANT * TEMPERATURE
-
-
-def _floor(search: Search) -> float:
-    """Misfit that noise and gusts alone would leave."""
-    return 0.985 * float(search.best.fitter.windows.observed)
+    policy = problem.policy
+    return policy.temperature * (1.0 if problem.samples.posed else policy.unposed)
 
 
 def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
     """Whether the log could not show any of the named effects at a plausible size."""
-    # what falls freely has no feedback that could fight gusts
-    wary = () if problem.impact else DYNAMIC
     gains = expected_gains(search.nominal)
-    library = best.fitter.library
+    library, policy = best.fitter.library, problem.policy
 
     def shown(candidate: Candidate) -> bool:
         gain = gains.get(candidate.label, np.inf)
-        if gain < EXCITED and best.score < CERTAIN:
+        if gain < policy.excitation and best.score < policy.certain:
             return False
-        if candidate.name not in wary:
+        # a log that is moved by its own feedback: gusts that it fights look like a weaker response;
+        # what falls freely has no feedback that could fight gusts
+        if problem.impact or not candidate.identification.answers:
             return True
         factors = [library.factors[k] for k in candidate.keys]
         if any(f.tolerance == 0.0 for f in factors):
             return True
         most = sum((f.scale / f.tolerance) ** 2 for f in factors)
-        asked = [score for share, score in ANSWERED if gain >= share * most]
-        return best.score >= (asked[0] if asked else ANSWERED[-1][1])
+        asked = [score for share, score in policy.response if gain >= share * most]
+        return best.score >= (asked[0] if asked else policy.response_evidence_weak)
 
     return not any(shown(c) for c in best.candidates)
 
 
 def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     """Nothing stands out: because nothing is missing, or because the log could not show it."""
+    policy = search.nominal.fitter.library.policy
     gains = expected_gains(search.nominal)
     names: dict[str, float] = {}
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         names[name] = max(names.get(name, 0.0), gain)
-    blind = [*blind, *(n for n in MOTION if n in names and names[n] < EXCITED)]
+    ranks = {
+        c.name: c.identification.needs_motion for c in search.nominal.fitter.library.candidates
+    }
+    asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
+    blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
     return Answer(
@@ -215,7 +171,7 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
 def _claim(search: Search, best: Hypothesis, index: int, heat: float, processes: int) -> Claim:
     """Confidence in one effect against what could stand in its place."""
     rivals = rivals_of(search, best, index, processes=processes)
-    name = best.candidates[index].name
+    name, policy = best.candidates[index].name, best.fitter.library.policy
     odds: dict[str, float] = {}
     for rival in rivals:
         other = rival.candidates[-1].name
@@ -224,8 +180,8 @@ def _claim(search: Search, best: Hypothesis, index: int, heat: float, processes:
             odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
     confidence = 1.0 / (1.0 + sum(odds.values()))
     ordered = sorted(odds, key=lambda n: -odds[n])
-    near = [n for n in ordered if odds[n] > np.exp(-CLOSE / TEMPERATURE)]
-    alike = [n for n in ordered if odds[n] > np.exp(-ALIKE / TEMPERATURE)]
+    near = [n for n in ordered if odds[n] > np.exp(-policy.indistinguishable / policy.temperature)]
+    alike = [n for n in ordered if odds[n] > np.exp(-policy.mentioned / policy.temperature)]
     return Claim(
         hypothesis=best,
         index=index,
