@@ -83,6 +83,104 @@ def test_nothing_heavy_at_module_level() -> None:
     assert heavy_imports(ROOT) == []
 
 
+def layers(page: str) -> list[list[str]]:
+    """Read the layers of the core from the page on architecture, the highest first."""
+    block = page.partition("```text layers\n")[2].partition("```")[0]
+    return [line.split() for line in block.splitlines()]
+
+
+def core_parts(root: Path) -> set[str]:
+    """Name the packages and top modules of the core; ``seals`` itself only offers their names."""
+    inside = [p for p in (root / "seals").iterdir() if p.suffix == ".py" or any(p.glob("*.py"))]
+    return {path.stem for path in inside} - {"__init__"}
+
+
+def running(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a tree without those that only type checkers follow."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            for other in node.orelse:
+                yield other
+                yield from running(other)
+            continue
+        yield node
+        yield from running(node)
+
+
+def core_imports(root: Path) -> dict[tuple[str, str], list[str]]:
+    """Return the imports between parts of the core, lazy ones too, and the files of each."""
+    parts = core_parts(root)
+    found: dict[tuple[str, str], list[str]] = {}
+    for path, tree in modules(root):
+        home = path.with_suffix("").parts
+        if home[0] != "seals" or home[1] not in parts:
+            continue
+        for node in running(tree):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.module == "seals":
+                names = [f"seals.{alias.name}" for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                names = [node.module]
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                names = [f"{node.value.id}.{node.attr}"]
+            for name in names:
+                top, _, rest = name.partition(".")
+                part = rest.partition(".")[0]
+                if top == "seals" and not (
+                    part in ("", home[1], *FOLDERS) or part.startswith("__")
+                ):
+                    found.setdefault((home[1], part), []).append(str(path))
+    return found
+
+
+def layer_breaches(root: Path, order: list[list[str]]) -> list[str]:
+    """Find imports of the core that do not lead to a lower layer."""
+    rank = {part: len(order) - row for row, parts in enumerate(order) for part in parts}
+    return [
+        f"{files[0]}: {home} imports {part}, which lies no lower"
+        for (home, part), files in sorted(core_imports(root).items())
+        if rank.get(part, len(order) + 1) >= rank.get(home, 0)
+    ]
+
+
+def test_the_core_has_layers() -> None:
+    """Every package and top module lies in one layer, and imports lead to lower ones only."""
+    order = layers((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    assert sorted(part for row in order for part in row) == sorted(core_parts(ROOT))
+    assert layer_breaches(ROOT, order) == []
+
+
+def test_the_core_has_few_packages() -> None:
+    """A newcomer finds at most 26 packages."""
+    assert len([part for part in core_parts(ROOT) if (ROOT / "seals" / part).is_dir()]) <= 26
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("from seals.world import World", True),
+        ("import seals.world.ledger", True),
+        ("from seals import world", True),
+        ("from seals import World", True),
+        ("import seals\nprint(seals.World)", True),
+        ("import seals\nprint(seals.__version__)", False),
+        ("def f():\n    from seals.world import World", True),
+        ("from seals.effects import Effect", True),
+        ("from seals.arrays import Array", False),
+        ("from seals.robot.model import RobotModel", False),
+        ("if TYPE_CHECKING:\n    from seals.world import World", False),
+    ],
+)
+def test_the_layer_rule_bites(tmp_path: Path, line: str, found: bool) -> None:
+    """An import of the same or a higher layer is found; a lower one, or one for types, is not."""
+    order = [["world"], ["robot", "effects"], ["arrays"]]
+    for part in ("world", "robot", "effects", "arrays"):
+        (tmp_path / "seals" / part).mkdir(parents=True)
+        (tmp_path / "seals" / part / "__init__.py").touch()
+    (tmp_path / "seals" / "robot" / "a.py").write_text(line, encoding="utf-8")
+    assert bool(layer_breaches(tmp_path, order)) is found
+
+
 @pytest.mark.parametrize(
     ("path", "line", "words"),
     [
