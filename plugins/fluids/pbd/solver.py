@@ -169,7 +169,8 @@ class Solver:
         if self.particles.evened:
             self.isotropy.find()
         if moving:
-            self.sorting.survey_samples()
+            if self.samples.longest:
+                self.sorting.survey_samples()
             self.crowd.count()
         done = self._sweeps(moving)
         if self.cohesion is not None:
