@@ -107,7 +107,7 @@ class _FluidCheck:
         still = registry.get("wave", "still").load()()
         around = Surrounding(self.environment, still, (), STEP)
         made.open(around, [FluidBody("it/cube", (cube,))][:bodies])
-        made.fill(_held(bodies))
+        made.initialise(_held(bodies))
         return made
 
     def held(self) -> tuple[float, float, float]:
@@ -118,9 +118,14 @@ class _FluidCheck:
             impulses = made.exchange(_held(1), k * STEP, STEP)
             fit = impulses.shape == (1, 6) and bool(np.isfinite(impulses).all())
             require(fit, self.name, f"returns {impulses}", "Return finite impulses (K, 6).")
-            books = made.books()
-            require(books is not None, self.name, "keeps no books", "Return Books after a step.")
-            gaps.append(float(np.abs(books.gap).max()) / max(books.gross, 1e-12))
+            balance = made.momentum_balance()
+            require(
+                balance is not None,
+                self.name,
+                "keeps no books",
+                "Return MomentumBalance after a step.",
+            )
+            gaps.append(float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12))
             lifts.append(impulses[0, 2] / STEP)
         lift, gap = float(np.mean(lifts[75:])) / self.weight, max(gaps)
         places = np.array([[x, y, 0.0] for x in (-0.15, 0.15) for y in (-0.15, 0.15)])
@@ -151,7 +156,7 @@ class _FluidCheck:
                 last = made.exchange(_held(1), k * STEP, STEP)
             ends.append(last)
             made.restore(kept)
-        made.fill(_held(1))
+        made.initialise(_held(1))
         again = made.exchange(_held(1), 0.0, STEP)
         made.close()
         scale = self.weight * STEP

@@ -49,6 +49,11 @@ class Box(NamedTuple):
         out: Floats = 0.5 * (self.lower + self.upper)
         return out
 
+    @property
+    def depth(self) -> float:
+        """Depth of the water at rest [m]."""
+        return self.spacing * self.counts[2]
+
     def cells_to(self, place: Floats) -> tuple[int, int]:
         """Return by how many cells the box should move for a place to be in its middle cell."""
         off = (place - self.middle)[:2] / (self.cell * self.spacing)
@@ -73,10 +78,9 @@ class Box(NamedTuple):
             low + self.spacing * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.counts, strict=True)
         ]
-        depth = self.spacing * self.counts[2]
         # what lies below is compressed by what lies above
         up = axes[2] - self.lower[2]
-        axes[2] = axes[2] - self.squeeze * up * (depth - 0.5 * up)
+        axes[2] = axes[2] - self.squeeze * up * (self.depth - 0.5 * up)
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
     def weight(self, rest: Floats) -> Floats:

@@ -26,7 +26,7 @@ class Change(NamedTuple):
     come: Floats
 
 
-class Keeper:
+class LevelController:
     """Counts the water of the window.
 
     A body that dives into the window lifts its surface, which an open sea would not do; a body that

@@ -11,7 +11,7 @@ from seals.config.environment import EnvironmentSettings
 from seals.environment.ground import Solid
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.moving_domain.box import Box
-from seals.plugins.fluids.moving_domain.outer import Outer
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.sampling import Samples
 
 THINNEST = 4
@@ -64,7 +64,7 @@ def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> 
             )
 
 
-def refuse_sea(outer: Outer, box: Box, *, floor: float | None) -> None:
+def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
     """Refuse waves that the particles cannot follow.
 
     Args:

@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, Floats
 from seals.config.environment import EnvironmentSettings
 from seals.config.fields import vector
 from seals.config.ground import ObstacleSettings
-from seals.environment.surroundings import WaterColumn
-from seals.environment.waves import Sea
 from seals.errors import ConfigError
-from seals.fluid import BodyStates, Books, FluidBody, Surrounding
-from seals.plugins.fluids.coupling import ACCOUNTS
-from seals.plugins.fluids.pbd.settings import PbdSettings
-from seals.plugins.fluids.sampling import Thin
+from seals.fluid import FluidBody, Surrounding
+from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.tank.basin import Basin, build_basin, walls_of
-from seals.plugins.fluids.tank.pool import Pool, paddle_of
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
-    Device,
     MakerSettings,
     TideSettings,
     WindSettings,
 )
+from seals.plugins.fluids.tank.simulation import TankSimulation, paddle_of
 from seals.schema import param
 
 _CHOSEN = "chosen"
 
 
 @dataclass(kw_only=True)
-class FluidParticles:
+class FluidParticles(ParticleFluid):
     """Water as particles in a basin, by position-based dynamics, coupled with bodies both ways.
 
     Equation:
@@ -89,47 +82,25 @@ class FluidParticles:
     """
 
     spacing: float = param(0.04, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     centre: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source=_CHOSEN)
-    freeboard: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
-    substeps: int = 0
-    physics: PbdSettings = field(default_factory=PbdSettings)
-    device: Device = Device.cpu
-    threads: int = 0
-    most: int = 2_000_000
-    thin: Thin = Thin.volume
     open_sides: list[str] = field(default_factory=list)
     maker: MakerSettings = field(default_factory=MakerSettings)
     beach: BeachSettings = field(default_factory=BeachSettings)
     tide: TideSettings = field(default_factory=TideSettings)
     wind: WindSettings = field(default_factory=WindSettings)
     gauges: dict[str, list[float]] = field(default_factory=dict)
-    look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
     settle: float = param(0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source=_CHOSEN, fit=False)
 
     name: ClassVar[str] = "particles"
-    accounts_for: ClassVar[tuple[str, ...]] = ACCOUNTS
 
     def __post_init__(self) -> None:
-        """Refuse counts that mean nothing; nothing is allocated yet."""
-        if self.substeps < 0 or self.most < 1:
-            raise ConfigError(
-                f"substeps={self.substeps}, most={self.most} are not allowed.\n"
-                "Allowed: substeps 0 (chosen by the speed of sound) or more, most 1 or more."
-            )
+        """Check counts and gauges; nothing is allocated yet."""
+        super().__post_init__()
         for name, place in self.gauges.items():
             if len(place) != 2:
                 raise ConfigError(
-                    f"gauges.{name}={place} is no place.\nAllowed: [east, north] in m."
+                    f"gauges.{name}={place} is not a position.\nAllowed: [east, north] in m."
                 )
-        self._pool: Pool | None = None
-
-    @property
-    def pool(self) -> Pool:
-        """The water itself, once opened."""
-        if self._pool is None:
-            raise ConfigError("the particle water is not open.\nIt opens with its world.")
-        return self._pool
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return walls and floor of the basin."""
@@ -157,52 +128,6 @@ class FluidParticles:
                 "wave: the sea around a basin of particles is still.\n"
                 "Leave wave out and make waves in the basin: fluid.maker.kind=piston"
             )
-        column = WaterColumn.of_profiles(
-            environment.water_temperature, environment.salinity, environment.water_density
-        )
-        physics = dataclasses.replace(
-            self.physics,
-            density=float(column.density[0]),
-            gravity=environment.gravity,
-            outflow=bool(self.open_sides) or self.physics.outflow,
-        )
-        self._pool = Pool(self, self._basin(environment), physics, around, bodies)
-
-    def fill(self, states: BodyStates) -> None:
-        """Put the water at rest around the bodies."""
-        self.pool.fill(states)
-
-    def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
-        """Advance; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
-        return self.pool.exchange(states, time, step)
-
-    def surface(self, position: Array) -> Sea:
-        """Return the surface over points, as known from the last look."""
-        heights = self.pool.heights.at(np.asarray(position, dtype=float))
-        return Sea(heights[:, None], None, None, None, None)
-
-    def books(self) -> Books | None:
-        """Return the momentum of the last step."""
-        return self.pool.last
-
-    def figures(self) -> Mapping[str, float]:
-        """Return particles, compression, losses and gauges."""
-        return self.pool.figures()
-
-    def particles(self) -> tuple[Floats, Floats]:
-        """Return places and velocities."""
-        return self.pool.water.positions(), self.pool.water.velocities()
-
-    def snapshot(self) -> Any:
-        """Return a copy of everything that changes."""
-        return self.pool.snapshot()
-
-    def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
-        self.pool.restore(kept)
-
-    def close(self) -> None:
-        """Free the memory."""
-        if self._pool is not None:
-            self._pool.water.close()
-            self._pool = None
+        outflow = bool(self.open_sides) or self.physics.outflow
+        physics = self._physics(environment, outflow=outflow)
+        self._simulation = TankSimulation(self, self._basin(environment), physics, around, bodies)

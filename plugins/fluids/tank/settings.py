@@ -11,13 +11,6 @@ from seals.schema import param
 _CHOSEN = "chosen"
 
 
-class Device(Enum):
-    """Where the particles are computed."""
-
-    cpu = "cpu"
-    cuda = "cuda"
-
-
 class Maker(Enum):
     """What makes the waves, in place of the wall at low x."""
 
