@@ -132,7 +132,7 @@ class Fluid(Protocol):
         ...
 
     def initialise(self, states: BodyStates) -> None:
-        """Put the fluid at rest around the bodies, at time zero; earlier steps are forgotten."""
+        """Fill the domain at rest around the bodies, at time zero; the state is reset."""
         ...
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
@@ -149,11 +149,11 @@ class Fluid(Protocol):
         ...
 
     def momentum_balance(self) -> MomentumBalance | None:
-        """Return the momentum of the last step; None before the first."""
+        """Return the momentum balance of the last step; None before the first."""
         ...
 
     def diagnostics(self) -> Mapping[str, float]:
-        """Return what a person wants to watch: particles, compression, losses; unit in the name."""
+        """Return diagnostics by name: particles, compression, losses; unit in the name."""
         ...
 
     def particles(self) -> tuple[Floats, Floats]:

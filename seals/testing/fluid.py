@@ -33,7 +33,7 @@ class FluidReport:
     Args:
         name: of the fluid.
         lift: mean force on a cube held under water against its displaced weight [1].
-        gap: largest part of the impulses exchanged in a step that the books do not hold [1].
+        gap: largest gap of the momentum balance, over the impulses exchanged in a step [1].
         kept: largest difference of a run taken up from a snapshot, against the lift [1].
         level: largest distance of the surface at rest from the level [m].
     """
@@ -47,7 +47,7 @@ class FluidReport:
     def table(self) -> str:
         """Return the figures as text."""
         return (
-            f"{self.name}: lift {self.lift:.3f} of the displaced weight, books within "
+            f"{self.name}: lift {self.lift:.3f} of the displaced weight, momentum within "
             f"{self.gap:.1e}, snapshot {self.kept:.1e}, surface within {self.level * 1e3:.1f} mm"
         )
 
@@ -55,9 +55,9 @@ class FluidReport:
 def check_fluid(fluid: str | type, *, values: Mapping[str, Any] | None = None) -> FluidReport:
     """Check that a fluid keeps the contract of its kind.
 
-    It must lift a held cube by the weight of the water it displaces, within a tenth; keep books of
-    all momentum, to 1e-4 of what is exchanged in a step; go on from a snapshot; start over when it
-    is filled again; work without any body; and know its surface.
+    It must lift a held cube by the weight of the water it displaces, within a tenth; balance its
+    momentum to 1e-4 of what is exchanged in a step; continue from a snapshot; start over when it is
+    initialised again; work without any body; and know its surface.
 
     Args:
         fluid: name of an installed fluid, or its class.
@@ -111,7 +111,7 @@ class _FluidCheck:
         return made
 
     def held(self) -> tuple[float, float, float]:
-        """Hold a cube under water; compare lift, books and surface."""
+        """Hold a cube under water; compare lift, momentum balance and surface."""
         made = self.opened(1)
         lifts, gaps = [], []
         for k in range(150):
@@ -122,8 +122,8 @@ class _FluidCheck:
             require(
                 balance is not None,
                 self.name,
-                "keeps no books",
-                "Return MomentumBalance after a step.",
+                "returns no momentum balance",
+                "Return a MomentumBalance after a step.",
             )
             gaps.append(float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12))
             lifts.append(impulses[0, 2] / STEP)
@@ -163,7 +163,7 @@ class _FluidCheck:
         apart = float(np.abs(ends[1] - ends[0]).max()) / scale
         require(apart < 1e-2, self.name, f"goes on {apart:.1e} otherwise", "Keep all that changes.")
         over = float(np.abs(again - first).max()) / scale
-        require(over < 1e-2, self.name, f"starts over {over:.1e} otherwise", "Forget in fill.")
+        require(over < 1e-2, self.name, f"starts over {over:.1e} otherwise", "Reset in initialise.")
         return apart
 
     def alone(self) -> None:

@@ -41,7 +41,7 @@ class HeightField:
         self.heights = np.full(self.shape, level)
 
     def update(self, particles: Floats, bodies: Floats) -> None:
-        """Find the heights.
+        """Update the heights.
 
         Args:
             particles: [m], shape (n, 3).

@@ -1,4 +1,4 @@
-"""The window at rest: a box of whole spacings that moves by whole cells."""
+"""Box of the moving domain in Lagrangian coordinates: whole spacings, moved by whole cells."""
 
 from __future__ import annotations
 

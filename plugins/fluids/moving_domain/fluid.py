@@ -1,4 +1,4 @@
-"""Water as particles in a window that goes with the robot through an open sea."""
+"""Water as particles in a moving domain that follows the robot through an open sea."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MACH = 10.0
 
 @dataclass(kw_only=True)
 class FluidWindow(ParticleFluid):
-    """Water as particles in a window that goes with the robot through an open sea.
+    """Water as particles in a moving domain that follows the robot through an open sea.
 
     Equation:
         Water as in `FluidParticles`. Sides and floor are where the outer sea has carried them,
@@ -43,16 +43,16 @@ class FluidWindow(ParticleFluid):
         freeboard: height of the sides above the water [m].
         ring: width of the relaxation ring, in spacings.
         cell: by which the window moves, in spacings, once the robot has come so far.
-        rate: at the sides [1/s].
-        lag: in which a wrong amount of water in the window fades [s].
+        rate: of relaxation at the sides [1/s].
+        lag: time constant of the level controller [s].
         current: east and north [m/s].
-        substeps: of the fluid in a step of the world; 0 takes as many as its speed of sound asks.
-        physics: numbers of the fluid itself; density and gravity are those of the environment.
+        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        physics: options of the solver; density and gravity are those of the environment.
         device: cpu or cuda.
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
-        thin: what parts of bodies thinner than a spacing stand for: their volume, or a layer.
-        look: time between two looks at the surface [s].
+        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        look: time between two updates of the surface [s].
 
     Assumptions:
         The outer sea is that of ``wave``: sums of linear waves, undisturbed by the robot. The

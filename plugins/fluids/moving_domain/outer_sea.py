@@ -1,6 +1,7 @@
-"""The sea around the window: waves by their formulas, carried along by a current.
+"""Outer sea around the moving domain: linear waves, advected by a current.
 
-Water is named by its place of rest in axes that go with the current. Where it is, is
+Lagrangian coordinates: water is labelled by its place of rest X in axes that move with the
+current; its position is
 
     x = X + U t + xi(X, t),
 
@@ -16,7 +17,7 @@ from seals.environment.waves import Orbits, Waves
 from seals.errors import ConfigError
 
 ROUNDS = 3
-"""Rounds in which a place of rest is found from a place; each gains a factor of the steepness."""
+"""Fixed-point iterations to find a place of rest; each gains a factor of the steepness."""
 
 
 class OuterSea:
@@ -32,7 +33,7 @@ class OuterSea:
     """
 
     def __init__(self, wave: Waves, level: float, current: tuple[float, float]) -> None:
-        """Look at the wave."""
+        """Check that the wave has a displacement."""
         still = wave.at(np.zeros((1, 3)), np.zeros((1, 1)), level).velocity is None
         if not still and not isinstance(wave, Orbits):
             raise ConfigError(
@@ -56,7 +57,7 @@ class OuterSea:
         return np.asarray(self._orbits.displacement(rest, np.array([[time]]), self.level))
 
     def places(self, rest: Floats, time: float) -> Floats:
-        """Return where the water of places of rest is, world [m], shape (n, 3)."""
+        """Return the positions of water with given places of rest, world [m], shape (n, 3)."""
         out: Floats = rest + self.current * time + self.displacement(rest, time)
         return out
 

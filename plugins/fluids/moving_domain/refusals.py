@@ -1,4 +1,4 @@
-"""What a window cannot follow, said before anything is allocated."""
+"""Checks of the moving domain, before anything is allocated."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def refuse_box(spacing: float, size: tuple[float, float, float], ring: int) -> N
 
 
 def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> None:
-    """Refuse what stands still in a sea that the window goes through.
+    """Refuse static solids in the water: the domain would run into them.
 
     Raises:
         ConfigError: names it.

@@ -1,4 +1,4 @@
-"""Sizes of the basin that holds the particles: lattice of the water, walls, room above it."""
+"""Basin geometry: lattice of the water at rest, walls, wave maker's board."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Basin(NamedTuple):
         return float(self.upper[2] - self.lower[2])
 
     def domain(self, reach: float = 0.0) -> tuple[Floats, Floats]:
-        """Corners of the room that particles and samples may be in [m].
+        """Corners of the solver's domain [m].
 
         Args:
             reach: further room on all sides.
@@ -137,9 +137,9 @@ def build_basin(
     behind: float,
     open_sides: Collection[str],
 ) -> Basin:
-    """Return a basin whose depth is met exactly and whose sides are whole spacings.
+    """Return a basin of exact depth whose sides are whole spacings.
 
-    The spacing gives way: the nearest one that divides the depth is taken.
+    The nearest spacing that divides the depth is taken.
 
     Args:
         spacing: wanted [m].

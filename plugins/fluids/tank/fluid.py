@@ -1,4 +1,4 @@
-"""Water as particles, by position-based dynamics, coupled with bodies both ways."""
+"""Fluid plug-in of the tank: options, and the tank they describe."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class FluidParticles(ParticleFluid):
-    """Water as particles in a basin, by position-based dynamics, coupled with bodies both ways.
+    """Water as particles in a tank, by position-based fluids, two-way coupled with bodies.
 
     Equation:
-        Density constraint of Macklin and Mueller 2013 with compliance; bodies as samples with
-        volumes (Akinci et al. 2012), their mass and inertia inside the iterations. The basin is
+        Density constraint of Macklin and Mueller 2013 with compliance (XPBD); bodies as samples
+        with volumes (Akinci et al. 2012), their mass and inertia inside the iterations. The basin is
         filled to ``environment.water_level``; its floor is ``environment.tank_bottom``, else the
         depth is ``size[2]``.
 
@@ -42,31 +42,31 @@ class FluidParticles(ParticleFluid):
         size: length (x), width (y) and depth of the water [m].
         centre: of the basin, east and north [m].
         freeboard: room above the water in which particles may fly [m].
-        substeps: of the fluid in a step of the world; 0 takes as many as its speed of sound asks.
-        physics: numbers of the fluid itself; density and gravity are those of the environment.
+        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        physics: options of the solver; density and gravity are those of the environment.
         device: cpu or cuda.
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
-        thin: what parts of bodies thinner than a spacing stand for: their volume, or a layer.
+        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
         open_sides: sides without a wall (x_low, x_high, y_low, y_high): particles that leave there
             are gone, and counted.
         maker: of waves, in place of the wall at low x.
-        beach: that takes waves in, at high x.
+        beach: sponge layer at high x.
         tide: slow change of the mean level.
         wind: over the water.
         gauges: of the surface height, by name, each [east, north] in m.
-        look: time between two looks at the surface [s].
+        look: time between two updates of the surface [s].
         settle: for how long the water comes to rest around held bodies before the first step [s].
 
     Assumptions:
-        Air pushes nothing. A particle is a blob of water of the size of its spacing.
+        No air: it exerts no force. A particle is a blob of water of the size of its spacing.
 
     Valid range:
         Bodies of ten spacings and more for forces within 5 %; two spacings at least.
 
     Limitations:
-        The smallest whirls and the boundary layer are not there: of drag, the part that pressure
-        makes on the scale of the spacing is; friction and the drag of thin parts are not. The
+        Eddies below the spacing and the boundary layer are not resolved: pressure drag on the scale
+        of the spacing is there; friction and the drag of thin parts are not. The
         viscosity of the method keeps the effective Reynolds number at some hundreds. Add what is
         missing as an effect with ``correction: true``. No cavity pressure, no air
         cushion. The basin stands still and is alone: ``wave`` must be still, a paddle has no solid

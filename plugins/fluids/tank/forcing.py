@@ -1,4 +1,4 @@
-"""What the scene does to the water beside walls and bodies: beach and wind."""
+"""Forcing of the water besides walls and bodies: sponge layer (beach) and wind stress."""
 
 from __future__ import annotations
 

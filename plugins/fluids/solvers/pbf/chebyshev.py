@@ -1,4 +1,4 @@
-"""Compliance from the speed of sound, and weights that make few sweeps count for many."""
+"""Compliance from the speed of sound, and Chebyshev acceleration of the Jacobi sweeps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def compliance(sound_speed: float, step: float) -> float:
 def weights(
     sweeps: int, *, softness: float, lattice: Calibration, margin: float = 1.1
 ) -> list[tuple[float, float]]:
-    """Return (gain, memory) of each sweep: Chebyshev's method on the spectrum of the constraint.
+    """Return (gain, memory) of each sweep: Chebyshev semi-iteration on the constraint's spectrum.
 
     Args:
         sweeps: how many.

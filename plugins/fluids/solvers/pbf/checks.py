@@ -1,4 +1,4 @@
-"""Refusals of the particle water, in words."""
+"""Checks of particles and bodies given to the solver, and of its state after a step."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def check_fill(
     capacity: int,
     trusted: bool,
 ) -> None:
-    """Refuse particles that the solver could not start from.
+    """Refuse particles that the solver cannot start from.
 
     Raises:
         PhysicsError: wrong shape, not finite, outside, over capacity, or overlapping.
@@ -72,7 +72,7 @@ def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None
 
 
 def check_place(values: list[Any], bodies: int) -> None:
-    """Refuse poses, twists and masses that are no numbers, or not one per body.
+    """Refuse poses, twists and masses that are not finite, or not one per body.
 
     Raises:
         PhysicsError: wrong length or not finite.
@@ -96,7 +96,7 @@ def trouble(
     longest: int,
     advised: float,
 ) -> str:
-    """Say what went wrong during an advance, or nothing."""
+    """Return the reason why an advance failed, or an empty string."""
     when = f"at {time:.4g} s"
     if found[NOT_FINITE] or not finite:
         return (

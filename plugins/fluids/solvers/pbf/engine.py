@@ -1,4 +1,4 @@
-"""The one owner of the particle engine's start: device, threads, precision."""
+"""Start of Taichi: device, threads, precision; once per process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DEVICES = ("cpu", "cuda")
 
 @dataclass(kw_only=True)
 class Engine:
-    """Starts Taichi once for the process.
+    """Start Taichi once for the process.
 
     A second start with the same choice joins the first; with another choice it is refused,
     because Taichi would destroy every field in use.

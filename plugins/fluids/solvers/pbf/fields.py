@@ -1,4 +1,4 @@
-"""The fields of the particle water, and nothing that acts on them."""
+"""Device fields of the solver, without the kernels that act on them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Fields:
 
 
 class Particles:
-    """What every particle carries; two buffers, because sorting and sweeps read one, write one.
+    """Fields of the particles, double-buffered: sorting and sweeps read one buffer and write one.
 
     Positions are relative to the domain's lower corner; their fourth component is the last change
     of the multiplier between sweeps, and the multiplier between substeps.
@@ -79,7 +79,7 @@ class Particles:
     ) -> None:
         self.capacity = count
         self.isotropic = isotropic
-        # what makes the pressure of a particle even, see ``device.isotropy``
+        # isotropic stress correction, see ``device.isotropy``
         self.correction = fields.vector(6, ti.f32, count if isotropic else 1)
         self.third = fields.scalar(ti.f32, count if isotropic else 1)
         self.place = [fields.vector(4, ti.f32, count) for _ in range(2)]
@@ -88,7 +88,7 @@ class Particles:
         self.multiplier = fields.scalar(ti.f32, count)
         self.density = fields.scalar(ti.f32, count)
         self.wall = fields.vector(3, ti.f32, count)
-        # difference to the neighbours' velocities, see ``device.finish``
+        # discrete Laplacian of the velocity, see ``device.finish``
         self.laplacian = fields.vector(3, ti.f32, count if damped else 1)
         self.cell = fields.scalar(ti.i32, count)
         self.slot = fields.scalar(ti.i32, count)
@@ -125,7 +125,7 @@ class Samples:
 
 
 class Globals:
-    """Numbers that kernels read from one place, and what they report."""
+    """Global constants read by kernels, and their error counters and partial sums."""
 
     def __init__(self, fields: Fields, particles: int) -> None:
         self.count = fields.scalar(ti.i32)

@@ -1,4 +1,4 @@
-"""The kernel language. Another package with Taichi's interface is one variable away.
+"""Import of the kernel language: Taichi, or another package with its interface.
 
 ``SEALS_TAICHI`` names the package; kernels here keep to fields, functions and kernels, which its
 descendants share.

@@ -1,4 +1,4 @@
-"""Constants of the smoothing kernels, calibrated on the lattice that water at rest is filled on.
+"""Calibration of the smoothing kernels on the cubic lattice of water at rest.
 
 Lengths are in spacings here. ``w`` is the share of the rest density that a neighbour adds, so that
 the sum over the cubic lattice is one.
@@ -39,7 +39,7 @@ SHAPES: dict[Kernel, Callable[[Array], tuple[Array, Array]]] = {
 
 
 class Calibration(NamedTuple):
-    """What the lattice says about a kernel.
+    """Constants of a kernel on the cubic lattice.
 
     Args:
         support: reach of the kernel.

@@ -1,4 +1,4 @@
-"""The device side of the particle water: fields, and the course of one substep."""
+"""Device side of the solver: fields, kernels, and the sequence of one substep."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Sums(NamedTuple):
 
 
 class SubstepPipeline:
-    """Owns the fields and kernels of one water.
+    """Fields and kernels of one fluid, and their sequence in a substep.
 
     Args:
         spacing: distance at rest [m].
@@ -142,7 +142,7 @@ class SubstepPipeline:
         )
 
     def prepare(self, step: float, sound: float) -> None:
-        """Write what depends on the length of a substep [s] and the speed of sound [m/s]."""
+        """Set the constants for a substep [s] and a speed of sound [m/s]."""
         if (step, sound) == (self.current, self.sound):
             return
         self.current, self.sound = step, sound

@@ -68,7 +68,7 @@ def nearest_pair(a: Array, b: Array, radius: float, *, same: bool = False) -> fl
 
 
 class Weighed(NamedTuple):
-    """Samples as the engine uses them.
+    """Boundary samples as the solver uses them.
 
     Args:
         points: positions [m], shape (b, 3).
@@ -82,7 +82,7 @@ class Weighed(NamedTuple):
 def weigh(
     points: Array, *, spacing: float, kernel: Kernel, lattice: Calibration, convex: bool
 ) -> Weighed:
-    """Weigh samples, and move those of convex bodies inwards a little.
+    """Return weights of boundary samples, and offset those of convex bodies inwards.
 
     Volumes follow Akinci et al. 2012, one over the sum of the kernel over the same body's samples,
     so uneven and single layers are allowed. They are scaled so that a flat square sheet with the

@@ -19,7 +19,7 @@ class Kernel(Enum):
 
 
 class Search(Enum):
-    """How neighbours are found: a list stored once a substep, or a walk over cells in each pass."""
+    """Neighbour search: a list stored once a substep, or a walk over cells in each pass."""
 
     auto = "auto"
     list = "list"
@@ -40,14 +40,15 @@ class PbfSettings:
         tolerance: residual mean compression at which iterations stop [1]; 0 runs a fixed count.
         warm_start: share of the last substep's multipliers that a substep starts from [1].
         solid_scale: weight s of boundary volumes in the density [1].
-        evenness: share of the shear in the pressure of particles that is undone [1], see
-            `device.isotropy`; 0 switches it off: a quarter faster, but water at rest is a paste.
-        viscosity: rate of the XSPH blend of neighbouring velocities [1/s]; a viscosity of some
+        evenness: isotropic stress correction, share of the spurious shear that is removed [1], see
+            `device.isotropy`; 0 switches it off: a quarter faster, but water at rest then has
+            a yield stress.
+        viscosity: rate of XSPH velocity smoothing [1/s]; a kinematic viscosity of about
             0.3 rate spacing^2.
-        calming: rate at which motion that differs from one particle to the next is taken out [1/s]:
-            the blend applied twice, so that flow which is smooth over ten spacings is left alone.
-            It takes out what ``evenness`` stirs; waves lose half as much as with a blend that
-            keeps the water as calm.
+        calming: artificial viscosity of fourth order (biharmonic), rate at particle scale [1/s]:
+            the XSPH operator applied twice, so that flow which is smooth over ten spacings is not
+            damped. It removes the noise of ``evenness``; waves lose half as much as with a
+            second-order viscosity of the same effect on noise.
         wall_friction: skin friction coefficient of walls that stand still [1]: a stress of half of
             it times density times speed squared on the layer at the wall. A smooth plate has
             1.33 / sqrt(Re) while its boundary layer is laminar, 0.074 / Re^(1/5) then
@@ -102,7 +103,7 @@ class PbfSettings:
     outflow: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse counts that no solver can run with."""
+        """Check the counts."""
         if self.iterations < 1:
             raise ConfigError(f"iterations={self.iterations} must be at least 1.\nUse 4.")
         if not 32 <= self.neighbours <= 255:

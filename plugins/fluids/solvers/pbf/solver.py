@@ -21,7 +21,7 @@ from seals.plugins.fluids.solvers.pbf.pipeline import SubstepPipeline, Sums
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 
 Array = NDArray[np.float64]
-# largest motion of a sound wave in a substep that a few sweeps can carry [spacings]
+# largest travel of a sound wave in a substep that a few sweeps can carry [spacings]
 CARRIED = 3.0
 
 
@@ -142,7 +142,7 @@ class SolverPbf:
         )
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
-        """Take out the particles marked in ``chosen`` (n,); return how many."""
+        """Remove the particles marked in ``chosen`` (n,); return their number."""
         keep = ~np.asarray(chosen, dtype=bool)
         self._load(self.positions()[keep], self.velocities()[keep], self._multipliers()[keep])
         return int((~keep).sum())
@@ -248,7 +248,7 @@ class SolverPbf:
         return 10 * math.sqrt(max(self.settings.gravity * self._depth, 1e-6))
 
     def substeps(self, step: float) -> int:
-        """Return how many substeps of ``step`` [s] the sound speed asks for."""
+        """Return the number of substeps of ``step`` [s] required by the sound speed."""
         return max(1, math.ceil(step * self.sound_speed / (CARRIED * self.spacing)))
 
     def advance(self, step: float, *, substeps: int) -> Exchange:
@@ -368,7 +368,7 @@ class SolverPbf:
         return float(0.5 * self.pipeline.mass * self.pipeline.sums().square)
 
     def snapshot(self) -> Snapshot:
-        """Everything needed to go on bit for bit (deterministic mode)."""
+        """Return everything needed to continue bit for bit (deterministic mode)."""
         p = self.pipeline.particles
         fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
         arrays: dict[str, Any] = {name: f.to_numpy() for name, f in fields.items()}
