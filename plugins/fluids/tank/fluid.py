@@ -33,7 +33,7 @@ class FluidParticles(ParticleFluid):
 
     Equation:
         Density constraint of Macklin and Mueller 2013 with compliance (XPBD); bodies as samples
-        with volumes (Akinci et al. 2012), their mass and inertia inside the iterations. The basin is
+        with volumes (Akinci et al. 2012), their mass and inertia inside the iterations. It is
         filled to ``environment.water_level``; its floor is ``environment.tank_bottom``, else the
         depth is ``size[2]``.
 
