@@ -12,13 +12,14 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.experiments.frames import View, draw_frames, stage_times, write_sheet
 from seals.experiments.trials import Outcome, read_rows, run_trials, summary
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record, simulate
 from seals.world.ledger import Ledger
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.logs import Log
 from seals.report.figures import Chart, Series
 from seals.run.application import run_into
+from seals.run.build import build_run
 from seals.run.simulation import Record
 from seals.world import Ledger
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
-from seals.config.run import RunSettings
 from seals.environment.ground import solids_of
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import MissingExtra
 from seals.logs import Log
 from seals.robot.build import build_robot
+from seals.run.settings import RunSettings
 
 WATER = np.array([40.0, 110.0, 160.0])
 """Colour that water adds over distance."""

@@ -12,12 +12,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.motion import Inputs
 from seals.multibody.kinematics import Kinematics
 from seals.report.figures import lines
 from seals.report.pictures import write_picture
 from seals.run import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.world import Actor
 
 OVERRIDES = (

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.open_sea.measures import Measured, measures, table
 from seals.experiments.open_sea.pictures import draw
 from seals.experiments.open_sea.tow import Tow, towed
+from seals.run.build import build_run
 
 OVERRIDES = (
     "robot=ball",

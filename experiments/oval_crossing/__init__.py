@@ -9,11 +9,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.flights import AXES, deviations, flown, forces, markdown, options
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
+from seals.run.build import build_run
 from seals.run.simulation import Record
 
 WITHIN = 0.05

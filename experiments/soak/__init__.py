@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.experiments.flights import markdown
 from seals.experiments.soak.flight import OVERRIDES
 from seals.experiments.soak.running import soaked
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
+from seals.run.build import build_run
 
 MILLION = 1_000_000
 GROWTH = 0.02

@@ -12,11 +12,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
+from seals.run.build import build_run
 from seals.run.simulation import Record
 
 SCENARIO = (

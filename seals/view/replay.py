@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.frames import matrix_of
 from seals.logs import Log
@@ -18,6 +17,7 @@ from seals.multibody.tree import forward
 from seals.rendering.scene import Poses
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
+from seals.run.build import build_run
 from seals.run.company import POSE, TURN
 from seals.run.recall import recalled
 from seals.view.stage import Stage, build_stage

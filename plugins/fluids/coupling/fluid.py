@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
-from seals.config.fields import vector
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Sea
 from seals.errors import ConfigError
@@ -20,7 +19,7 @@ from seals.fluid import BodyStates, MomentumBalance
 from seals.plugins.fluids.coupling.simulation import Simulation
 from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-from seals.schema import param
+from seals.schema import param, vector
 
 _CHOSEN = "chosen"
 

@@ -9,9 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.fields import vector
-from seals.config.ground import ObstacleSettings
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.fluid import FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
@@ -19,7 +18,7 @@ from seals.plugins.fluids.moving_domain.box import Box
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
 from seals.plugins.fluids.moving_domain.simulation import MovingDomain
-from seals.schema import param
+from seals.schema import param, vector
 
 _CHOSEN = "chosen"
 MACH = 10.0

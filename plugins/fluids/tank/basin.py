@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.ground import ObstacleSettings, SolidType
+from seals.environment.ground_settings import ObstacleSettings, SolidType
 from seals.errors import ConfigError
 from seals.plugins.fluids.sampling import PITCH, Samples, box_walls
 from seals.plugins.fluids.sampling.tank import SIDES, WALL

@@ -8,9 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.fields import vector
-from seals.config.ground import ObstacleSettings
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.fluid import FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
@@ -22,7 +21,7 @@ from seals.plugins.fluids.tank.settings import (
     WindSettings,
 )
 from seals.plugins.fluids.tank.simulation import TankSimulation, paddle_of
-from seals.schema import param
+from seals.schema import param, vector
 
 _CHOSEN = "chosen"
 

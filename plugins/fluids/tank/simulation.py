@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import HeightField, Simulation
 from seals.plugins.fluids.sampling import Samples, joined
