@@ -66,7 +66,7 @@ class Box(NamedTuple):
         return self._replace(lower=self.lower + way)
 
     def holds(self, rest: Floats, *, slack: float = 0.0) -> Marks:
-        """Whether places of rest lie between its sides, shape (n,)."""
+        """Return a mask of the places of rest between its sides, shape (n,)."""
         plan = rest[:, :2]
         low, high = self.lower[:2] - slack, self.upper[:2] + slack
         found: Marks = np.all((plan >= low) & (plan < high), axis=1)

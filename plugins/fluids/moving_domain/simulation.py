@@ -101,7 +101,7 @@ class MovingDomain(Simulation):
         self.water.add_particles(places, speed, trusted=True)
 
     def _room(self) -> Floats:
-        """How far the sides go from where they would be if the box moved as a whole [m]."""
+        """Return the largest displacement of the sides relative to the middle of the box [m]."""
         sides = zip(self._first.lower, self._first.upper, strict=True)
         corners = np.array(list(itertools.product(*sides)))
         points = np.concatenate([corners, self._first.middle[None]])
@@ -206,7 +206,7 @@ class MovingDomain(Simulation):
         self.lift = self._settled(states, time)
 
     def _settled(self, states: BodyStates, time: float) -> float:
-        """How far the level by volume lies above the highest particles' [m]."""
+        """Return the level by volume above the level of the highest particles [m]."""
         box, field = self.box, self.heights
         i, j = np.meshgrid(*(np.arange(n) + 0.5 for n in field.shape), indexing="ij")
         middles = field.lower + np.stack([i.ravel(), j.ravel()], -1) * field.edge

@@ -46,7 +46,7 @@ class Engine:
 
     @property
     def accelerated(self) -> bool:
-        """Whether kernels run on a CUDA device."""
+        """True if kernels run on a CUDA device."""
         return self.device == "cuda"
 
     def start(self) -> Any:
@@ -86,5 +86,5 @@ class Engine:
 
 
 def _cuda_present() -> bool:
-    """Whether Taichi can reach a CUDA device."""
+    """Return true if Taichi can reach a CUDA device."""
     return bool(ti._lib.core.with_cuda())

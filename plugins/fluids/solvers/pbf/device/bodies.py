@@ -1,4 +1,4 @@
-"""Rigid bodies inside the solver: their motion in a substep, and the impulses they receive."""
+"""Rigid bodies inside the solver: motion in a substep, and impulses received."""
 
 from typing import Any
 
@@ -67,7 +67,7 @@ class Bodies:
 
     @ti.func
     def body_response(self, body, slope, turn) -> Any:
-        """How much the body gives way to a particle that pushes it with these gradients."""
+        """Response of a body to the push of a particle with these gradients [1/m^2]."""
         count, c = self.neighbour_count[body], self.compact[body]
         return self.mass * (
             c[3] * slope * ti.max(slope, SHARE * count[0])
@@ -203,10 +203,10 @@ class Bodies:
 
 @ti.data_oriented
 class BodyNeighbourCount:
-    """How many particles lean on each body, as a sum of gradients.
+    """Body neighbour count: particles in contact with each body, as a sum of gradients.
 
     Args:
-        bodies: data out: their crowds.
+        bodies: data out: their neighbour counts.
         particles: data in: sorted places.
         smoothing: the kernel.
         pressure: whose lists and walks are used.
@@ -219,7 +219,7 @@ class BodyNeighbourCount:
 
     @ti.kernel
     def count(self):
-        """Data in: places in buffer 1, samples. Data out: crowds."""
+        """Data in: places in buffer 1, samples. Data out: neighbour counts."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 o = self.s.place[self.s.rank[s]]

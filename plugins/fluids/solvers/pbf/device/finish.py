@@ -1,4 +1,4 @@
-"""The end of a substep: velocities blended, positions back in buffer 0, sums for the account."""
+"""End of a substep: artificial viscosity, wall friction, positions to buffer 0, sums."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 
 @ti.data_oriented
 class Finish:
-    """Closes substeps.
+    """Kernels that close a substep.
 
     Args:
         particles: data in: buffer 1 velocities; data out: buffer 0.
@@ -18,7 +18,7 @@ class Finish:
         numbers: counts, blend; data out: partial sums.
         smoothing: the kernel.
         blended: whether neighbouring velocities are blended at all.
-        damped: whether roughness of the flow is taken out, see `close`.
+        damped: whether the biharmonic artificial viscosity is on, see `close`.
         samples: data in: sorted samples.
         friction: of static walls, see `wall_friction` [1].
         spacing: distance at rest [m].
@@ -47,7 +47,7 @@ class Finish:
 
     @ti.kernel
     def find_laplacian(self, src: ti.template()):
-        """Data in: places of ``src``, velocities of buffer 1. Data out: the flow's roughness."""
+        """Data in: places of ``src``, velocities of buffer 1. Data out: their Laplacian."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.p.laplacian[i] = self.laplacian(src, i, self.p.velocity[1])

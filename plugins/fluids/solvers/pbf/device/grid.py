@@ -62,7 +62,7 @@ class Grid:
 
     @ti.func
     def inside(self, p) -> Any:
-        """Whether a point lies in the domain; not so when it is not a number."""
+        """1 if a point lies in the domain, else 0; also 0 if it is not a number."""
         yes = 1
         for k in ti.static(range(3)):
             if not (p[k] >= 0.0 and p[k] <= self.size[k]):

@@ -1,4 +1,4 @@
-"""Pressure that presses evenly: what the irregular places of particles do to it is undone."""
+"""Isotropic stress correction: shear stress from the disorder of particles is removed."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ LIMIT = 0.5
 
 @ti.data_oriented
 class Isotropy:
-    """Finds the tensor that makes the stress of every particle a pressure.
+    """Correction tensor that makes the stress of every particle isotropic.
 
     Equation:
         M_i = -sum_j e_ij (grad W_ij)^T - 1/2 sum_b e_ib (grad W_ib)^T,

@@ -1,4 +1,4 @@
-"""The density constraint: multipliers, displacements, and their share on boundaries.
+"""Density constraint: multipliers, displacements, and contributions of boundaries.
 
 Multipliers are positive here and divided by the mass of a particle [m^2]: the pressure is
 ``virial * density * multiplier / step^2``. Boundary samples have no multiplier: they add to the
@@ -22,7 +22,7 @@ CONTACT_SHARE = 0.5
 
 @ti.data_oriented
 class Pressure:
-    """Sweeps of the constraint solver.
+    """Jacobi sweeps of the constraint solver.
 
     Args:
         particles: model: capacity; data in and out: the two buffers.
@@ -101,7 +101,7 @@ class Pressure:
 
     @ti.func
     def fluid_contribution(self, src: ti.template(), j, q, rho, slope, square) -> Any:
-        """Add one neighbour to density and gradients."""
+        """Add the contribution of one fluid neighbour to density and gradients."""
         o = self.p.place[src][j]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
@@ -114,7 +114,7 @@ class Pressure:
 
     @ti.func
     def boundary_density(self, i, q, slope, square) -> Any:
-        """Density by the boundary, and the diagonal with the motion of bodies in it."""
+        """Boundary density, and the diagonal with the motion of bodies in it."""
         rho = 0.0
         wall = ti.Vector([0.0, 0.0, 0.0])
         moved = ti.Vector([0.0, 0.0, 0.0])
@@ -145,7 +145,7 @@ class Pressure:
 
     @ti.func
     def boundary_contribution(self, t, q) -> Any:
-        """One boundary sample: density share, gradient, arm about its body, body."""
+        """Contribution of one boundary sample: density, gradient, arm about its body, body."""
         o = self.s.place[t]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         w, g = self.kernel.solid(e.norm_sqr())

@@ -10,7 +10,7 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 
 @ti.data_oriented
 class Vorticity:
-    """Gives back some of the spin that the solver damps.
+    """Vorticity confinement: restores part of the vorticity that the solver damps.
 
     Equation:
         w_i = sum_j V_j (v_j - v_i) x grad W_ij,  N = grad |w| / |grad |w||,
