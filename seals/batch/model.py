@@ -84,7 +84,12 @@ class Twin:
         )
         links = len(robot.links)
         self.evaluator = Evaluator(
-            self.effects, surroundings, links=links, batch=batch, folded=True
+            self.effects,
+            surroundings,
+            links=links,
+            batch=batch,
+            joint_links=robot.tree.child,
+            folded=True,
         )
         change = nominal_change(self.effects, robot, like, batch)
         if change is not None:

@@ -51,11 +51,17 @@ class Effect:
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
 
     - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
+    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
+      on the joints.
+
+    These five take what they name, in any order, of ``motion, medium, joints, inputs, memory,
+    params`` (and ``drives``). Joints have a row for every row of the motion, or one for all. In
+    ``joint_loads``, motion and medium are those of the links that the joints move, rows joint by
+    joint (J N, k), whatever ``links`` says; `seals.motion.by_joint` turns a column of them into
+    (N, J). Arguments of other names are given by their order as above.
 
     Hooks of other signatures:
 
-    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
-      on the joints.
     - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
       before its limit, with its slopes, so that steps can take it implicitly.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.

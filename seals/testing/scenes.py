@@ -71,7 +71,7 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
     if "drives" in hooks or set(hooks) & set(DRIVEN):
         return (Case(("air",) if kind is MediumKind.air else ("surface", "air"), False),)
     if hooks == ("joint_loads",):
-        return (Case(("air",), True),)
+        return (Case(("surface",) if kind is MediumKind.water else ("air",), True),)
     return {
         MediumKind.water: (Case(("surface",), False), Case(("surface",), True)),
         MediumKind.air: (Case(("air",), False), Case(("air",), True)),

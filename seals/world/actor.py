@@ -91,6 +91,7 @@ class Actor:
             surroundings,
             links=len(robot.links),
             batch=1,
+            joint_links=robot.tree.child,
             implicit=self.servos.implicit,
         )
         self._bodies = robot.bodies(np.zeros(1))
