@@ -11,7 +11,8 @@ from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody, pattern
 from seals.batch.state import TwinState
 from seals.config.environment import EnvironmentSettings
-from seals.effects.evaluation import Evaluation, Evaluator, take_motion
+from seals.effects.evaluation import Evaluation, Evaluator
+from seals.effects.rows import take_motion
 from seals.frames import cross, matrix_of
 from seals.motion import Body, Motion, Wrench
 from seals.multibody.added import added_terms

@@ -16,8 +16,9 @@ from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, rung
 from seals.batch.tree import TreeBody
 from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator, rows_of, take
+from seals.effects.evaluation import Evaluator
 from seals.effects.rigid import changed
+from seals.effects.rows import rows_of, take
 from seals.environment.build import build_surroundings, tables_of
 from seals.environment.waves import Waves
 from seals.motion import Body, Inputs

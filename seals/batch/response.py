@@ -14,7 +14,8 @@ from seals.batch.rigid import RigidBody
 from seals.batch.state import TwinState
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluation, Evaluator, take_motion
+from seals.effects.evaluation import Evaluation, Evaluator
+from seals.effects.rows import take_motion
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
 from seals.multibody.added import added_terms

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, Plant
 from seals.effects.binding import BoundEffect
-from seals.effects.evaluation import take, take_motion
+from seals.effects.rows import take, take_motion
 from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
 

@@ -6,7 +6,7 @@ Simulator, twin and screen use the same code.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
 from seals.effects.rigid import weight_of
+from seals.effects.rows import picked_rows, rows_of, spread, take, take_motion
 from seals.environment.sample import Sample
 from seals.environment.surroundings import Surroundings
 from seals.environment.waves import carried
@@ -32,7 +33,6 @@ from seals.motion import (
 )
 
 Memory = Mapping[str, Array]
-Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
 
 
 class Evaluation(NamedTuple):
@@ -250,7 +250,7 @@ class Evaluator:
             velocity, kept = b.hooks.flow(*self._given(b, "flow", given))
             _keep(new, b, kept)
             if rows is not None:
-                velocity = _spread(velocity, rows, motion.position)
+                velocity = spread(velocity, rows, motion.position)
             both = (MediumKind.water, MediumKind.air)
             for kind in [k for k in both if b.kind in (k, None, MediumKind.any)]:
                 flows[kind] = flows[kind] + velocity if kind in flows else velocity
@@ -314,7 +314,7 @@ class Evaluator:
         kept = self._bodies.get(links)
         if kept is None or kept[0] is not motion.body:
             kept = self._bodies[links] = (motion.body, take(motion.body, rows))
-        picked = _picked(motion[:-1], rows)
+        picked = picked_rows(motion[:-1], rows)
         return Motion._make((*picked, kept[1])), take(sample, rows)
 
 
@@ -397,65 +397,6 @@ def _still(medium: Medium) -> Medium:
     return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 
-def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
-    """Rows of some links in link-by-link order.
-
-    None stands for all; contiguous links make a slice, and so do evenly spaced ones of one robot,
-    such as one link of every leg; others make an index array.
-    """
-    if len(links) == count:
-        return None
-    if links == tuple(range(links[0], links[0] + len(links))):
-        return slice(links[0] * batch, (links[-1] + 1) * batch)
-    apart = links[1] - links[0]
-    if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
-        return slice(links[0], links[-1] + 1, apart)
-    return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
-
-
-def take(bundle: Bundle, rows: Any) -> Bundle:
-    """Select rows of every field; fields of one row stand for all and stay."""
-    if rows is None:
-        return bundle
-    return type(bundle)._make(_picked(bundle, rows))
-
-
-def take_motion(motion: Motion, rows: Any) -> Motion:
-    """Select rows of a motion and of its body."""
-    if rows is None:
-        return motion
-    return Motion._make((*_picked(motion[:-1], rows), take(motion.body, rows)))
-
-
-def _picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
-    """Rows of several fields."""
-    if type(fields[0]) is np.ndarray:
-        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
-    return [_pick(x, rows) for x in fields]
-
-
-def _pick(x: Array, rows: Any) -> Array:
-    if x is None or x.shape[0] == 1:
-        return x
-    if isinstance(rows, slice):
-        return x[rows]
-    xp = namespace(x)
-    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)
-
-
 def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:
     if b.effect.memory_size:
         new[b.name] = kept
-
-
-def _spread(velocity: Array, rows: Any, like: Array) -> Array:
-    """A flow on some rows as a flow on all rows, zero elsewhere."""
-    xp = namespace(like)
-    index = np.arange(like.shape[0])
-    inside = np.zeros((like.shape[0], 1))
-    inside[index[rows]] = 1.0
-    if velocity.shape[0] == 1:
-        return velocity * xp.asarray(inside, dtype=like.dtype)
-    source = np.zeros(like.shape[0], dtype=np.int64)
-    source[index[rows]] = np.arange(velocity.shape[0])
-    return xp.take(velocity, xp.asarray(source), axis=0) * xp.asarray(inside, dtype=like.dtype)

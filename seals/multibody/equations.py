@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, namespace
-from seals.effects.evaluation import Evaluation, take_motion
+from seals.effects.evaluation import Evaluation
+from seals.effects.rows import take_motion
 from seals.frames import FEW
 from seals.motion import AddedInertia, Motion
 from seals.multibody.added import added_terms
