@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.backend import Configuration, Dynamics, LinkPoses
+from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import EngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
@@ -20,7 +20,7 @@ from seals.frames import matrix_of
 from seals.robot.model import RobotModel
 
 
-class CoupledBody:
+class CoupledBody(BodyOptions):
     """A robot in an engine's scene; it takes joint drives implicitly.
 
     Args:
@@ -29,7 +29,7 @@ class CoupledBody:
         second_order: whether to move the pose with the velocity at the middle of a step.
     """
 
-    implicit = True
+    implicit: ClassVar[bool] = True
 
     def __init__(self, engine: EngineBody, robot: RobotModel, *, second_order: bool) -> None:
         """Start at rest."""

@@ -16,6 +16,7 @@ from seals.effects.effect import (
     Actuation,
     DriveLoads,
     Effect,
+    EffectOptions,
     FlowField,
     Inertia,
     JointDriven,
@@ -29,6 +30,7 @@ from seals.effects.effect import (
 )
 from seals.effects.hooks import arguments_of
 from seals.errors import ConfigError, suggestion
+from seals.plugin_options import options_of
 from seals.schema import parameters_of, vector_groups
 
 
@@ -207,7 +209,7 @@ def bind_effects(
     bound = []
     for name, effect in effects.items():
         chosen = _link_indices(name, effect.links, links)
-        kind = getattr(effect, "medium", None)
+        kind = options_of(effect, EffectOptions).medium
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
         _check_hooks(name, effect)
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
@@ -37,8 +37,21 @@ class MediumKind(Enum):
     any = "any"
 
 
+class EffectOptions:
+    """Defaults of what an effect may state; a subclass of `Effect` makes fields of them."""
+
+    medium: MediumKind | None = None
+    """Medium in which it acts; None for an effect that knows no medium, such as gravity."""
+
+    sensors: Sequence[str] = ()
+    """Names of the sensors of which it is a fault; none for all inertial ones."""
+
+    order: ClassVar[int] = 0
+    """Place among the effects that change a reading: those of lower order act first."""
+
+
 @dataclass(kw_only=True)
-class Effect:
+class Effect(EffectOptions):
     """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.
 
     A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new
@@ -242,6 +255,26 @@ class Timed(Protocol):
     def timing(params: Parameters) -> Timing:
         """Change of delays and lags."""
         ...
+
+
+class ActuatorOptions:
+    """Defaults of what an actuator may state; a base of actuators, or read by `options_of`."""
+
+    voltage_power: ClassVar[float] = 1.0
+    """Power of the battery's voltage to which the drives' limits are proportional [1]."""
+
+    @property
+    def fall(self) -> Floats | None:
+        """Time constants while a drive slows down [s], shape (n,); None for those of its lag."""
+        return None
+
+    @property
+    def low(self) -> Floats | None:
+        """Least commands of the drives, rad/s or N, shape (n,); None for the usual ones.
+
+        These are zero for rotors and the negative limit for thrusters.
+        """
+        return None
 
 
 @runtime_checkable

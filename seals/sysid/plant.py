@@ -265,7 +265,7 @@ class Plant:
         bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
             given, like, len(state.spin)
         )
-        for b in sorted(bound.measures, key=lambda b: getattr(b.effect, "order", 0)):
+        for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
 

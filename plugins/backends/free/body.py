@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.backend import Configuration, Dynamics, LinkPoses
+from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
 from seals.config.environment import EnvironmentSettings
 from seals.coupling import HalfStep, ImplicitDrives
 from seals.environment.ground import ground_height
@@ -38,7 +38,7 @@ class State(NamedTuple):
     change: Floats | None = None
 
 
-class FreeBody:
+class FreeBody(BodyOptions):
     """A robot that touches nothing; it takes joint drives implicitly.
 
     Args:
@@ -46,7 +46,7 @@ class FreeBody:
         ground: surroundings whose ground it must not reach; None to let it through.
     """
 
-    implicit = True
+    implicit: ClassVar[bool] = True
 
     def __init__(self, robot: RobotModel, *, ground: EnvironmentSettings | None) -> None:
         """Place the robot at the origin, at rest."""
