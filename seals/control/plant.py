@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
 from seals.effects.effect import ActuatorOptions
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
 from seals.plugin_options import options_of

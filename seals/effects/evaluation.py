@@ -15,7 +15,7 @@ from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
 from seals.effects.rigid import weight_of
-from seals.effects.rows import picked_rows, rows_of, spread, take, take_motion
+from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
 from seals.environment.surroundings import Surroundings
 from seals.environment.waves import carried
@@ -31,6 +31,7 @@ from seals.motion import (
     Motion,
     Wrench,
 )
+from seals.multibody.rows import picked, take, take_motion
 
 Memory = Mapping[str, Array]
 
@@ -314,8 +315,8 @@ class Evaluator:
         kept = self._bodies.get(links)
         if kept is None or kept[0] is not motion.body:
             kept = self._bodies[links] = (motion.body, take(motion.body, rows))
-        picked = picked_rows(motion[:-1], rows)
-        return Motion._make((*picked, kept[1])), take(sample, rows)
+        chosen = picked(motion[:-1], rows)
+        return Motion._make((*chosen, kept[1])), take(sample, rows)
 
 
 class _Call(NamedTuple):

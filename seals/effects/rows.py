@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from seals.arrays import Array, namespace
-from seals.environment.sample import Sample
-from seals.motion import Body, Medium, Motion
-
-Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
 
 
 def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
@@ -27,36 +23,6 @@ def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
     if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
         return slice(links[0], links[-1] + 1, apart)
     return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
-
-
-def take(bundle: Bundle, rows: Any) -> Bundle:
-    """Select rows of every field; fields of one row stand for all and stay."""
-    if rows is None:
-        return bundle
-    return type(bundle)._make(picked_rows(bundle, rows))
-
-
-def take_motion(motion: Motion, rows: Any) -> Motion:
-    """Select rows of a motion and of its body."""
-    if rows is None:
-        return motion
-    return Motion._make((*picked_rows(motion[:-1], rows), take(motion.body, rows)))
-
-
-def picked_rows(fields: tuple[Array, ...], rows: Any) -> list[Array]:
-    """Select rows of several fields; those of one row stand for all and stay."""
-    if type(fields[0]) is np.ndarray:
-        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
-    return [_pick(x, rows) for x in fields]
-
-
-def _pick(x: Array, rows: Any) -> Array:
-    if x is None or x.shape[0] == 1:
-        return x
-    if isinstance(rows, slice):
-        return x[rows]
-    xp = namespace(x)
-    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)
 
 
 def spread(velocity: Array, rows: Any, like: Array) -> Array:

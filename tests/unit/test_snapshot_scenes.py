@@ -2,7 +2,7 @@
 
 import gc
 
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.plugins.backends.pybullet import BackendPybullet
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from seals.arrays import Array, columns, namespace
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.batch.holding import hold
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.motion import Joints, Medium, Wrench, by_joint
@@ -177,7 +177,7 @@ def test_a_force_on_a_link_follows_a_held_joint(bench: Bench) -> None:
     )
     settings = bench.settings(robot, {"wobble": Wobble()}, weight=False)
     whole, effects = hold(*build_model(settings), [angle])
-    twin = Twin(whole, effects, settings.environment, settings.wave, batch=3)
+    twin = BatchDynamics(whole, effects, settings.environment, settings.wave, batch=3)
     assert_allclose(
         twin.rates(twin.start(), 0.0).velocity, [[0.5 * np.cos(angle) / 2.0, 0.0, 0.0]] * 3
     )
