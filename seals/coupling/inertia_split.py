@@ -1,9 +1,9 @@
-"""Added mass in an engine that knows only a scalar mass and principal moments.
+"""Split of added inertia between an engine's masses and explicit wrenches.
 
-The largest isotropic part of the added inertia goes into the engine, where contacts see it. The
-rest acts as a wrench made from the acceleration that the full equations predict; contact forces of
-the last step enter the prediction, so that a body at rest on the ground feels exactly the applied
-force.
+An engine knows a scalar mass and principal moments only. The largest isotropic part of the added
+inertia goes into them, where contacts see it. The rest acts as a wrench made from the acceleration
+that the full equations predict; contact forces of the last step enter the prediction, so that a
+body at rest on the ground feels exactly the applied force.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
+from seals.coupling.engine import EngineBody
+from seals.coupling.implicit_drive import ImplicitDrive
 from seals.effects.evaluation import Evaluation
 from seals.frames import skew_last
 from seals.multibody.equations import Assembly, weightless
 from seals.multibody.linear import solved
 from seals.multibody.servo import driven, heavier
 from seals.multibody.spatial import rigid_inertia
-from seals.plugins.backends.pybullet.loading import Loaded
-from seals.plugins.backends.pybullet.servo import Taken
 from seals.robot.model import RobotModel
 
 REFRESH = 0.02
@@ -32,19 +32,17 @@ class InertiaSplit:
     """Splits the inertia of a robot between the engine and explicit wrenches.
 
     Args:
-        engine: the pybullet module.
-        client: physics client.
-        robot: the robot.
-        loaded: the robot in the engine.
+        engine: the robot in the engine.
+        robot: its model.
     """
 
-    def __init__(self, engine: Any, client: int, robot: RobotModel, loaded: Loaded) -> None:
+    def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
         """Start with the robot's own inertia."""
-        self._p, self._client, self._loaded, self._robot = engine, client, loaded, robot
+        self._engine, self._robot = engine, robot
         self._assembly = Assembly(robot.spatial_inertia[None])
         self._iso = np.zeros((len(robot.links), 2))
         self._engine_inertia = robot.spatial_inertia.copy()
-        self._scale = np.stack((robot.mass, loaded.moments.min(axis=1)), axis=1)
+        self._scale = np.stack((robot.mass, engine.moments.min(axis=1)), axis=1)
         self._units: dict[str, tuple[bytes, Floats]] = {}
         self._raised = False
 
@@ -64,7 +62,7 @@ class InertiaSplit:
         return none and not self._raised and not dynamics.sudden
 
     def act(
-        self, dynamics: Dynamics, contact: Floats | None, acting: Taken | None
+        self, dynamics: Dynamics, contact: Floats | None, acting: ImplicitDrive | None
     ) -> tuple[Floats, Floats]:
         """Return what to apply so that the engine's step follows the full equations.
 
@@ -104,7 +102,7 @@ class InertiaSplit:
         own = load - _times(total - engine, change) + _times(engine[None], bias)
         return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
 
-    def joint_forces(self, dynamics: Dynamics, acting: Taken) -> Floats:
+    def joint_forces(self, dynamics: Dynamics, acting: ImplicitDrive) -> Floats:
         """Return the joint forces of a first step, before which nothing is known, shape (J,)."""
         d = dynamics
         total, bias = self._assembly.inertia, d.kinematics.bias(d.moving)
@@ -151,21 +149,14 @@ class InertiaSplit:
         """Put an isotropic part into the engine."""
         robot = self._robot
         self._iso[link] = mass, moment
-        self._p.changeDynamics(
-            self._loaded.body,
-            self._loaded.index[link],
-            mass=float(robot.mass[link] + mass),
-            localInertiaDiagonal=(self._loaded.moments[link] + moment).tolist(),
-            physicsClientId=self._client,
-        )
+        total = float(robot.mass[link] + mass)
+        self._engine.set_inertia(link, total, self._engine.moments[link] + moment)
         inertia = robot.inertia[link] + moment * np.eye(3)
-        self._engine_inertia[link] = rigid_inertia(
-            float(robot.mass[link] + mass), robot.centre[link], inertia
-        )
+        self._engine_inertia[link] = rigid_inertia(total, robot.centre[link], inertia)
 
 
 def _accelerations(
-    matrix: Floats, right: Floats, joint_force: Floats, acting: Taken | None
+    matrix: Floats, right: Floats, joint_force: Floats, acting: ImplicitDrive | None
 ) -> tuple[Floats, Floats]:
     """Generalised acceleration (1, n) and forces on the joints (1, J)."""
     if acting is None:
