@@ -1,4 +1,4 @@
-"""The mesh files that a URDF names: there, inside the robot's folder, and of sane size."""
+"""Validation of the mesh files of a URDF: existence, location and size."""
 
 from __future__ import annotations
 

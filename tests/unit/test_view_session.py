@@ -152,7 +152,10 @@ Words = Callable[[Path], list[str]]
         (lambda run: ["replay=nowhere"], "there is no run in this folder"),
         (lambda run: [str(run), "time.duration=3"], "cannot be changed by time.duration=3"),
         (lambda run: [f"replay={run}", "port=70000"], "Allowed: 1024 to 65535"),
-        (lambda run: [f"replay={run}", "sliders=[a:0:1]"], "a is no number of this run"),
+        (
+            lambda run: [f"replay={run}", "sliders=[a:0:1]"],
+            "a is not a numeric setting",
+        ),
         (lambda run: [], "robot is not given"),
         (lambda run: ["viewer@show=tiny"], "shows no sessions"),
     ],
