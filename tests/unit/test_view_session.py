@@ -57,7 +57,7 @@ def test_sliders_are_named_with_their_range(run: Path) -> None:
         ("initial.position.2:3:1", "LOW below HIGH"),
         ("initial.position.2:a:b", "LOW below HIGH"),
         ("initial.position.2:3:4", "leaves out the run's own"),
-        ("name", "no number"),
+        ("name", "not a numeric setting"),
     ],
 )
 def test_a_slider_that_cannot_be_is_refused(run: Path, word: str, words: str) -> None:
