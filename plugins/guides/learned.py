@@ -55,10 +55,10 @@ class Learned:
     rate = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse a target that is no place."""
+        """Refuse a target that is not a finite position."""
         if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
             raise ConfigError(
-                f"learned.place={list(self.place)} is no place on the ground.\n"
+                f"learned.place={list(self.place)} is not a position on the ground.\n"
                 "Allowed: two finite numbers [x, y]."
             )
 

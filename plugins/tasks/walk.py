@@ -119,7 +119,7 @@ class TaskWalk:
             )
         if len(self.goal) != 2:
             raise ConfigError(
-                f"task.goal={list(self.goal)} is no place.\nAllowed: two numbers [x, y]."
+                f"task.goal={list(self.goal)} is not a position.\nAllowed: two numbers [x, y]."
             )
         for name, pair in self.manner.items():
             numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)

@@ -1,4 +1,4 @@
-"""``seals evaluate`` and ``seals record``: a policy acts, and is judged or kept."""
+"""``seals evaluate`` and ``seals record``: score a policy, or record its episodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all: write beside, fsync, rename."""
+"""Atomic writing of files and folders: write to a temporary name, fsync, rename."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ SIZE = 24
 
 @dataclass(frozen=True, kw_only=True)
 class LearnerReport:
-    """What `check_learner` found.
+    """Result of `check_learner`.
 
     Args:
         name: of the learner.

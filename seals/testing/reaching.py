@@ -1,4 +1,4 @@
-"""A point that is to reach another: the smallest environment on which a learner can be tried."""
+"""Point-reaching environment, for tests of learners."""
 
 from __future__ import annotations
 

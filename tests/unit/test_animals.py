@@ -160,5 +160,5 @@ def test_legs_name_joints_and_feet_that_exist() -> None:
     with pytest.raises(RobotError, match="left_1_dactyl"):
         build_robot(dataclasses.replace(settings, legs=wrong))
     flat = {"left_1": dataclasses.replace(leg, toe=[0.0, 0.1])}
-    with pytest.raises(RobotError, match="is no place"):
+    with pytest.raises(RobotError, match="is not a position"):
         build_robot(dataclasses.replace(settings, legs=flat))
