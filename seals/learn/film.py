@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.config.build import build
 from seals.config.learning import build_learning
 from seals.config.render import RenderSettings
-from seals.learn.environments.eyes import with_ball
+from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.standing import Standing
 from seals.learn.policy import Policy
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene

@@ -139,7 +139,7 @@ class Task(Protocol):
         """Return whether the task itself ends the episode, bool (N,)."""
         ...
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return what a scripted expert would do, shape (N, a)."""
         ...
 

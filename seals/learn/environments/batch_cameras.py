@@ -34,7 +34,7 @@ VIEWS = 512
 """Pictures that the optics take at a time: memory stays bounded."""
 
 
-class Eyes:
+class BatchCameras:
     """The cameras of a robot with held joints, and a ball where the target is.
 
     Args:

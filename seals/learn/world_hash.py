@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from seals.learn.cards import config_hash
+from seals.learn.metadata import config_hash
 
 FREE = ("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles")
 """Keys of a run that leave its world as it is."""

@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
-from seals.learn.batched import Turn
-from seals.learn.environments.eyes import Eyes
+from seals.learn.environments.batch_cameras import BatchCameras
 from seals.learn.environments.standing import Watcher
 from seals.learn.environments.twin import TwinEnvironments
 
 if TYPE_CHECKING:
     from torch import Tensor
 
+    from seals.learn.batched import StepResult
 
-class SeeingEnvironments:
+
+class PixelEnvironments:
     """Environments whose observations are a mapping of ``state`` and ``pixels``.
 
     A picture holds the colours of all cameras at this control step and those before: velocities
@@ -30,7 +31,7 @@ class SeeingEnvironments:
         ConfigError: fewer than one.
     """
 
-    def __init__(self, twins: TwinEnvironments, eyes: Eyes, *, frames: int) -> None:
+    def __init__(self, twins: TwinEnvironments, eyes: BatchCameras, *, frames: int) -> None:
         """Take over the sizes."""
         if frames < 1:
             raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
@@ -50,23 +51,23 @@ class SeeingEnvironments:
         self._film = self._still(self.eyes.look(self.twins.now))
         return self._observed(state, self._film)
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Act once everywhere; see `seals.learn.batched.Batched`."""
         import torch
 
-        turn = self.twins.step(action)
+        result = self.twins.step(action)
         image = self.eyes.look(self.twins.reached)
         film = torch.cat([self._film[:, image.shape[1] :], image], 1)
-        final = self._observed(turn.final, film)
-        ended = (turn.terminated | turn.truncated)[:, None, None, None]
+        final = self._observed(result.final, film)
+        ended = (result.terminated | result.truncated)[:, None, None, None]
         if bool(ended.any()):
             film = torch.where(ended, self._still(self.eyes.look(self.twins.now)), film)
         self._film = film
-        return turn._replace(observation=self._observed(turn.observation, film), final=final)
+        return result._replace(observation=self._observed(result.observation, film), final=final)
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return what the task's scripted expert would do now, who need not look."""
-        return self.twins.expert()
+        return self.twins.scripted_policy()
 
     @property
     def now(self) -> Any:
