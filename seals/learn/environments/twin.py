@@ -25,7 +25,7 @@ from seals.pytree import copied
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.carrying import carrying_speeds
-from seals.tensor_compiler import Fused
+from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -119,7 +119,7 @@ class TwinEnvironments:
         self._alone = fused or on_accelerator(self._like)
         if self._alone:
             self._generator = generator_of(seed, device)
-        self._joined = Fused(self._law) if fused else self._law
+        self._joined = compile_law(self._law) if fused else self._law
         self._starts: Starts | None = None
         self._recorded: Recorded | None = None
         self._still: Any = None
