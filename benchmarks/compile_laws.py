@@ -123,7 +123,7 @@ def reach(batch: int, device: str) -> Case:
     config = compose(["env=reach", "backend=twin", "backend.fused=true"], root="learn")
     environment: Any = batched_of(config, count=batch, device=device)
     environment.reset(list(range(batch)))
-    environment._draw_ahead()
+    environment._prefetch_resets()
     scene, chance = environment._scene, torch.rand(batch, 1, device=device)
     chance = environment._starts.chances(batch, environment._generator)
     action = torch.full((batch, environment.action_size), 0.3, device=device)

@@ -15,6 +15,7 @@ import pytest
 
 from seals.logs.log import Log
 from seals.logs.native import read_native
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.report.gains import gain_over, held_out_by_window, ladder
 from seals.sysid.report.report import LARGEST, model_after, write_report
@@ -23,7 +24,6 @@ from seals.sysid.report.table import NAMED, REJECTED, UNTRIED, ranking, short_ta
 from seals.sysid.report.tolerances import moved
 from seals.sysid.report.words import headline, next_steps
 from seals.sysid.report.wrench import log_rows
-from seals.sysid.verdict import Verdict
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
