@@ -131,7 +131,7 @@ class SacAgent:
 
     interactive = True
     sighted = "critics"
-    """With whom the layers of a picture learn."""
+    """Loss that updates the image encoder."""
     reports = (
         "critic_loss",
         "actor_loss",

@@ -1,4 +1,4 @@
-"""What a learner is: hyper-parameters that start an agent, and an agent that learns from turns.
+"""Protocols of learning: hyper-parameters that start an agent, and the agent that learns.
 
 A learner plug-in is a keyword-only dataclass of hyper-parameters. The agent that it starts decides
 when it updates: the trainer asks how many updates are due and makes them one by one, so that every

@@ -1,4 +1,4 @@
-"""Cards: small JSON files that say what lies beside them, read without trust."""
+"""Metadata files (card.json) of policies and demonstrations, read as untrusted input."""
 
 from __future__ import annotations
 

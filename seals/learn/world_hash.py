@@ -1,4 +1,4 @@
-"""Which world a policy or a demonstration is of: the part of a configuration that makes it."""
+"""Hash of the part of a configuration that defines world and task."""
 
 from __future__ import annotations
 

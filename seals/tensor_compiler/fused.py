@@ -1,4 +1,4 @@
-"""A law that is compiled at its first call, one piece for each form of what it is given."""
+"""Compiled laws: traced and compiled at the first call, once for each form of arguments."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def test_the_ball_is_where_the_pinhole_says() -> None:
     larger = [word.replace("=16", "=48") for word in SMALL]
     seeing = _seeing(8, "ball=0.15", "optics.noise=false", *larger)
     red = _red(seeing.reset(list(range(8)))["pixels"])
-    now, eyes = seeing.now, seeing.eyes
+    now, eyes = seeing.now, seeing.cameras
     checked = 0
     for k in range(8):
         for camera in range(2):

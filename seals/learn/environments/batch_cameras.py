@@ -1,4 +1,4 @@
-"""Cameras of many twins at once: where they are, what they see, as learners take it."""
+"""Batch cameras: poses and pictures of the cameras of N environments at once."""
 
 from __future__ import annotations
 

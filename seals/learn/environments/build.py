@@ -70,7 +70,7 @@ def batched_of(
         twins = TwinEnvironments(
             settings, task, count=count, device=device, seed=seed, values=values, fused=fused
         )
-        return _seeing(twins, settings, config, seed=seed)
+        return _with_pixels(twins, settings, config, seed=seed)
     from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
 
@@ -81,7 +81,7 @@ def batched_of(
     return SequentialEnvironments(worlds, device=device, seed=seed)
 
 
-def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
+def _with_pixels(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
     """Return twins with the pictures of the cameras of the run, where there are any."""
     from seals.run.sight import sees
 
@@ -90,7 +90,7 @@ def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
         from seals.learn.environments.batch_cameras import BatchCameras
         from seals.learn.environments.pixels import PixelEnvironments
 
-        eyes = BatchCameras(
+        cameras = BatchCameras(
             settings,
             twins.robot,
             twins.task.posture,
@@ -98,5 +98,5 @@ def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
             device=twins.device,
             seed=seed,
         )
-        found = PixelEnvironments(twins, eyes, frames=int(config.frames))
+        found = PixelEnvironments(twins, cameras, frames=int(config.frames))
     return found

@@ -1,4 +1,4 @@
-"""Bookkeeping of episodes: how long, how far, held for how long, won or lost."""
+"""Episode accounting: length, distance, time at the target, success and failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starts of episodes drawn ahead, so that an accelerator begins episodes by itself."""
+"""Prefetched resets: initial states drawn in advance, picked on the accelerator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds one after the other, as learners and judges see many environments."""
+"""Sequential environments: full worlds stepped one after the other behind the batch protocol."""
 
 from __future__ import annotations
 

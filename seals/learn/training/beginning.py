@@ -1,4 +1,4 @@
-"""What a training begins with: environments, an agent, and the demonstrations it is shown."""
+"""Set-up of a training: environments, agent and demonstrations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures gathered between two rows: losses of updates, and episodes that ended."""
+"""Episode statistics between two log rows: means of losses and of finished episodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class EpisodeStatistics:
-    """Sums on the device of the environments, read only when a row is told.
+    """Running sums on the device of the environments, read once a log row.
 
     Args:
         count: environments.

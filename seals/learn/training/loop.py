@@ -1,4 +1,4 @@
-"""The loop of a training: act, remember, improve, look, and keep what would be lost."""
+"""Training loop: act, observe, update, evaluate and write checkpoints."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Outcome(NamedTuple):
 
 
 class Training:
-    """A training that can be cut off at any time and taken up again.
+    """Training that can be interrupted between updates and resumed.
 
     Args:
         environment: that the agent acts in.
