@@ -245,7 +245,7 @@ class TaskWalk:
         """Return whether it has fallen."""
         return now.rotation[:, 2, 2] < self.fallen
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return what the scripted crab does: a side to the target, then straight on."""
         steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
