@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.schema import parameters_of, vector_groups
+from seals.schema import Parameter, parameters_of, vector_groups
 
 if TYPE_CHECKING:
     from seals.arrays import Floats
@@ -57,6 +57,48 @@ class Stage(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Size:
+    """Size of a robot whose runs are compared.
+
+    Args:
+        mass: [kg].
+        weight: [N].
+        volume: of its hulls [m^3].
+        length: reach of its largest hull [m].
+        speed: typical speed [m/s].
+    """
+
+    mass: float
+    weight: float
+    volume: float
+    length: float
+    speed: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """How comparisons of several runs try an effect.
+
+    Args:
+        order: stage and rank: effects are tried in this order.
+        media: in which it is tried; empty for the class's own medium, or for an effect without one.
+        scales: plausible size by the stem of a parameter; 0.05 where nothing is stated.
+        laws: stems of its laws where it has several, told apart, and their names.
+        held: parameters, by stem, that a few runs do not tell.
+        rigid: a property of the body, which what is bolted down does not feel: its last link does.
+        whole: switched off by the robot's whole displaced volume, and never tried beside itself.
+    """
+
+    order: tuple[int, int] = (Stage.installed, 0)
+    media: tuple[str, ...] = ()
+    scales: Mapping[str, Callable[[Size], float]] = field(default_factory=dict)
+    laws: Mapping[str, str] = field(default_factory=dict)
+    held: tuple[str, ...] = ()
+    rigid: bool = False
+    whole: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class Identification:
     """Constant facts about an effect that a diagnosis needs.
 
@@ -83,6 +125,8 @@ class Identification:
         family: laws that differ only by the power of the speed share a name here; two of them
             together mean that neither is the law.
         measurement: a measurement on the ground that would tell, as a sentence.
+        words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
+        compared: how comparisons of several runs try it; None where they do not.
     """
 
     scales: Mapping[str, float] = field(default_factory=dict)
@@ -99,6 +143,8 @@ class Identification:
     adds_only: tuple[str, ...] = ()
     family: str = ""
     measurement: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)
+    compared: Comparison | None = field(default_factory=Comparison)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,7 +321,7 @@ def default_additions(law: type[Effect], name: str, subject: Subject) -> list[Ad
         return []
     fields = {f.name: f for f in dataclasses.fields(law)}
     metas = {p: m for p, m in parameters_of(law).items() if m.fit}
-    strengths = [p for p, m in metas.items() if m.bounds[0] <= 0.0 <= m.bounds[1]]
+    strengths = strengths_of(law)
     chosen = [p for p in metas if p in strengths or _stated(law, p) is not None]
     missing = (dataclasses.MISSING, dataclasses.MISSING)
     if not strengths or any((f.default, f.default_factory) == missing for f in fields.values()):
@@ -315,13 +361,33 @@ def plausible_scale(law: type[Effect], parameter: str, subject: Subject) -> floa
     if stated is not None:
         return stated
     meta = parameters_of(law)[parameter]
+    return unit_scale(
+        meta, mass=subject.mass, length=subject.length, gravity=subject.environment.gravity
+    )
+
+
+def unit_scale(meta: Parameter, *, mass: float, length: float, gravity: float) -> float:
+    """Return the plausible size of a parameter from its unit alone, see `plausible_scale`.
+
+    Args:
+        meta: unit, bounds and tolerance of the parameter.
+        mass: of the vehicle [kg].
+        length: its size [m].
+        gravity: [m/s^2].
+    """
     most = max(abs(b) for b in meta.bounds)
     powers = dimension(meta.unit)
     if powers is None:
         return min(10.0 * meta.tolerance or 1.0, most)
-    mass, length, duration = powers
-    clock = math.sqrt(subject.length / subject.environment.gravity)
-    return min(_SHARE * subject.mass**mass * subject.length**length * clock**duration, most)
+    clock = math.sqrt(length / gravity)
+    return min(_SHARE * mass ** powers[0] * length ** powers[1] * clock ** powers[2], most)
+
+
+def strengths_of(law: type[Effect]) -> tuple[str, ...]:
+    """Return the fitted parameters whose bounds hold zero: zero switches them off."""
+    return tuple(
+        p for p, m in parameters_of(law).items() if m.fit and m.bounds[0] <= 0.0 <= m.bounds[1]
+    )
 
 
 def dimension(unit: str) -> tuple[float, float, float] | None:
