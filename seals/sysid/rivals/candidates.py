@@ -9,8 +9,9 @@ from typing import Any
 
 from seals import registry
 from seals.compare.settings import CompareSettings, Course
+from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Actuated, Effect, MediumKind
-from seals.effects.identification import Comparison, Size, Stage, strengths_of, unit_scale
+from seals.effects.identification import Comparison, Size, Stage
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
