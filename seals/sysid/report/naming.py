@@ -8,31 +8,18 @@ import re
 from seals.errors import SealsError
 from seals.registry import get
 from seals.report.style import unit_text
+from seals.sysid.catalogue import installed
 from seals.sysid.factors import Candidate
 
 _AXIS = re.compile(r"_([xyz]{1,2})$")
 _PARTS = {
     "mass.mass": "mass of the body",
-    "thrust_coefficient.relative_change": "thrust of all actuators",
     "rotors.torque_change": "reaction torque of the rotors",
-    "rotor_lag.time_constant_change": "time constant of the actuators",
-    "command_delay.delay": "delay of the commands",
-    "sensor_delay.delay": "delay of the inertial sensors",
-    "buoyancy.volume_change": "displaced volume",
     "surface.share": "lift while the surface is pierced",
-    "thrust_in_water.ratio_change": "thrust in water",
     "servos.kp": "stiffness of the joint servos",
     "servos.kd": "damping of the joint servos",
-    "inertia.delta": "moment of inertia",
-    "centre_of_gravity.offset": "centre of gravity",
-    "centre_of_buoyancy.offset": "centre of buoyancy",
-    "accelerometer_bias.bias": "offset of the accelerometer",
-    "accelerometer_scale.scale": "scale of the accelerometer",
-    "gyroscope_bias.bias": "offset of the gyroscope",
-    "sensor_misalignment.rotation": "mounting angle of the inertial sensors",
-    "added_mass_change.mass": "added mass of the water",
-    "added_mass_change.inertia": "added moment of inertia of the water",
 }
+"""Adjustable values that belong to the vehicle and to no effect."""
 _ODD = {"waves": "Surface waves move the water about the hull."}
 
 
@@ -66,8 +53,9 @@ def factor_words(key: str) -> str:
     instance, _, parameter = stem.partition(".")
     if stem in _PARTS:
         return _PARTS[stem] + axis
-    if instance.startswith("weak_rotor_"):
-        return f"thrust loss of actuator {instance.rpartition('_')[2]}"
+    declared = _declared(instance, parameter)
+    if declared:
+        return declared + axis
     if instance.startswith("mass_"):
         return f"mass of {instance[5:].replace('_', ' ')}"
     drag = re.fullmatch(r"(\w+_drag)_(air|water)_(change|shape)", instance)
@@ -77,6 +65,18 @@ def factor_words(key: str) -> str:
             return f"exponent of {words}"
         return words + (", quadratic part" if parameter == "quadratic" else "") + axis
     return f"{instance} {parameter}".replace("_", " ") + axis
+
+
+def _declared(instance: str, parameter: str) -> str:
+    """Words that an effect declares for a parameter of one of its instances, or none."""
+    for name, law in installed().items():
+        variant = instance[len(name) + 1 :]
+        if instance != name and not instance.startswith(f"{name}_"):
+            continue
+        words = law.identification.words.get(parameter, "")
+        if words and ("{}" in words or variant in ("", "change")):
+            return words.format(variant)
+    return ""
 
 
 def candidate_words(candidate: Candidate) -> str:
