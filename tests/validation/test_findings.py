@@ -74,13 +74,13 @@ def report(windy: tuple[Diagnosis, Log], tmp_path_factory: pytest.TempPathFactor
 def test_figures_that_are_not_determined_end_in_no_traceback(
     windy: tuple[Diagnosis, Log], tmp_path: Path
 ) -> None:
-    """Equations that hold NaN: null in JSON, words in text and page, and the verdict stays."""
+    """A 1-sigma that is NaN: null in JSON, words in text and page, and the verdict stays."""
     found, log = windy
     claim, rounds = found.answer.claims[0], found.search.rounds
 
     def lost(h: Hypothesis) -> Hypothesis:
-        normal = np.full_like(h.fit.normal, np.nan)
-        return dataclasses.replace(h, fit=dataclasses.replace(h.fit, normal=normal))
+        fit = dataclasses.replace(h.fit, known=dict.fromkeys(h.fit.keys, np.nan))
+        return dataclasses.replace(h, fit=fit)
 
     claim = dataclasses.replace(claim, hypothesis=lost(claim.hypothesis))
     tried = ((lost(rounds[0][0]), *rounds[0][1:]), *rounds[1:])
