@@ -33,8 +33,8 @@ def built(case: Case) -> Any:
     import torch
 
     from seals.config.compose import compose
-    from seals.config.learning import build_learning
     from seals.learn.environments import batched_of
+    from seals.learn.environments.build import build_learning
     from seals.learn.environments.varied import drawn
 
     torch.set_num_threads(1)

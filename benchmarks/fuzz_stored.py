@@ -94,8 +94,8 @@ def _run(name: str) -> Target:
 def _state() -> Target:
     """The checkpoint of a run, taken up in a world of the same settings."""
     from seals.config.compose import compose
-    from seals.config.run import build_run
     from seals.run.assembly import build_world
+    from seals.run.build import build_run
     from seals.run.checkpoint import SCENE, STATE, take_up, write_checkpoint
 
     settings = build_run(compose([w for w in _RUN if w != "run"]))

@@ -188,7 +188,7 @@ def _urdf() -> Target:
 
 
 def _robot() -> Target:
-    from seals.config.robot import read_robot
+    from seals.robot.robot_file import read_robot
 
     beside = {"r.urdf": URDF.encode()}
     return Target(
@@ -199,8 +199,8 @@ def _robot() -> Target:
 def _built() -> Target:
     """A robot folder as ``seals run robot=FOLDER`` takes it, up to the world."""
     from seals.config.compose import compose
-    from seals.config.run import build_run
     from seals.run.assembly import build_world
+    from seals.run.build import build_run
 
     def load(folder: Path) -> None:
         build_world(build_run(compose([f"robot='{folder}'", "backend=free"]))).close()
@@ -221,7 +221,7 @@ def _mesh(ending: str) -> Target:
 
 
 def _keys(name: str, text: str) -> Target:
-    from seals.teleop.track import read_track
+    from seals.control.key_events import read_track
 
     return Target(whole=text.encode(), name=name, load=read_track)
 

@@ -101,14 +101,14 @@ GUARDS: dict[str, Guard] = {
         "thin_broken",
     ),
     "URDF inside": Guard(
-        "seals.config.robot",
+        "seals.robot.robot_file",
         "if not (folder / urdf).resolve().is_relative_to(folder.resolve()):",
         "if False:",
         CLASSES,
         "stays_in_itself",
     ),
     "references of a robot": Guard(
-        "seals.config.robot",
+        "seals.robot.robot_file",
         "    refuse_references(raw, where=str(path))\n",
         "",
         CLASSES,
@@ -122,7 +122,11 @@ GUARDS: dict[str, Guard] = {
         "looks_nothing_up",
     ),
     "names of parts": Guard(
-        "seals.config.robot", "not _NAME.fullmatch(str(name))", "False", CLASSES, "stays_in_itself"
+        "seals.robot.robot_file",
+        "not _NAME.fullmatch(str(name))",
+        "False",
+        CLASSES,
+        "stays_in_itself",
     ),
     "safe YAML": Guard(
         _YAML,
@@ -305,7 +309,7 @@ GUARDS: dict[str, Guard] = {
         "h5py",
     ),
     "words of a file": Guard(
-        "seals.cli.words",
+        "seals.config.overrides",
         'if _DANGER.search(word) or not ("=" in word or word.startswith("~")):',
         "if False:",
         FILES,
@@ -382,7 +386,7 @@ GUARDS: dict[str, Guard] = {
         "seals.config.strangers", ".startswith(_SEARCH)", ".startswith('?')", CLASSES, "every_way"
     ),
     "host of the page": Guard(
-        "seals.config.view", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
+        "seals.view.settings", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
     ),
     "sharing the page": Guard(
         "seals.plugins.viewers.browser.server",

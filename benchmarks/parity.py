@@ -62,12 +62,12 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
 def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     """Return where a flock is after a second under rotor speeds that stay."""
     from seals.arrays import as_like
-    from seals.batch import Twin
+    from seals.batch import BatchDynamics
     from seals.batch.holding import hold
     from seals.config.compose import compose
-    from seals.config.learning import build_learning
     from seals.control.plant import build_plant
     from seals.frames import quaternion_of_rpy
+    from seals.learn.environments.build import build_learning
     from seals.motion import Inputs
     from seals.run.assembly import build_model
     from seals.run.carrying import carrying_speeds
@@ -79,7 +79,7 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     )
     whole, held = hold(robot, effects, task.posture.tolist())
     parts = (whole, held, settings.environment, settings.wave)
-    twin = Twin(*parts, batch=count, like=like, fused=fused)
+    twin = BatchDynamics(*parts, batch=count, like=like, fused=fused)
     rng = np.random.default_rng(0)
     low, high = MEDIA[medium]
     state = twin.start(

@@ -52,8 +52,9 @@ def find_rooms() -> None:
 
 def robot_of(name: str) -> Any:
     """Return a robot of the repository."""
-    from seals.config.robot import HullSettings, RobotSettings, ShapeSettings, ShapeType, read_robot
     from seals.robot.build import build_robot
+    from seals.robot.robot_file import read_robot
+    from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 
     found = read_robot(ROOT / "robots" / name)
     hulls = {

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.robot import HullSettings, RobotSettings, ShapeSettings, ShapeType
-from seals.config.run import InitialSettings, RunSettings, TimeSettings
 from seals.effects import Effect, MediumKind
+from seals.environment.settings import EnvironmentSettings
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.effects.added_mass import AddedMass
 from seals.plugins.effects.angular_drag import DragAngular
@@ -21,6 +19,8 @@ from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.plugins.effects.slamming import Slamming
 from seals.plugins.sensors.imu import SensorImu
 from seals.plugins.waves.still import WaveStill
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
+from seals.run.settings import InitialSettings, RunSettings, TimeSettings
 
 AXES = ("1 0 0", "0 1 0")
 

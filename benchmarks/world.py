@@ -43,7 +43,7 @@ def chain_settings(folder: Path, *, added_mass: bool, height: float) -> Any:
 def aam_settings(*, added_mass: bool, height: float, piloted: bool = True) -> Any:
     """Return the manipulator at a height [m], held there by its controller or left alone."""
     from seals.config.compose import compose
-    from seals.config.run import build_run
+    from seals.run.build import build_run
 
     words = [w for w in AAM if piloted or not w.startswith(("controller", "guide"))]
     words += [f"initial.position=[0,0,{height}]", "time.duration=4.0"]

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
 from seals.effects.evaluation import Evaluation
+from seals.environment.settings import EnvironmentSettings
 from seals.motion import JointDrive, Motion
 from seals.multibody.kinematics import Kinematics, Moving
 from seals.robot.model import RobotModel

@@ -21,9 +21,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
-from seals.config.ground import ObstacleSettings
 from seals.environment.ground import Solid
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Sea, Waves
 from seals.robot.pieces import Piece
 

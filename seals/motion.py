@@ -7,9 +7,18 @@ world.
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import NamedTuple
 
 from seals.arrays import Array
+
+
+class MediumKind(Enum):
+    """The medium in which an effect acts."""
+
+    water = "water"
+    air = "air"
+    any = "any"
 
 
 class Body(NamedTuple):

@@ -240,7 +240,7 @@ def _folder_summary(plugin: Plugin) -> str:
     folder = plugin.folder()
     if plugin.kind == "conf":
         return str(folder)
-    from seals.config.robot import read_robot
+    from seals.robot.robot_file import read_robot
 
     try:
         return read_robot(folder).settings.summary

@@ -7,7 +7,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-from seals.errors import LogError
+from seals.errors import ConfigError, LogError
 
 MOST_BYTES = 1 << 28
 """Largest file, packed or unpacked, that is read whole [byte]."""
@@ -187,3 +187,24 @@ def first_bad_number(tree: object) -> str | None:
         f"it has more than {_MOST_NODES:,} entries, more than {_DEEPEST} levels, "
         "or contains itself."
     )
+
+
+def refuse_references(content: Any, *, where: str) -> None:
+    """Refuse plain data from a file that holds ``${...}``: it may look up the user's surroundings.
+
+    Args:
+        content: what the file holds.
+        where: what brought it, for the message.
+
+    Raises:
+        ConfigError: a text in it holds a reference.
+
+    Example:
+        >>> refuse_references({"name": "a"}, where="robot.yaml")
+        >>> refuse_references({"name": "${oc.env:HOME}"}, where="robot.yaml")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: robot.yaml holds a reference, ${...}.
+        Write the value itself.
+    """
+    if "${" in repr(content):
+        raise ConfigError(f"{where} holds a reference, ${{...}}.\nWrite the value itself.")

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import gc
+import importlib.util
 import os
+import shutil
+import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 from seals import registry
+
+STRANGER = Path(__file__).parent / "thirdparty" / "coral-seals"
 
 URDF = """<?xml version="1.0"?>
 <robot name="pebble">
@@ -99,3 +105,26 @@ def install(
     for module in set(sys.modules) - modules:
         if str(site) in str(getattr(sys.modules[module], "__file__", "")):
             del sys.modules[module]
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The stranger's package, built and installed by pip into a folder of its own."""
+    if int(version("setuptools").partition(".")[0]) < 77 or not importlib.util.find_spec("wheel"):
+        pytest.skip("building a package offline needs setuptools >= 77 and wheel (extra dev)")
+    folder = tmp_path_factory.mktemp("stranger")
+    shutil.copytree(STRANGER, folder / "source")
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    options = ["--no-deps", "--no-build-isolation", "--no-index", "--target", str(folder / "site")]
+    subprocess.run([*command, *options, str(folder / "source")], check=True, capture_output=True)
+    return folder / "site"
+
+
+@pytest.fixture
+def coral(site: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The stranger's package on the path of this process."""
+    monkeypatch.syspath_prepend(str(site))
+    registry.refresh()
+    yield site
+    monkeypatch.undo()
+    registry.refresh()

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import public_page
 import recipe_pages
 import repository_pages
 from links import relinked
@@ -20,9 +21,10 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the pages of plug-ins, verbs and recipes, and the repository's pages beside ``docs/``."""
+    """Add the pages of names, plug-ins, verbs, recipes, and those that lie beside ``docs/``."""
     texts = {
         **plugin_pages(),
+        "reference/public.md": public_page.page(),
         "reference/verbs.md": verb_page(),
         "reference/recipes.md": recipe_pages.page(),
         "reference/channels.md": recipe_pages.channels(),

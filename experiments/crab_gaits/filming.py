@@ -7,10 +7,10 @@ from pathlib import Path
 
 from seals.cli.main import main as seals
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, suggestion
 from seals.experiments.crab_gaits.cases import GAITS
 from seals.logs.native import TABLES
+from seals.run.build import build_run
 
 FILMED: Mapping[str, Sequence[str]] = {**GAITS, "learned": ("experiment=crab_learned",)}
 """Overrides of every gait that is filmed."""

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.crab_gaits.cases import CASES
 from seals.experiments.crab_gaits.walks import standing
 from seals.experiments.trials import Outcome, run_trials, summary
 from seals.run.assembly import ROBOT, build_world
+from seals.run.build import build_run
 
 TASKS = {
     "crab": ("experiment=crab_reach", 0.40, "guide.speed=0.2", 8.0),

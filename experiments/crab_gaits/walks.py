@@ -12,8 +12,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.run.assembly import ROBOT, build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.world import Actor
 
 SETTLED = 2.0

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.moving_domain.outer import Outer
 from seals.robot.pieces import Piece
+from seals.run.settings import RunSettings
 
 DIP = 2.0
 """Depth of the ball's middle under the mean level, in radii."""

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.experiments.soak.energy import Books
 from seals.experiments.soak.flight import LENGTH, tell, wish
@@ -25,6 +24,7 @@ from seals.run.checkpoint import (
     take_up,
     write_checkpoint,
 )
+from seals.run.settings import RunSettings
 from seals.world import Actor, World
 
 TABLE = "soak.csv"

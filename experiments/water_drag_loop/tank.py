@@ -11,7 +11,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.water_drag_loop.textbook import (
     ADDED,
     DENSITY,
@@ -24,6 +23,7 @@ from seals.experiments.water_drag_loop.textbook import (
 )
 from seals.frames import matrix_of
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.progress import progress
 from seals.world import World
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.world import World
 
 _URDF = """<?xml version="1.0"?>

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from seals.config.environment import EnvironmentSettings
 from seals.environment.linear_waves import wavenumber
+from seals.environment.settings import EnvironmentSettings
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
 from seals.fluid import BodyStates, Surrounding
 from seals.plugins.fluids.tank import FluidParticles

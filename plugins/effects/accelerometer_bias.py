@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
 from seals.motion import Reading
 from seals.schema import param
 
@@ -53,6 +54,18 @@ class AccelerometerBias(Effect):
     order: ClassVar[int] = 3
     accounts_for: ClassVar[tuple[str, ...]] = ("accelerometer bias",)
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "wind", "tether")
+    identification: ClassVar[Identification] = Identification(
+        measurement="Turning the sensor over at rest would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the fault on the three axes."""
+        if "specific_force" not in subject.channels:
+            return []
+        parameters = along_axes("bias", subject.spread(name), 0.3)
+        order = (Stage.sensors, 0, 0)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:

@@ -8,7 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
+from seals.effects.discrepancy import AddedMassCentre
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
@@ -21,6 +23,8 @@ _LIMITS: dict[str, Any] = {
     "source": "zero unless the vehicle states it",
 }
 _EYE = np.eye(6)[None]
+_CENTRE = 0.03
+"""1-sigma of the added mass's centre, as a share of the hull's size."""
 
 
 @dataclass(kw_only=True)
@@ -73,6 +77,39 @@ class AddedMass(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
+    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=3)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the diagonal, and the doubt about the centre of the nominal one."""
+        hull = subject.hull
+        if not subject.has_water or hull is None:
+            return []
+        mass = subject.nominal(f"{name}_water", "mass")
+        turn = subject.nominal(f"{name}_water", "inertia")
+        share, displaced = subject.spread(name), 998.0 * hull.volume
+        length = (hull.volume) ** (1.0 / 3.0)
+        linear = np.maximum(0.5 * mass, 0.3 * displaced)
+        angular = np.maximum(0.5 * turn, 0.03 * displaced * length**2)
+        order = (Stage.water, 0, 2)
+        parameters = {
+            **along_axes("mass", share * mass, linear),
+            **along_axes("inertia", share * turn, angular),
+        }
+        found = [
+            Addition(instance=f"{name}_change", effect=cls(), parameters=parameters, order=order)
+        ]
+        if mass.any():
+            found.append(
+                Addition(
+                    instance=f"{name}_centre",
+                    effect=AddedMassCentre(mass=tuple(mass)),
+                    parameters=along_axes("offset", _CENTRE * length, 0.1 * length),
+                    named=(),
+                    order=order,
+                )
+            )
+        return found
 
     def __post_init__(self) -> None:
         """Refuse a coupling matrix that is not symmetric or makes the whole indefinite."""

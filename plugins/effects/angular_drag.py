@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -97,6 +100,31 @@ class DragAngular(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
     dries: ClassVar[bool] = True
+    identification: ClassVar[Identification] = Identification(
+        resists=True, answers=True, needs_motion=1
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the linear part in each medium, the square part within tolerance."""
+        return [cls._addition(name, subject, medium) for medium in subject.media]
+
+    @classmethod
+    def _addition(cls, name: str, subject: Subject, medium: MediumKind) -> Addition:
+        nominal = subject.nominal(f"{name}_{medium.value}", "coefficient")
+        squared = subject.nominal(f"{name}_{medium.value}", "quadratic")
+        spread, inertia = subject.spread(f"{name}_coefficient"), np.diag(subject.robot.inertia[0])
+        size = np.maximum(0.5 * nominal, 2.0 * inertia)
+        linear = along_axes("coefficient", spread * nominal, size, low=-nominal)
+        square = along_axes("quadratic", spread * squared, np.maximum(squared, inertia))
+        return Addition(
+            instance=f"{name}_{medium.value}_change",
+            effect=cls(medium=medium),
+            parameters={**linear, **square},
+            named=tuple(linear),
+            variant={"medium": int(medium is MediumKind.water)},
+            order=(Stage.flow, subject.media.index(medium), 2),
+        )
 
     @staticmethod
     def loads(

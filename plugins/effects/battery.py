@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Identification
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.plugins.effects.battery_sag import sagged
 from seals.schema import param
@@ -74,6 +75,8 @@ class Battery(Effect):
     memory_size: ClassVar[int] = 2
     # the drop at the first current comes a step late and hides the order of a method
     material: ClassVar[dict[str, float]] = {"charge": 0.3, "sensitivity": 2.0, "resistance": 1e-4}
+    # its sag is a candidate by itself
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     @property
     def full_voltage(self) -> float:

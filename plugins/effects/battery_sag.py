@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -57,6 +58,20 @@ class BatterySag(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("battery sag",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the sag of a battery whose full voltage is known."""
+        if not len(subject.lag) or not subject.full_voltage:
+            return []
+        return [
+            Addition(
+                instance=name,
+                effect=cls(full_voltage=float(subject.full_voltage)),
+                parameters={"sensitivity": Freed(scale=1.0, bounds=(0.0, np.inf))},
+                order=(Stage.actuators, 0, 5),
+            )
+        ]
 
     @staticmethod
     def actuation(

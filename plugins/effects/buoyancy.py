@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -53,6 +54,26 @@ class Buoyancy(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("payload",)
+    identification: ClassVar[Identification] = Identification(
+        measurement="Weighing the vehicle under water would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the displaced volume."""
+        hull = subject.hull
+        if not subject.has_water or hull is None:
+            return []
+        spread, size = subject.spread("displaced_volume") * hull.volume, 0.05 * hull.volume
+        return [
+            Addition(
+                instance=name,
+                effect=None,
+                parameters={"volume_change": Freed(tolerance=spread, scale=size)},
+                reported=("volume",),
+                order=(Stage.water, 0, 0),
+            )
+        ]
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Stage, Subject, along_axes
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -56,6 +57,15 @@ class CentreOfBuoyancy(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("centre of buoyancy",)
     twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a shift of the hull's centre of buoyancy."""
+        if not subject.has_water:
+            return []
+        parameters = along_axes("offset", subject.spread(name), 0.01)
+        order = (Stage.water, 0, 1)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def loads(

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
 from seals.effects.rigid import skew
 from seals.motion import Body
 from seals.schema import param
@@ -60,6 +61,16 @@ class CentreOfGravity(Effect):
         "offset_y": -0.03,
         "offset_z": 0.025,
     }
+    identification: ClassVar[Identification] = Identification(
+        measurement="Balancing the vehicle on an edge would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a shift of the base's centre of gravity."""
+        parameters = along_axes("offset", subject.spread(name), 0.01)
+        order = (Stage.body, 0, 2)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def nominal(body: Body, params: Parameters) -> Array:

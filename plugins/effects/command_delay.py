@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Timing
 from seals.schema import param
 
@@ -44,6 +46,25 @@ class CommandDelay(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("command delay",)
     twins: ClassVar[tuple[str, ...]] = ("rotor_lag",)
+    identification: ClassVar[Identification] = Identification(
+        adds_only=("delay",), starts=((0.0,), (0.02,))
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a delay of the commands."""
+        if not len(subject.lag):
+            return []
+        delay = Freed(tolerance=subject.spread(name), scale=0.02, bounds=(-1e-3, math.inf))
+        return [
+            Addition(
+                instance=name,
+                effect=cls(),
+                parameters={"delay": delay},
+                starts=cls.identification.starts,
+                order=(Stage.actuators, 0, 4),
+            )
+        ]
 
     @staticmethod
     def timing(params: Parameters) -> Timing:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Identification
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 from seals.sysid.residual_force.laws import FORCES, TORQUES, Scene
@@ -192,6 +193,8 @@ class EffectFormula(Effect):
         "near_power": 1.0,
         "level": -50.0,
     }
+    # a law that was found already
+    identification: ClassVar[Identification] = Identification(searched=False, placed=True)
 
     @property
     def terms(self) -> tuple[str, ...]:

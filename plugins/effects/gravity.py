@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Identification
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 
@@ -41,6 +42,8 @@ class Gravity(Effect):
 
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("weight",)
+    # every model holds it
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

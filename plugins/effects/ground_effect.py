@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.arrays import namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -51,6 +53,21 @@ class GroundEffect(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("ground effect",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the cushion above a ground whose height is known."""
+        ground = subject.environment.ground_level
+        if not len(subject.lag) or not subject.rotors or ground is None:
+            return []
+        return [
+            Addition(
+                instance=name,
+                effect=cls(ground_level=ground),
+                parameters={"coefficient": Freed(scale=1.0, bounds=(0.0, math.inf))},
+                order=(Stage.actuators, 0, 7),
+            )
+        ]
 
     @staticmethod
     def actuation(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Stage, Subject, along_axes
 from seals.motion import Reading
 from seals.schema import param
 
@@ -52,6 +53,13 @@ class GyroscopeBias(Effect):
     bias_z: float = param(0.0, "rad/s", **_LIMITS)
     order: ClassVar[int] = 3
     accounts_for: ClassVar[tuple[str, ...]] = ("gyroscope bias",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the fault on the three axes."""
+        parameters = along_axes("bias", subject.spread(name), 0.05)
+        order = (Stage.sensors, 0, 2)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import AXES, Addition, Freed, Identification, Stage, Subject
 from seals.motion import Body
 from seals.schema import param
 
@@ -56,6 +57,23 @@ class InertiaChange(Effect):
     delta_yy: float = param(0.0, "kg m^2", **_LIMITS)
     delta_zz: float = param(0.0, "kg m^2", **_LIMITS)
     accounts_for: ClassVar[tuple[str, ...]] = ("inertia",)
+    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=2)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the base's moments of inertia."""
+        diagonal = np.diag(subject.robot.inertia[0])
+        spread = subject.spread(name)
+        sizes = {
+            f"delta_{a}{a}": Freed(
+                tolerance=spread * diagonal[i],
+                scale=0.3 * diagonal[i],
+                bounds=(-0.8 * diagonal[i], np.inf),
+            )
+            for i, a in enumerate(AXES)
+        }
+        order = (Stage.body, 0, 1)
+        return [Addition(instance=name, effect=cls(), parameters=sizes, order=order)]
 
     @staticmethod
     def nominal(body: Body, params: Parameters) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Inputs, Joints
 from seals.schema import param
 
@@ -63,6 +64,24 @@ class JointBacklash(Effect):
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
     material: ClassVar[dict[str, float]] = {"kp": 0.2, "kd": 0.004, "width": 0.4}
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the play of each joint that a servo drives."""
+        if not subject.servo:
+            return []
+        kp, kd = subject.servo["kp"], subject.servo["kd"]
+        return [
+            Addition(
+                instance=f"{name}_{k}",
+                effect=cls(joint=k, kp=float(kp[k - 1]), kd=float(kd[k - 1])),
+                parameters={"width": Freed(scale=0.04, bounds=(0.0, 1.0))},
+                variant={"joint": k},
+                starts=[(0.02,), (0.06,)],
+                order=(Stage.joints, k, 2),
+            )
+            for k in range(1, subject.robot.tree.joints + 1)
+        ]
 
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -9,8 +10,14 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Inputs, Joints
 from seals.schema import param
+
+_GREASE = 0.3
+"""Viscous friction that goes with dry friction [s/rad]: a joint that rubs is a greased one."""
+_CREEP = 0.015
+"""How well the rate is known at which dry friction turns over [rad/s]."""
 
 
 @dataclass(kw_only=True)
@@ -62,6 +69,39 @@ class JointFriction(Effect):
     stiff: ClassVar[bool] = True
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
 
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the friction of each joint; the rate at which it turns over is not reported."""
+        dry = subject.spread(name)
+        parameters = {
+            "coulomb": Freed(tolerance=dry, scale=0.05, bounds=(0.0, np.inf)),
+            "viscous": Freed(tolerance=_GREASE * dry, scale=0.05, bounds=(0.0, np.inf)),
+            "threshold": Freed(tolerance=_CREEP, scale=_CREEP, bounds=(-0.045, np.inf)),
+        }
+        return [
+            Addition(
+                instance=f"{name}_{k}",
+                effect=cls(joint=k),
+                parameters=parameters,
+                named=("coulomb", "viscous"),
+                variant={"joint": k},
+                order=(Stage.joints, k, 1),
+            )
+            for k in range(1, subject.robot.tree.joints + 1 if subject.servo else 1)
+        ]
+
+    def as_stated(
+        self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
+    ) -> dict[str, float]:
+        """Return the parts of the law with a jump at rest that does the same on the log."""
+        if not rates.shape[1]:
+            return dict(values)
+        turn = self.threshold + float(changes.get("threshold", 0.0))
+        dry, viscous = friction_as_catalogued(
+            values["coulomb"], values["viscous"], turn, rates[:, self.joint - 1]
+        )
+        return {**values, "coulomb": dry, "viscous": viscous}
+
     @staticmethod
     def joint_loads(
         joints: Joints, inputs: Inputs, memory: Array, params: Parameters
@@ -77,3 +117,28 @@ class JointFriction(Effect):
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""
         return {"joint": np.full((1, 1), float(self.joint))}
+
+
+def friction_as_catalogued(
+    coulomb: float, viscous: float, threshold: float, rates: Floats
+) -> tuple[float, float]:
+    """Return the Coulomb and viscous parts of the law with a jump at rest.
+
+    Equation:
+        least squares over the log of C sign(q') + B q' against
+        coulomb tanh(q' / threshold) + viscous q'.
+
+    Args:
+        coulomb: [N m].
+        viscous: [N m s/rad].
+        threshold: rate at which dry friction turns over [rad/s].
+        rates: of the joint, q' [rad/s], shape (T,).
+
+    Example:
+        >>> friction_as_catalogued(0.1, 0.02, 1e-6, np.array([-0.3, 0.2, 0.5]))
+        (0.1, 0.02)
+    """
+    torque = coulomb * np.tanh(rates / threshold) + viscous * rates
+    laws = np.stack((np.sign(rates), rates), axis=1)
+    found = np.linalg.lstsq(laws, torque, rcond=None)[0]
+    return float(np.round(found[0], 12)), float(np.round(found[1], 12))

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Identification
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -68,6 +69,8 @@ class Lift(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("lift",)
     twins: ClassVar[tuple[str, ...]] = ("added_mass",)
+    # told from added mass only by several runs
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     @staticmethod
     def loads(

@@ -7,6 +7,8 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Identification, Subject
+from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -71,6 +73,16 @@ class DragLinear(Effect):
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     twins: ClassVar[tuple[str, ...]] = ("rotor_drag", "quadratic_drag")
+    identification: ClassVar[Identification] = Identification(
+        resists=True, needs_motion=0, family="drag"
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the drag in each medium, and the doubt about its exponent."""
+        return power_law_additions(
+            cls, name, subject, power=1, share={MediumKind.water: 2.0, MediumKind.air: 0.03}
+        )
 
     @staticmethod
     def loads(

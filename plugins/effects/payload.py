@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import AXES, Addition, Freed, Identification, Stage, Subject
 from seals.effects.rigid import skew
 from seals.motion import Body
 from seals.schema import param
@@ -62,6 +63,58 @@ class Payload(Effect):
     position_z: float = param(0.0, "m", **_PLACE)
     accounts_for: ClassVar[tuple[str, ...]] = ("payload",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient", "buoyancy", "wind")
+    identification: ClassVar[Identification] = Identification(
+        in_arm=True, measurement="Weighing the vehicle would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the tolerance of each link's mass, and a load on the base and on the last link.
+
+        A load is added: what a robot lacks against its datasheet is an error of the mass.
+        """
+        robot = subject.robot
+        found = [cls._own("mass", subject, 0, "mass")]
+        for k, link in enumerate(robot.links):
+            if k:
+                found.append(cls._own(f"mass_{link}", subject, k, "link_mass"))
+            if k in (0, len(robot.links) - 1):
+                found.append(cls._load(f"{name}_{link}", subject, k))
+        return found
+
+    @classmethod
+    def _own(cls, instance: str, subject: Subject, link: int, tolerance: str) -> Addition:
+        """A link's own mass within its tolerance, at its centre of mass."""
+        robot = subject.robot
+        mass = float(robot.mass[link])
+        at = {f"position_{a}": float(robot.centre[link][i]) for i, a in enumerate(AXES)}
+        where: dict[str, Any] = {"links": [robot.links[link]]} if link else {}
+        return Addition(
+            instance=instance,
+            effect=cls(**at, **where),
+            parameters={"mass": Freed(tolerance=subject.spread(tolerance) * mass, scale=mass)},
+            named=(),
+            order=(Stage.joints, link, 0) if link else (Stage.body, 0, 0),
+        )
+
+    @classmethod
+    def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
+        """A load on the base anywhere, on an arm about the tip of its last link."""
+        total = subject.mass
+        tip = {"position_z": 2.0 * float(subject.robot.centre[link][2])} if link else {}
+        axes = ("z",) if link else AXES
+        place = {f"position_{a}": Freed(scale=0.03) for a in axes}
+        load = Freed(scale=0.1 * total, bounds=(0.0, 2.0 * total))
+        return Addition(
+            instance=instance,
+            effect=cls(links=[subject.robot.links[link]], **tip),
+            parameters={"mass": load, **place},
+            named=("mass",),
+            nuisance=tuple(place),
+            variant={"link": link},
+            starts=[(s * total, 0.0) for s in (0.03, 0.06, 0.12)] if link else (),
+            order=(Stage.body, 0, 3),
+        )
 
     @staticmethod
     def nominal(body: Body, params: Parameters) -> Array:

@@ -7,6 +7,8 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Identification, Subject
+from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -72,6 +74,14 @@ class DragQuadratic(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
+    identification: ClassVar[Identification] = Identification(resists=True, family="drag")
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the drag in each medium, and the doubt about its exponent."""
+        return power_law_additions(
+            cls, name, subject, power=2, share={MediumKind.water: 3.0, MediumKind.air: 0.01}
+        )
 
     @staticmethod
     def loads(

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Identification
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -66,6 +67,8 @@ class DampingRadiation(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("radiation damping",)
     twins: ClassVar[tuple[str, ...]] = ("linear_drag", "angular_drag")
+    # told from drag only by several runs
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     @staticmethod
     def loads(

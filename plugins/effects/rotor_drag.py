@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -49,6 +51,18 @@ class DragRotor(Effect):
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
+    identification: ClassVar[Identification] = Identification(resists=True, needs_motion=4)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the drag of all rotors."""
+        if not len(subject.lag) or not subject.rotors:
+            return []
+        size = Freed(scale=0.03, bounds=(0.0, math.inf))
+        order = (Stage.actuators, 0, 6)
+        return [
+            Addition(instance=name, effect=cls(), parameters={"coefficient": size}, order=order)
+        ]
 
     @staticmethod
     def drive_loads(  # noqa: PLR0917  the signature of the hook

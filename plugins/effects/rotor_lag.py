@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Timing
 from seals.schema import param
 
@@ -44,6 +46,27 @@ class RotorLag(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
     twins: ClassVar[tuple[str, ...]] = ("command_delay",)
+    identification: ClassVar[Identification] = Identification(answers=True)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the actuators' time constant, which stays positive."""
+        if not len(subject.lag):
+            return []
+        thrusters = subject.spread("thruster_time_constant")
+        change = Freed(
+            tolerance=float(subject.tolerance.get("rotor_time_constant", thrusters)),
+            scale=float(subject.lag.mean()),
+            bounds=(-0.9 * float(subject.lag.min()), math.inf),
+        )
+        return [
+            Addition(
+                instance=name,
+                effect=cls(),
+                parameters={"time_constant_change": change},
+                order=(Stage.actuators, 0, 3),
+            )
+        ]
 
     @staticmethod
     def timing(params: Parameters) -> Timing:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import namespace, some
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Identification
 from seals.environment.disc import hub_depth, wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -63,6 +64,8 @@ class RotorMedium(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
     # a motor at its limit throughout: the corner where a limit sets in hides the order of a method
     material: ClassVar[dict[str, float]] = {"torque_limit": 0.03}
+    # the thrust in water is a candidate by itself
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     @staticmethod
     def actuation(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Timing
 from seals.schema import param
 
@@ -47,6 +48,22 @@ class SensorDelay(Effect):
     )
     sensors: list[str] = field(default_factory=list)
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)
+    identification: ClassVar[Identification] = Identification(
+        uncertain_onset=True, adds_only=("delay",), starts=((0.008,), (0.02,), (0.035,))
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the delay of the inertial sensors."""
+        return [
+            Addition(
+                instance=name,
+                effect=cls(),
+                parameters={"delay": Freed(tolerance=subject.spread(name), scale=0.02)},
+                starts=cls.identification.starts,
+                order=(Stage.sensors, 0, 4),
+            )
+        ]
 
     @staticmethod
     def timing(params: Parameters) -> Timing:

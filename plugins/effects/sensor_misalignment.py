@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Stage, Subject, along_axes
 from seals.frames import exponential, matrix_of, unrotate
 from seals.motion import Reading
 from seals.schema import param
@@ -58,6 +59,13 @@ class SensorMisalignment(Effect):
     sensors: list[str] = field(default_factory=list)
     order: ClassVar[int] = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor misalignment",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the fault on the three axes."""
+        parameters = along_axes("rotation", subject.spread(name), 0.05)
+        order = (Stage.sensors, 0, 3)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def askew(params: Parameters) -> Array:

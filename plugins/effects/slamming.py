@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -57,6 +59,21 @@ class Slamming(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)
     twins: ClassVar[tuple[str, ...]] = ("added_mass",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the impact on a hull over water."""
+        if not subject.has_water:
+            return []
+        size = Freed(scale=1.0, bounds=(0.0, math.inf))
+        return [
+            Addition(
+                instance=f"{name}_change",
+                effect=cls(),
+                parameters={"coefficient": size},
+                order=(Stage.water, 0, 4),
+            )
+        ]
 
     @staticmethod
     def loads(

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from seals.arrays import Array, namespace
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import (
+    Addition,
+    Freed,
+    Identification,
+    Residual,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.frames import unrotate
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -16,6 +28,10 @@ _PLACE: dict[str, Any] = {
     "tolerance": 0.1,
     "source": "chosen: the world's origin",
 }
+
+_KEEP = 2
+"""Starting values that are kept."""
+_FREE = (-math.inf, math.inf)
 
 
 @dataclass(kw_only=True)
@@ -63,6 +79,34 @@ class Tether(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("tether",)
     twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
     material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
+    identification: ClassVar[Identification] = Identification(guessed=True, placed=True)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a cable of unknown anchor; its starting values come from the log."""
+        parameters = {
+            **{k: replace(v, bounds=_FREE) for k, v in along_axes("anchor", 0.0, 1.0).items()},
+            "length": Freed(scale=1.0, bounds=(0.0, 1e3)),
+            "stiffness": Freed(scale=3.0, bounds=(0.0, 1e4)),
+        }
+        order = (Stage.surroundings, 0, 0)
+        return [Addition(instance=name, effect=cls(length=0.0), parameters=parameters, order=order)]
+
+    @staticmethod
+    def guesses(residual: Residual) -> list[dict[str, float]]:
+        """Return the cables that fit the residual force best."""
+        return _cables(residual.position, residual.force)
+
+    @staticmethod
+    def plausible(position: Floats) -> dict[str, float]:
+        """Return a cable from below, a little to one side."""
+        return {
+            "length": 0.8,
+            "stiffness": 1.0,
+            "anchor_x": float(position[0]) + 0.3,
+            "anchor_y": float(position[1]),
+            "anchor_z": float(position[2]) - 1.0,
+        }
 
     def spring(self) -> float:
         """Return K [N/m]."""
@@ -80,3 +124,35 @@ class Tether(Effect):
         stretch = xp.clip(distance - params["length"], 0.0, None)
         pull = span * (-params["stiffness"] * stretch / distance)
         return Wrench(unrotate(motion.rotation, pull), None), memory
+
+
+def _cables(position: Floats, force: Floats) -> list[dict[str, float]]:
+    """Cables that fit the force best, from several guesses of the anchor."""
+    from scipy.optimize import least_squares
+
+    middle = position.mean(axis=0)
+    size = np.sqrt(np.mean(np.sum(force**2, axis=1)))
+    spread = max(float(np.sqrt(((position - middle) ** 2).sum(axis=1).mean())), 0.1)
+    pull = force[np.argmax(np.sum(force**2, axis=1))]
+    toward = pull / max(float(np.linalg.norm(pull)), 1e-9)
+    lowest = np.array([middle[0], middle[1], 0.0])
+    anchors = [middle + toward * s * spread for s in (1.0, 3.0)] + [lowest, middle]
+    found = []
+    for anchor in anchors:
+        reach = np.linalg.norm(position - anchor, axis=1)
+        first = np.array([*anchor, np.quantile(reach, 0.5), size / (0.3 * spread + 1e-3)])
+
+        def miss(x: Floats) -> Floats:
+            gap = position - x[:3]
+            length = np.maximum(np.linalg.norm(gap, axis=1, keepdims=True), 1e-6)
+            model = -x[4] * np.maximum(length - x[3], 0.0) * gap / length
+            out: Floats = (force - model).ravel()
+            return out
+
+        bounds = ([-50, -50, -50, 0.0, 0.0], [50, 50, 50, 50.0, 1e3])
+        start = np.clip(first, np.array(bounds[0]) + 1e-6, np.array(bounds[1]) - 1e-6)
+        fit = least_squares(miss, start, bounds=bounds, loss="soft_l1", max_nfev=60)
+        found.append((float(fit.cost), fit.x))
+    found.sort(key=lambda f: f[0])
+    keys = ("anchor_x", "anchor_y", "anchor_z", "length", "stiffness")
+    return [dict(zip(keys, map(float, x), strict=True)) for _, x in found[:_KEEP]]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -44,6 +45,22 @@ class ThrustCoefficient(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
     twins: ClassVar[tuple[str, ...]] = ("payload", "battery_sag", "wind", "ground_effect")
+    identification: ClassVar[Identification] = Identification(
+        answers=True, measurement="A thrust stand would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a common change of all thrusts."""
+        if not len(subject.lag):
+            return []
+        change = Freed(tolerance=subject.spread(name), scale=0.1)
+        order = (Stage.actuators, 0, 0)
+        return [
+            Addition(
+                instance=name, effect=cls(), parameters={"relative_change": change}, order=order
+            )
+        ]
 
     @staticmethod
     def actuation(

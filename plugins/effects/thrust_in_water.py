@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject
 from seals.environment.disc import wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -58,6 +59,17 @@ class ThrustInWater(Effect):
         0.0, "m", bounds=(-1e4, 1e4), tolerance=0.0, source="chosen: world zero", fit=False
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a change of the ratio that the nominal model holds."""
+        if not len(subject.lag) or not subject.rotors or name not in subject.effects:
+            return []
+        ratio = Freed(tolerance=subject.spread("water_thrust_ratio"), scale=0.15)
+        order = (Stage.actuators, 0, 8)
+        return [
+            Addition(instance=name, effect=None, parameters={"ratio_change": ratio}, order=order)
+        ]
 
     @staticmethod
     def actuation(

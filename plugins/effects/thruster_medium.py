@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Identification
 from seals.environment.disc import hub_depth, wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -55,6 +56,8 @@ class ThrusterMedium(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
     actuator: ClassVar[str] = "thrusters"
+    # the thrust in water is a candidate by itself
+    identification: ClassVar[Identification] = Identification(searched=False)
 
     @staticmethod
     def actuation(

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats, namespace
 from seals.effects.effect import Effect, Parameters
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.errors import ConfigError
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -50,6 +51,24 @@ class WeakRotor(Effect):
     rotor: int = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
     twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
+    identification: ClassVar[Identification] = Identification(
+        answers=True, measurement="A thrust stand would tell."
+    )
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a loss of each actuator."""
+        loss = Freed(tolerance=subject.spread("thrust_coefficient_each"), scale=0.1)
+        return [
+            Addition(
+                instance=f"{name}_{k}",
+                effect=cls(rotor=k),
+                parameters={"relative_loss": loss},
+                variant={"rotor": k},
+                order=(Stage.actuators, 0, 1),
+            )
+            for k in range(1, len(subject.lag) + 1)
+        ]
 
     def __post_init__(self) -> None:
         """Refuse an index below the first."""

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Stage, Subject, along_axes
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
@@ -56,6 +57,15 @@ class Wind(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)
     twins: ClassVar[tuple[str, ...]] = ("tether", "accelerometer_bias", "payload")
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return a steady flow of the medium where the vehicle moves in it."""
+        if MediumKind.air not in subject.media:
+            return []
+        order = (Stage.flow, subject.media.index(MediumKind.air), 3)
+        parameters = along_axes("velocity", 0.0, 2.0)
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

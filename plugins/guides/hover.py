@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.fields import vector
 from seals.control import Aim, Plant, Situation
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
 from seals.robot.model import RobotModel
-from seals.schema import param
+from seals.schema import param, vector
 
 WAVES = 4
 """Sines in a random motion of one joint."""

@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.fields import vector
 from seals.control import Aim, Plant, Situation
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, vector
 
 
 class Memory(NamedTuple):

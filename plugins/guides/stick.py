@@ -12,11 +12,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Aim, Plant, Situation
+from seals.control.key_events import held_after, read_track
+from seals.control.keymap import NEXT_ARM, stick_of
 from seals.control.tracking import Place, pursued
 from seals.schema import param
 from seals.teleop.device import Device, Script
-from seals.teleop.keymap import NEXT_ARM, stick_of
-from seals.teleop.track import held_after, read_track
 
 
 class Memory(NamedTuple):

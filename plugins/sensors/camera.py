@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.config.fields import optional
 from seals.errors import ConfigError, suggestion
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.eye import Shot
 from seals.rendering.picture import Picture
-from seals.schema import param
+from seals.schema import optional, param
 from seals.sensors.carried import Carried
 from seals.sensors.mount import Mount
 from seals.sensors.protocol import Felt

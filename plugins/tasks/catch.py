@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.config.fields import vector
 from seals.control import Aim
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
@@ -19,7 +18,7 @@ from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.seeing import See, hanging
 from seals.robot.model import RobotModel
-from seals.schema import param
+from seals.schema import param, vector
 
 _BOX = (-1e4, 1e4)
 _OWN = ("x", "y", "height", "velocity_x", "velocity_y", "velocity_z", "spin_x", "spin_y", "spin_z")

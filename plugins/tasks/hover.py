@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Array
-from seals.config.fields import vector
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.reach import TaskReach
-from seals.schema import param
+from seals.schema import param, vector
 
 _BOX = (-1e4, 1e4)
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.config.fields import vector
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.plugins.tasks.seeing import See, hanging, names_of, seen
 from seals.robot.model import RobotModel
-from seals.schema import param
+from seals.schema import param, vector
 
 EXPERT_GAIN = 1.5
 """Of the expert's velocity against the distance [1/s]."""

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.config.fields import vector
 from seals.control import Aim
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
-from seals.schema import param
+from seals.schema import param, vector
 
 GRAVITY = 9.81
 """By which the cost of transport is counted [m/s^2]."""

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
-from seals.arrays import Array, columns, namespace
+import numpy as np
+
+from seals.arrays import Array, Floats, columns, namespace
+from seals.effects.identification import Identification, Residual
 from seals.environment.waves import Sea, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
+
+_KEEP = 2
+"""Starting values that are kept."""
 
 
 @dataclass(kw_only=True)
@@ -54,6 +61,23 @@ class WaveAiry:
     gravity: float = param(
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False
     )
+
+    identification: ClassVar[Identification] = Identification(
+        scales={"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0},
+        guessed=True,
+        placed=True,
+        approximate=True,
+    )
+
+    @staticmethod
+    def guesses(residual: Residual) -> list[dict[str, float]]:
+        """Return the waves that fit the residual force best."""
+        return _guessed(residual)
+
+    @staticmethod
+    def plausible(position: Floats) -> dict[str, float]:
+        """Return a small wave."""
+        return {"amplitude": 0.03, "period": 2.0, "direction": 0.5, "phase": 0.3}
 
     def __post_init__(self) -> None:
         """Refuse waves too steep for the theory."""
@@ -118,3 +142,46 @@ def _heading(direction: Array) -> tuple[Array, Array]:
         return math.cos(direction), math.sin(direction)
     xp = namespace(direction)
     return xp.cos(direction), xp.sin(direction)
+
+
+def _guessed(residual: Residual) -> list[dict[str, float]]:
+    """Waves whose pressure force fits best, over a grid of periods and directions."""
+    subject, position, force = residual.subject, residual.position, residual.force
+    gravity = subject.environment.gravity
+    level = subject.environment.water_level or 0.0
+    hull = subject.hull
+    displaced = 998.0 * (hull.volume if hull is not None else 0.0)
+    mass = displaced + float(subject.nominal("added_mass_water", "mass")[2])
+    found = []
+    for period in np.geomspace(0.5, 6.0, 60):
+        omega = 2.0 * np.pi / period
+        k = omega**2 / gravity
+        decay = np.exp(k * np.minimum(position[:, 2] - level, 0.0))
+        for direction in np.arange(0.0, 2.0 * np.pi, np.pi / 8.0):
+            east, north = np.cos(direction), np.sin(direction)
+            theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * residual.time
+            # push = s (rho V + M_A) a_water, a_water from the two phases of the wave
+            sine, cosine = (
+                mass * omega**2 * decay * np.sin(theta),
+                mass * omega**2 * decay * np.cos(theta),
+            )
+            first = np.stack([east * sine, north * sine, -cosine], axis=1).ravel()
+            second = np.stack([east * cosine, north * cosine, sine], axis=1).ravel()
+            basis = np.stack([first, second], axis=1)
+            solved, rest, *_ = np.linalg.lstsq(basis, force.ravel(), rcond=None)
+            left = float(rest[0]) if rest.size else np.inf
+            found.append((left, period, direction, solved))
+    found.sort(key=lambda f: f[0])
+    out = []
+    for _, period, direction, solved in found[:_KEEP]:
+        amplitude = float(np.hypot(*solved))
+        phase = float(np.arctan2(solved[1], solved[0]))
+        out.append(
+            {
+                "amplitude": amplitude,
+                "period": float(period),
+                "direction": float(direction),
+                "phase": phase,
+            }
+        )
+    return out

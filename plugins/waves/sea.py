@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
-from seals.config.fields import optional
 from seals.environment.linear_waves import jonswap, wavenumber
 from seals.environment.waves import Sea, gradient_along
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import optional, param
 
 _CHOSEN = "chosen"
 STEEPEST = 2.0 * math.pi / 15.0

@@ -1,6 +1,6 @@
-"""The batched twin: a free or bolted robot with moving joints, for fitting and for thousands."""
+"""Batch dynamics: equations of motion of many robots in one array, without contacts."""
 
-from seals.batch.model import Twin
+from seals.batch.model import BatchDynamics
 from seals.batch.state import Rates, TwinState
 
-__all__ = ["Rates", "Twin", "TwinState"]
+__all__ = ["BatchDynamics", "Rates", "TwinState"]

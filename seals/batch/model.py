@@ -1,4 +1,4 @@
-"""The twin: the robot's equations of motion with its effects, over a batch."""
+"""Batch dynamics: the robot's equations of motion with its effects, over a batch."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from seals.batch.rigid import RigidBody
 from seals.batch.slopes import Ahead, FusedSlopes
 from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
-from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator, rows_of, take
+from seals.effects.evaluation import Evaluator, rows_of
+from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
 from seals.environment.build import build_surroundings, tables_of
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
-from seals.multibody.gears import fastest_drive
+from seals.multibody.rows import take
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import Fused
 
@@ -33,7 +34,7 @@ They are stable up to 2.8; accuracy ends before.
 """
 
 
-class Twin:
+class BatchDynamics:
     """A batch of robots under the same effects as the simulator.
 
     Integrated by the classic Runge-Kutta method of fourth order; where joint drives are too steep
@@ -57,8 +58,8 @@ class Twin:
         ConfigError: fused, and not on PyTorch.
 
     Example:
-        >>> Twin  # doctest: +ELLIPSIS
-        <class 'seals.batch.model.Twin'>
+        >>> BatchDynamics  # doctest: +ELLIPSIS
+        <class 'seals.batch.model.BatchDynamics'>
     """
 
     def __init__(

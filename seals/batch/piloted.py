@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,19 +11,27 @@ from seals.arrays import Array, as_like, namespace
 from seals.batch.drives import BatchDrives
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
-from seals.batch.model import Twin
+from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.state import TwinState
-from seals.config.run import RunSettings
 from seals.control.batched import BatchController, View
 from seals.control.batched_gauge import BatchThrust, BatchWater
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.motion import Inputs
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import Fused
 from seals.world.drivetrain import response_of
+
+
+class PilotedSettings(Protocol):
+    """What a batch under control needs of the settings of a run."""
+
+    environment: EnvironmentSettings
+    wave: Any
+    controller: Any
 
 
 class Flight(NamedTuple):
@@ -64,7 +72,7 @@ class PilotedTwin:
 
     def __init__(
         self,
-        settings: RunSettings,
+        settings: PilotedSettings,
         robot: RobotModel,
         effects: EffectSet,
         *,
@@ -78,7 +86,7 @@ class PilotedTwin:
         """Hold the joints, then bind twin and controller."""
         self.plant = plant = build_plant(robot, effects, settings.environment)
         self.whole, held = hold(robot, effects, joints)
-        self.twin = Twin(
+        self.twin = BatchDynamics(
             self.whole,
             held,
             settings.environment,
@@ -196,7 +204,7 @@ class PilotedTwin:
 
 
 def _batched(
-    settings: RunSettings, plant: Any, joints: Sequence[float], like: Array
+    settings: PilotedSettings, plant: Any, joints: Sequence[float], like: Array
 ) -> BatchController:
     make = getattr(settings.controller, "batched", None)
     if make is None:

@@ -8,17 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch.model import Twin
+from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
 from seals.batch.state import TwinState
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluation, Evaluator, take_motion
+from seals.effects.evaluation import Evaluation, Evaluator
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
 from seals.multibody.added import added_terms
-from seals.multibody.rows import by_batch
+from seals.multibody.rows import by_batch, take_motion
 
 
 class Force(NamedTuple):
@@ -56,7 +56,7 @@ class Response:
     """
 
     def __init__(
-        self, twin: Twin, state: TwinState, time: Any, inputs: Inputs, posture: Posture
+        self, twin: BatchDynamics, state: TwinState, time: Any, inputs: Inputs, posture: Posture
     ) -> None:
         """Evaluate and solve the twin's own equations."""
         self.twin, self.inputs, self.posture = twin, inputs, posture

@@ -10,8 +10,8 @@ import numpy as np
 from seals.arrays import Array, as_like, column_of, columns, namespace, unasked
 from seals.batch.posture import Posture
 from seals.batch.state import Rates, TwinState
-from seals.config.environment import EnvironmentSettings
 from seals.effects.evaluation import Evaluation, Evaluator
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of, quaternion_rate, rotate
 from seals.motion import Body, Inputs, Joints, Motion
 from seals.multibody.added import added_terms

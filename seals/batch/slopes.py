@@ -13,14 +13,14 @@ from seals.motion import Inputs
 from seals.tensor_compiler import Fused
 
 if TYPE_CHECKING:
-    from seals.batch.model import Twin
+    from seals.batch.model import BatchDynamics
 
 Ahead = tuple[Rates, Any] | None
 """Rates to go along before others are found, and for how long [s]; None stays where it is."""
 
 
 class FusedSlopes:
-    """`seals.batch.Twin.slopes`, compiled once: numbers that differ from stage to stage are arrays.
+    """Compiled `BatchDynamics.slopes`: numbers that differ between stages are passed as arrays.
 
     Args:
         twin: on PyTorch.
@@ -29,7 +29,7 @@ class FusedSlopes:
         ConfigError: the twin computes with another array library.
     """
 
-    def __init__(self, twin: Twin) -> None:
+    def __init__(self, twin: BatchDynamics) -> None:
         """Take the law of the twin."""
         if not hasattr(twin.like, "untyped_storage"):
             raise ConfigError(

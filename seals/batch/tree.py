@@ -10,12 +10,12 @@ import numpy as np
 from seals.arrays import Array, as_like, column_of, namespace
 from seals.batch.posture import Posture
 from seals.batch.state import Rates, TwinState
-from seals.config.environment import EnvironmentSettings
 from seals.effects.evaluation import Evaluation, Evaluator
+from seals.effects.joint_inertia import armature_of
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
 from seals.multibody.equations import Assembly
-from seals.multibody.gears import armature_of
 from seals.multibody.kinematics import Kinematics
 from seals.multibody.rows import by_batch, link_motion
 from seals.multibody.servo import driven, summed

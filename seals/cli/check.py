@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, cast
 from seals.errors import ConfigError
 
 if TYPE_CHECKING:
-    from seals.config.robot import RobotSettings
-    from seals.config.run import RunSettings
-    from seals.robot.check import RobotFinding
+    from seals.check.robot import RobotFinding
+    from seals.robot.settings import RobotSettings
+    from seals.run.settings import RunSettings
 
 _COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 
@@ -21,9 +21,9 @@ def check(arguments: list[str]) -> int:
     from omegaconf import OmegaConf
 
     from seals.config.compose import compose
-    from seals.config.fields import check_tree
     from seals.config.refusal import refusals
     from seals.config.unknown import refuse_unknown
+    from seals.schema import check_tree
 
     if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:
         arguments = [f"robot={arguments[0]}"]
@@ -36,7 +36,7 @@ def check(arguments: list[str]) -> int:
     check_tree(settings, where="robot")
     run = _check_parts(config)
 
-    from seals.robot.check import check_robot
+    from seals.check.robot import check_robot
 
     findings = check_robot(settings, run.actuators)
     show(str(config.robot.name), findings)
@@ -45,8 +45,8 @@ def check(arguments: list[str]) -> int:
 
 def _check_parts(config: Any) -> RunSettings:
     """Refuse effects and sensors of the robot that a run would refuse; return the run."""
-    from seals.config.run import build_run
     from seals.run.assembly import build_model
+    from seals.run.build import build_run
     from seals.world.senses import carrier_of
 
     settings = build_run(config)

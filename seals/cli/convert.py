@@ -11,9 +11,9 @@ from seals.logs.check import check_log
 from seals.logs.finding import Severity
 from seals.logs.log import Log
 from seals.logs.native import TABLES, write_native
+from seals.logs.suffixes import foreign_reader_of
 from seals.untrusted_io import read_bytes, read_yaml
 
-_BY_SUFFIX = {".ulg": "ulog", ".mcap": "mcap", ".db3": "rosbag2"}
 _QUOTES = "'\""
 _MOST_URDF = 1 << 24
 _MOST_FINDINGS = 12
@@ -37,12 +37,10 @@ def convert(arguments: list[str]) -> int:
 
 
 def _reader_of(place: Path) -> str:
-    """Return the reader that a suffix, or a file inside a folder, speaks for."""
-    suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
-    if (place / "metadata.yaml").is_file():
-        return "rosbag2"
-    if suffix in _BY_SUFFIX:
-        return _BY_SUFFIX[suffix]
+    """Return the reader chosen by the suffix or by a file inside the folder."""
+    found = foreign_reader_of(place)
+    if found is not None:
+        return found
     if not place.exists():
         raise ConfigError(f"log={place} does not exist.\nGive the path of a log file or folder.")
     raise ConfigError(
@@ -103,7 +101,7 @@ def _with_map(config: Any) -> Any:
     from omegaconf import OmegaConf, open_dict
 
     from seals.config.refusal import refusals
-    from seals.config.targets import refuse_references
+    from seals.untrusted_io import refuse_references
 
     if not config.map:
         return config.reader

@@ -8,10 +8,11 @@ import typing
 from typing import Any
 
 from seals import registry
-from seals.cli.listing import singular, table
+from seals.cli.listing import singular
 from seals.config.derive import schema_of
 from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
+from seals.report.console import table
 from seals.schema import Parameter, parameters_of
 
 
@@ -75,7 +76,7 @@ def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
         plugin: the robot or animal.
         folder: whether the place of its files on this machine is told.
     """
-    from seals.config.robot import read_robot
+    from seals.robot.robot_file import read_robot
 
     found = read_robot(plugin.folder(), name=plugin.name)
     settings = found.settings

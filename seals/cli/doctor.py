@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from seals import registry
-from seals.cli.listing import table
 from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
+from seals.report.console import table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +94,7 @@ def packages() -> Iterator[Remark]:
 def plug_ins() -> Iterator[Remark]:
     """Report plug-ins that cannot be imported, and names that two packages claim."""
     from seals.config.derive import describe_broken
-    from seals.config.robot import read_robot
+    from seals.robot.robot_file import read_robot
 
     count = 0
     for kind in registry.GROUPS:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.hydra_app import discard, launch
-from seals.cli.words import refuse_dangerous
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError
 
 COMPARE = "--compare"
@@ -76,7 +76,7 @@ def _one_thread() -> None:
 
 def _arm(word: str) -> str:
     """Turn ``sac='runs/sac/*'`` into an entry of ``arms``, and a folder into ``study``."""
-    from seals.config.arms import ArmsSettings
+    from seals.learn.comparison.settings import ArmsSettings
 
     key, sign, value = word.partition("=")
     if word.startswith("-"):

@@ -15,8 +15,8 @@ from typing import Any
 
 from seals.cli.slips import refuse_slips
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
-from seals.cli.words import joined
 from seals.config import roots
+from seals.config.overrides import joined
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 from seals.logs.room import told_full
@@ -216,7 +216,7 @@ def discard(folder: Path) -> None:
 
 
 def _run_task(config: Any) -> int | None:
-    from seals.config.run import build_run
+    from seals.run.build import build_run
 
     build_run(config)  # refuse before anything heavy is imported
     from seals.run.application import execute
@@ -240,7 +240,7 @@ def _place_logs(config: Any) -> None:
 
 def _compare_task(config: Any) -> int | None:
     from seals.config.build import build
-    from seals.config.run import build_run
+    from seals.run.build import build_run
 
     build_run(config)
     build(config.reader, where="reader")

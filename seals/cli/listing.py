@@ -7,6 +7,7 @@ from pathlib import Path
 from seals import registry
 from seals.config.recipes import recipe_groups
 from seals.errors import BrokenPlugin, ConfigError, suggestion
+from seals.report.console import table
 
 
 def list_installed(arguments: list[str]) -> int:
@@ -27,22 +28,6 @@ def list_installed(arguments: list[str]) -> int:
             blocks.append(f"{kind}\n" + (table(rows) if rows else "  (none installed)"))
     print("\n\n".join(blocks))
     return 0
-
-
-def table(rows: list[tuple[str, ...]], *, indent: str = "  ") -> str:
-    """Return rows of text as aligned columns.
-
-    Example:
-        >>> print(table([("a", "one"), ("bcd", "two")]))
-          a    one
-          bcd  two
-    """
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = (
-        indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    )
-    return "\n".join(line.rstrip() for line in lines)
 
 
 def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:

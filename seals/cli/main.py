@@ -135,7 +135,7 @@ VERBS = {
         "  speed     simulated seconds in one second of the clock\n"
         "  export    tensordict: the demonstration for learning; needs aam-seals[learn]\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: what full stick means",
-        more="seals.teleop.keymap:table",
+        more="seals.control.keymap:table",
     ),
     "train": Verb(
         target="seals.cli.train:train",

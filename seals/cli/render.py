@@ -9,7 +9,7 @@ from seals.cli.hydra_app import discard, launch
 
 
 def render(arguments: list[str]) -> int:
-    """Draw the frames of a run by ``seals.rendering.films.application``."""
+    """Draw the frames of a run by ``seals.view.films.application``."""
     # the renderer is an option of the group of viewers
     words = [f"viewer@{word}" if word.startswith("renderer=") else word for word in arguments]
     return launch("render", words, _task)
@@ -18,7 +18,7 @@ def render(arguments: list[str]) -> int:
 def _task(config: Any) -> int | None:
     from hydra.core.hydra_config import HydraConfig
 
-    from seals.rendering.films.application import execute
+    from seals.view.films.application import execute
 
     try:
         return execute(config)

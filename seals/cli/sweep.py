@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.cli.words import refuse_dangerous
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError, MissingExtra, suggestion
 from seals.sweep.book import NOTE
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from seals.cli.hydra_app import launch
 from seals.cli.sweep import is_sweep
-from seals.cli.words import refuse_dangerous
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError
 from seals.untrusted_io import read_plain_yaml
 

@@ -15,12 +15,12 @@ from seals.compare.case import Case
 from seals.compare.courses import cases_of, step_of
 from seals.compare.ladder import Rung, climb
 from seals.compare.result import Comparison, Group, as_data
-from seals.config.compare import CompareOptions, CompareSettings, Course
-from seals.config.run import build_run
+from seals.compare.settings import CompareOptions, CompareSettings, Course
 from seals.errors import ConfigError, suggestion
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.build import build_run
 
 # settings of the comparison itself; the others are those of a run
 OWN = (

@@ -13,8 +13,8 @@ from seals.compare.events import find_drop
 from seals.compare.noise import noise_of
 from seals.compare.predict import PREDICTABLE
 from seals.compare.regimes import regimes_of_drop, regimes_of_height
+from seals.compare.settings import CompareSettings, StartMode
 from seals.compare.start import start_of_drop, start_of_pose
-from seals.config.compare import CompareSettings, StartMode
 from seals.environment.build import hulls_of
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs import Log

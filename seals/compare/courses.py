@@ -11,8 +11,8 @@ from seals.compare.cases import make_cases
 from seals.compare.glide import GlidePredictor, glide_cases
 from seals.compare.heave import HeavePredictor, heave_cases
 from seals.compare.predict import Predictor
+from seals.compare.settings import CompareSettings, Course
 from seals.compare.thrust import ThrustPredictor, thrust_cases
-from seals.config.compare import CompareSettings, Course
 from seals.logs.log import Log
 from seals.robot.model import RobotModel
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.compare.case import Case
 from seals.compare.noise import noise_of
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.plain import moving_mean
@@ -126,7 +126,7 @@ class GlidePredictor(SampledPredictor):
         return {"buoyancy.volume_change": given["density"] / level * whole - volume - change}
 
 
-def balanced(twin: Twin, pitch: Floats, depth: Floats) -> Floats:
+def balanced(twin: BatchDynamics, pitch: Floats, depth: Floats) -> Floats:
     """Velocity along body x and z at which nothing accelerates, shape (N, 2), by Newton."""
     count = len(pitch)
     rpy = np.stack([np.zeros(count), -pitch, np.zeros(count)], axis=1)

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.compare.case import Case
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.model import RobotModel
@@ -140,14 +140,16 @@ class HeavePredictor(SampledPredictor):
             size = np.clip(np.abs(found), _SMALL, None)
         return [{"heave_response": np.array([[r]])} for r in np.abs(found) / wave]
 
-    def _twin_in(self, jobs: Sequence[Job], amplitude: Floats, omega: Floats) -> Twin:
+    def _twin_in(self, jobs: Sequence[Job], amplitude: Floats, omega: Floats) -> BatchDynamics:
         sea: Any = copy.copy(self.settings.wave)
         if not hasattr(sea, "amplitude"):
             raise ConfigError("heave in waves needs waves.\nSay wave=airy.")
         sea.amplitude, sea.period = amplitude, 2.0 * np.pi / omega
         return self.twin_of(jobs, [_PHASES] * len(jobs), more={}, waves=sea)
 
-    def _harmonic(self, twin: Twin, turn: Floats, omega: Floats, amplitude: Floats) -> Complex:
+    def _harmonic(
+        self, twin: BatchDynamics, turn: Floats, omega: Floats, amplitude: Floats
+    ) -> Complex:
         """First harmonic of the vertical acceleration, one complex number a job."""
         zero = np.zeros_like(turn)
         height = self.settings.initial.position[2]

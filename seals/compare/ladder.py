@@ -13,8 +13,8 @@ from seals.compare.case import Case
 from seals.compare.courses import predictor_of
 from seals.compare.fitted import FitKey, fit_keys
 from seals.compare.score import CaseScore, pooled, score_case
+from seals.compare.settings import CompareSettings
 from seals.compare.solve import Solution, Solver
-from seals.config.compare import CompareSettings
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion

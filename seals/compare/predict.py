@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Rates, Twin, TwinState
+from seals.batch import BatchDynamics, Rates, TwinState
 from seals.compare.case import Case
 from seals.compare.fitted import FitKey
-from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet
 from seals.frames import conjugate, multiply, rotation_vector
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 
 PREDICTABLE = (
     "position",
@@ -79,12 +79,12 @@ class Predictor:
         tables = {channel: np.stack(rows) for channel, rows in record.items()}
         return [self._sample(tables, b, self.cases[j.case]) for b, j in enumerate(jobs)]
 
-    def _twin(self, jobs: Sequence[Job]) -> Twin:
+    def _twin(self, jobs: Sequence[Job]) -> BatchDynamics:
         values: dict[str, Floats] = {}
         for p, key in enumerate(self.keys):
             column = np.array([j.values[p] for j in jobs])
             values.update(dict.fromkeys(key.targets, column))
-        return Twin(
+        return BatchDynamics(
             self.robot,
             self.effects,
             self.settings.environment,
@@ -93,7 +93,7 @@ class Predictor:
             values=values,
         )
 
-    def _state(self, twin: Twin, jobs: Sequence[Job]) -> TwinState:
+    def _state(self, twin: BatchDynamics, jobs: Sequence[Job]) -> TwinState:
         rows = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
         return twin.start(
             **{field: np.concatenate([row[field] for row in rows]) for field in rows[0]}

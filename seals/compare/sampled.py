@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.compare.case import Case, Start
 from seals.compare.predict import Job, Predictor
 from seals.compare.regimes import Regime
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.errors import ConfigError, suggestion
 
 
@@ -84,7 +84,7 @@ class SampledPredictor(Predictor):
 
     def twin_of(
         self, jobs: Sequence[Job], counts: Sequence[int], *, more: Mapping[str, Any], waves: Any
-    ) -> Twin:
+    ) -> BatchDynamics:
         """Return a twin with ``counts`` rows for every job; ``more`` adds to the keys' values."""
         values: dict[str, Array] = {}
         for p, key in enumerate(self.keys):
@@ -92,7 +92,7 @@ class SampledPredictor(Predictor):
             values.update(dict.fromkeys(key.targets, column))
         for name, extra in more.items():
             values[name] = values.get(name, 0.0) + extra
-        return Twin(
+        return BatchDynamics(
             self.robot,
             self.effects,
             self.settings.environment,

@@ -7,11 +7,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.compare.case import Start
 from seals.compare.events import DropEvents
-from seals.config.run import InitialSettings
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.hydrostatics import Hull
 from seals.logs import Log
 from seals.robot.model import RobotModel
+from seals.run.settings import InitialSettings
 
 WIDE = {"position": 1.0, "attitude": 0.2, "velocity": 2.0, "spin": 2.0, "joints": 0.2, "rates": 2.0}
 """Prior of a measured start: wide, so that the data decide [m, rad, m/s, rad/s]."""

@@ -12,13 +12,13 @@ from seals.compare.noise import noise_of
 from seals.compare.predict import Job
 from seals.compare.regimes import Regime
 from seals.compare.sampled import SampledPredictor, bare_case, divided
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
+from seals.control.actuator_response import respond
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.motion import Inputs, Reading
 from seals.plain import moving_mean
 from seals.robot.model import RobotModel
-from seals.sysid.drive import respond
 
 _STEP = 1e-3
 """Time between samples after resampling [s]."""

@@ -1,5 +1,6 @@
-"""Typed configuration: the class of a plug-in is its schema, Hydra composes, ``build`` constructs.
+"""Hydra glue: the class of a plug-in is its schema, Hydra composes, ``build`` constructs.
 
-Where to start: ``compose.compose`` turns override strings into a composed configuration,
-``run.build_run`` a composed run into typed settings, ``build.build`` one node into an object.
+Where to start: ``compose.compose`` turns override strings into a composed configuration and
+``build.build`` one node into an object. The typed settings of a verb lie beside its code
+(``roots`` says where); those of a run are built by `seals.run.build.build_run`.
 """

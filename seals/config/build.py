@@ -7,11 +7,11 @@ import functools
 import typing
 from typing import Any
 
-from seals.config.fields import check_fields
 from seals.config.refusal import refusals
 from seals.config.targets import refuse_targets
 from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError, SealsError, suggestion
+from seals.schema import check_fields
 
 
 def build(node: Any, *, where: str) -> Any:

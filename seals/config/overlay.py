@@ -11,12 +11,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.config.targets import refuse_references
 from seals.effects.effect import Effect, MediumKind
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.schema import check_value, parameters_of
-from seals.untrusted_io import read_plain_yaml
+from seals.untrusted_io import read_plain_yaml, refuse_references
 
 FOLDER = "models"
 """Folder in which models are looked for by name."""

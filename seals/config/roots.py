@@ -6,24 +6,24 @@ import importlib
 from typing import Any
 
 _AT = {
-    "add": "add:AddSettings",
-    "arms": "arms:ArmsSettings",
-    "compare": "compare:CompareSettings",
-    "convert": "convert:ConvertSettings",
-    "diagnose": "diagnose:DiagnoseSettings",
-    "evaluate": "evaluate:EvaluateSettings",
-    "learn": "learning:LearnSettings",
-    "plan": "plan:PlanSettings",
-    "record": "evaluate:RecordSettings",
-    "render": "render:RenderSettings",
-    "run": "run:RunSettings",
-    "runs": "runs:RunsSettings",
-    "teleop": "teleop:TeleopSettings",
-    "train": "train:TrainSettings",
-    "verify": "verify:VerifySettings",
-    "view": "view:ViewSettings",
+    "add": "seals.sysid.validation.settings:AddSettings",
+    "arms": "seals.learn.comparison.settings:ArmsSettings",
+    "compare": "seals.compare.settings:CompareSettings",
+    "convert": "seals.cli.convert_settings:ConvertSettings",
+    "diagnose": "seals.sysid.report.settings:DiagnoseSettings",
+    "evaluate": "seals.learn.evaluation.settings:EvaluateSettings",
+    "learn": "seals.learn.settings:LearnSettings",
+    "plan": "seals.sysid.experiment_design.settings:PlanSettings",
+    "record": "seals.learn.demonstrations.settings:RecordSettings",
+    "render": "seals.view.films.settings:RenderSettings",
+    "run": "seals.run.settings:RunSettings",
+    "runs": "seals.sweep.settings:RunsSettings",
+    "teleop": "seals.teleop.settings:TeleopSettings",
+    "train": "seals.learn.training.settings:TrainSettings",
+    "verify": "seals.sysid.validation.settings:VerifySettings",
+    "view": "seals.view.settings:ViewSettings",
 }
-"""Module in this package and class, by the name of the root configuration."""
+"""Module and class by the name of the root configuration: each beside the code of its verb."""
 
 NAMES = tuple(f"{root}_schema" for root in _AT)
 """As the defaults lists of the root configurations name them."""
@@ -43,4 +43,4 @@ def root_schema(name: str) -> Any:
         'RunsSettings'
     """
     module, _, found = _AT[name.removesuffix("_schema")].partition(":")
-    return getattr(importlib.import_module(f"seals.config.{module}"), found)
+    return getattr(importlib.import_module(module), found)

@@ -23,8 +23,8 @@ from seals import registry
 from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
-from seals.config.robot import RobotFile, read_robot
 from seals.errors import ConfigError
+from seals.robot.robot_file import RobotFile, read_robot
 
 ROBOT_KINDS = ("robot", "animal")
 SECTION_GROUPS = {

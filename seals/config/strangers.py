@@ -121,7 +121,7 @@ def _refuse_head(place: Path, content: Mapping[Any, Any]) -> None:
 
 def _refuse_classes(place: Path, content: Any) -> None:
     """Special keys of Hydra at any depth, but for the class of an installed plug-in."""
-    from seals.run.origin import is_plugin
+    from seals.config.plugin_lookup import is_plugin
 
     waiting = [content]
     while waiting:

@@ -58,24 +58,3 @@ def _walk(node: Any, where: str, depth: int) -> None:
             )
         if not OmegaConf.is_missing(node, key):
             _walk(node[key], f"{where}.{key}", depth + 1)
-
-
-def refuse_references(content: Any, *, where: str) -> None:
-    """Refuse plain data from a file that holds ``${...}``: it may look up the user's surroundings.
-
-    Args:
-        content: what the file holds.
-        where: what brought it, for the message.
-
-    Raises:
-        ConfigError: a text in it holds a reference.
-
-    Example:
-        >>> refuse_references({"name": "a"}, where="robot.yaml")
-        >>> refuse_references({"name": "${oc.env:HOME}"}, where="robot.yaml")
-        Traceback (most recent call last):
-        seals.errors.ConfigError: robot.yaml holds a reference, ${...}.
-        Write the value itself.
-    """
-    if "${" in repr(content):
-        raise ConfigError(f"{where} holds a reference, ${{...}}.\nWrite the value itself.")

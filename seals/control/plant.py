@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel

@@ -9,9 +9,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, Plant
 from seals.effects.binding import BoundEffect
-from seals.effects.evaluation import take, take_motion
 from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
+from seals.multibody.rows import take, take_motion
 
 KNOWN = "thrust in water"
 """Phenomenon that a controller knows of its drives; all other changes are hidden from it."""

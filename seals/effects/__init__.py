@@ -2,5 +2,16 @@
 
 from seals.effects.binding import BoundEffect, EffectSet, bind_effects
 from seals.effects.effect import Effect, MediumKind
+from seals.effects.identification import Addition, Freed, Identification, Subject
 
-__all__ = ["BoundEffect", "Effect", "EffectSet", "MediumKind", "bind_effects"]
+__all__ = [
+    "Addition",
+    "BoundEffect",
+    "Effect",
+    "EffectSet",
+    "Freed",
+    "Identification",
+    "MediumKind",
+    "Subject",
+    "bind_effects",
+]

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
+from seals.effects.identification import (
+    Addition,
+    Identification,
+    Residual,
+    Subject,
+    default_additions,
+)
 from seals.motion import (
     AddedInertia,
     Body,
@@ -21,20 +27,13 @@ from seals.motion import (
     Timing,
     Wrench,
 )
+from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to authors here
 
 Parameters: TypeAlias = Mapping[str, Array]
 """Parameter arrays: scalars of shape (1 or N, 1).
 
 ``stem_x``, ``stem_y``, ``stem_z`` are joined into ``stem`` of shape (1 or N, 3).
 """
-
-
-class MediumKind(Enum):
-    """The medium in which an effect acts."""
-
-    water = "water"
-    air = "air"
-    any = "any"
 
 
 @dataclass(kw_only=True)
@@ -52,7 +51,7 @@ class Effect:
 
     - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
 
-    Hooks of other signatures:
+    Hooks of other signatures, given with each:
 
     - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
       on the joints.
@@ -84,6 +83,9 @@ class Effect:
     twins: ClassVar[tuple[str, ...]] = ()
     """Effects a log may be unable to tell apart from this one."""
 
+    identification: ClassVar[Identification] = Identification()
+    """What system identification must know of the effect: plausible sizes, traits."""
+
     stiff: ClassVar[bool] = False
     """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
 
@@ -104,6 +106,48 @@ class Effect:
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
         return {}
+
+    @classmethod
+    def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:
+        """Return the ways in which the effect may be missing on a vehicle.
+
+        The default derives them from the fields, the hooks and ``identification``.
+
+        Args:
+            name: under which the effect is installed.
+            subject: the vehicle of a diagnosis.
+        """
+        return default_additions(cls, name, subject)
+
+    @staticmethod
+    def guesses(residual: Residual) -> list[dict[str, float]]:
+        """Return starting values by parameter, best first, of an effect that must be guessed.
+
+        Args:
+            residual: the force that a model without the effect leaves over.
+        """
+        return []
+
+    @staticmethod
+    def plausible(position: Floats) -> dict[str, float]:
+        """Return parameters that the effect may well have where ``scales`` do not tell them.
+
+        Args:
+            position: mean place of the vehicle, world axes [m], shape (3,).
+        """
+        return {}
+
+    def as_stated(
+        self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
+    ) -> dict[str, float]:
+        """Return fitted parameters as the documented law means them, where the fit smooths it.
+
+        Args:
+            values: of the reported parameters.
+            changes: fitted changes of all parameters of this instance.
+            rates: of the joints along the log [rad/s], shape (T, J).
+        """
+        return dict(values)
 
 
 @runtime_checkable

@@ -6,7 +6,7 @@ Simulator, twin and screen use the same code.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,9 @@ from seals.motion import (
     Motion,
     Wrench,
 )
+from seals.multibody.rows import picked, take
 
 Memory = Mapping[str, Array]
-Bundle = TypeVar("Bundle", Motion, Medium, Body, Sample)
 
 
 class Evaluation(NamedTuple):
@@ -261,8 +261,8 @@ class Evaluator:
         kept = self._bodies.get(links)
         if kept is None or kept[0] is not motion.body:
             kept = self._bodies[links] = (motion.body, take(motion.body, rows))
-        picked = _picked(motion[:-1], rows)
-        return Motion._make((*picked, kept[1])), take(sample, rows)
+        chosen = picked(motion[:-1], rows)
+        return Motion._make((*chosen, kept[1])), take(sample, rows)
 
 
 def vanishes_dry(b: BoundEffect) -> bool:
@@ -332,36 +332,6 @@ def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
     if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
         return slice(links[0], links[-1] + 1, apart)
     return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
-
-
-def take(bundle: Bundle, rows: Any) -> Bundle:
-    """Select rows of every field; fields of one row stand for all and stay."""
-    if rows is None:
-        return bundle
-    return type(bundle)._make(_picked(bundle, rows))
-
-
-def take_motion(motion: Motion, rows: Any) -> Motion:
-    """Select rows of a motion and of its body."""
-    if rows is None:
-        return motion
-    return Motion._make((*_picked(motion[:-1], rows), take(motion.body, rows)))
-
-
-def _picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
-    """Rows of several fields."""
-    if type(fields[0]) is np.ndarray:
-        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
-    return [_pick(x, rows) for x in fields]
-
-
-def _pick(x: Array, rows: Any) -> Array:
-    if x is None or x.shape[0] == 1:
-        return x
-    if isinstance(rows, slice):
-        return x[rows]
-    xp = namespace(x)
-    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)
 
 
 def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Array, as_like
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.surroundings import Surroundings, WaterColumn
 from seals.environment.waves import Waves
 from seals.environment.wetting import POINT_RADIUS, Wetting, WettingExact, WettingNone, WettingTable

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from seals.arrays import Array
-from seals.effects.effect import MediumKind
-from seals.motion import Medium
+from seals.motion import Medium, MediumKind
 
 
 class Sample(NamedTuple):

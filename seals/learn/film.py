@@ -11,16 +11,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.build import build
-from seals.config.learning import build_learning
-from seals.config.render import RenderSettings
+from seals.learn.environments.build import build_learning
 from seals.learn.environments.eyes import with_ball
 from seals.learn.environments.standing import Standing
 from seals.learn.policy import Policy
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
-from seals.rendering.films.application import draw, photographer_of, shooting_of
-from seals.rendering.films.files import Frames
-from seals.rendering.films.film import refuse_missing, write_film
-from seals.rendering.films.viewpoint import Way
+from seals.view.films.application import draw, photographer_of, shooting_of
+from seals.view.films.files import Frames
+from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.settings import RenderSettings
+from seals.view.films.viewpoint import Way
 from seals.view.replay import Replay, Track, continuous
 from seals.view.stage import Stage, build_stage
 

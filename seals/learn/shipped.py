@@ -92,9 +92,9 @@ def task_of(card: Mapping[str, Any], *, where: str) -> Any:
     Raises:
         ConfigError: an override is none of a task, or makes more than values.
     """
-    from seals.cli.words import refuse_dangerous
     from seals.config.build import build
     from seals.config.compose import compose
+    from seals.config.overrides import refuse_dangerous
 
     words = [w for w in entry(card, "overrides", list, where=where) if _of_task(w)]
     refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")

@@ -26,7 +26,7 @@ def world_config(config: Any) -> dict[str, Any]:
     """
     from omegaconf import OmegaConf
 
-    from seals.config.learning import LearnSettings
+    from seals.learn.settings import LearnSettings
 
     shared = {field.name for field in dataclasses.fields(LearnSettings)} - set(FREE)
     kept: Any = OmegaConf.masked_copy(config, [key for key in config if key in shared])

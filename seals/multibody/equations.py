@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
 from seals.arrays import Array, namespace
-from seals.effects.evaluation import Evaluation, take_motion
 from seals.frames import FEW
-from seals.motion import AddedInertia, Motion
+from seals.motion import AddedInertia, Medium, Motion, Wrench
 from seals.multibody.added import added_terms
 from seals.multibody.kinematics import Kinematics, Moving
-from seals.multibody.rows import by_batch
+from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import kirchhoff
+
+
+class LinkLoads(Protocol):
+    """What acts on the links, as an evaluation of effects gives it; each entry with its origin."""
+
+    @property
+    def loads(self) -> Sequence[tuple[Any, Any, Wrench]]:
+        """Origin, rows and wrench about the link origins, link axes [N, N m]."""
+        ...
+
+    @property
+    def inertias(self) -> Sequence[tuple[Any, Any, AddedInertia, Medium]]:
+        """Origin, rows, added inertia and the medium relative to which it acts."""
+        ...
 
 
 class Assembly:
@@ -40,7 +54,7 @@ class Assembly:
         kinematics: Kinematics,
         moving: Moving,
         motion: Motion,
-        found: Evaluation,
+        found: LinkLoads,
         joint_force: Array,
     ) -> Array:
         """Return the generalised acceleration, shape (B, n).
@@ -60,7 +74,7 @@ class Assembly:
         kinematics: Kinematics,
         moving: Moving,
         motion: Motion,
-        found: Evaluation,
+        found: LinkLoads,
         joint_force: Array,
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
@@ -89,7 +103,7 @@ class Assembly:
             matrix = heavier(matrix, self.armature[None])
         return matrix, right
 
-    def total_inertia(self, found: Evaluation, batch: int) -> Array:
+    def total_inertia(self, found: LinkLoads, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
         total = self.inertia
         for _, rows, added, _ in found.inertias:
@@ -99,7 +113,7 @@ class Assembly:
             total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
         return total
 
-    def wrenches(self, motion: Motion, found: Evaluation) -> Array:
+    def wrenches(self, motion: Motion, found: LinkLoads) -> Array:
         """Sum of the effects' wrenches, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
@@ -112,7 +126,7 @@ class Assembly:
                 torque = torque + self._everywhere(wrench.torque, rows, batch)
         return by_batch(xp.concat((force, torque), axis=1), self.links)
 
-    def velocity_terms(self, motion: Motion, found: Evaluation) -> Array:
+    def velocity_terms(self, motion: Motion, found: LinkLoads) -> Array:
         """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links

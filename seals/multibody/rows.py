@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.motion import Body, Motion
 from seals.multibody.kinematics import Kinematics, Moving
+
+Bundle = TypeVar("Bundle", bound=NamedTuple)
+"""Arrays of rows that belong together."""
 
 
 def link_motion(kinematics: Kinematics, moving: Moving, time: Array, bodies: Body) -> Motion:
@@ -45,3 +52,33 @@ def by_batch(x: Array, links: int) -> Array:
     xp = namespace(x)
     shaped = xp.reshape(x, (links, x.shape[0] // links, *x.shape[1:]))
     return xp.permute_dims(shaped, (1, 0, *range(2, shaped.ndim)))
+
+
+def take(bundle: Bundle, rows: Any) -> Bundle:
+    """Select rows of every field; fields of one row stand for all and stay."""
+    if rows is None:
+        return bundle
+    return type(bundle)._make(picked(bundle, rows))
+
+
+def take_motion(motion: Motion, rows: Any) -> Motion:
+    """Select rows of a motion and of its body."""
+    if rows is None:
+        return motion
+    return Motion._make((*picked(motion[:-1], rows), take(motion.body, rows)))
+
+
+def picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
+    """Select rows of several fields; fields of one row stand for all and stay."""
+    if type(fields[0]) is np.ndarray:
+        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
+    return [_pick(x, rows) for x in fields]
+
+
+def _pick(x: Array, rows: Any) -> Array:
+    if x is None or x.shape[0] == 1:
+        return x
+    if isinstance(rows, slice):
+        return x[rows]
+    xp = namespace(x)
+    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.config.robot import HullSettings, RobotSettings, ShapeSettings
 from seals.errors import RobotError, suggestion
 from seals.hydrostatics import (
     Hull,
@@ -20,6 +19,7 @@ from seals.hydrostatics import (
 from seals.multibody.tree import Tree
 from seals.robot.limbs import build_arms, build_grippers, build_legs
 from seals.robot.model import RobotModel
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings
 from seals.robot.urdf import Urdf, UrdfJoint, read_urdf
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.robot import ArmSettings, GripperSettings, LegSettings
 from seals.errors import RobotError, suggestion
+from seals.robot.settings import ArmSettings, GripperSettings, LegSettings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

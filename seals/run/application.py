@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, MissingExtra
+from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.contradictions import contradictions
 from seals.run.folder import write_config, write_end, write_log, write_start
@@ -17,6 +17,7 @@ from seals.run.provenance import provenance
 from seals.run.recall import recalled
 from seals.run.report import write_plots, write_report
 from seals.run.same import differences, version_changes
+from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Keeper, Record, simulate
 from seals.run.surface import Surfaces
 from seals.run.thinned import Thinned

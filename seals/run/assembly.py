@@ -9,8 +9,8 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.backend import Configuration
-from seals.batch import Twin, TwinState
-from seals.config.run import DriveStart, RunSettings
+from seals.batch import BatchDynamics, TwinState
+from seals.config.plugin_lookup import plugin_name
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
@@ -21,8 +21,8 @@ from seals.robot.model import RobotModel
 from seals.run.carrying import carrying
 from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
-from seals.run.origin import plugin_name
 from seals.run.resting import refuse_fluid, resting_effects, without
+from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_eyes
 from seals.run.stability import check_step
 from seals.world import Actor, World
@@ -145,19 +145,19 @@ def build_twin(
     like: Array | None = None,
     values: Mapping[str, Any] | None = None,
     fused: bool = False,
-) -> tuple[Twin, TwinState]:
+) -> tuple[BatchDynamics, TwinState]:
     """Build the twin of a run and its initial state, repeated over the batch.
 
     Args:
         settings: of the run.
         batch: number of robots.
         like: array whose library, type and device to use.
-        values: parameters in place of the configured ones, see `seals.batch.Twin`.
+        values: parameters in place of the configured ones, see `seals.batch.BatchDynamics`.
         fused: let PyTorch's compiler join the arithmetic, likewise.
     """
     refuse_fluid(settings, "the twin")
     robot, effects = build_model(settings)
-    twin = Twin(
+    twin = BatchDynamics(
         robot,
         effects,
         settings.environment,
@@ -170,7 +170,7 @@ def build_twin(
     return twin, twin_state(twin, initial_configuration(settings, robot))
 
 
-def twin_state(twin: Twin, c: Configuration) -> TwinState:
+def twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
     """Return a configuration as a state of the twin, repeated over the batch."""
     from seals.frames import matrix_of
 

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from seals import registry
-from seals.config.objects import ObjectSettings
-from seals.config.robot import RobotFile
-from seals.config.run import RunSettings
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.errors import ConfigError, suggestion
+from seals.robot.robot_file import RobotFile
+from seals.run.object_settings import ObjectSettings
+from seals.run.settings import RunSettings
 from seals.world import Actor
 from seals.world.pilot import Pilot
 from seals.world.servos import check_gains

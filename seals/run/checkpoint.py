@@ -19,9 +19,9 @@ from types import MappingProxyType
 from typing import Any
 
 from seals.backend import Storing
-from seals.config.run import RunSettings
 from seals.errors import ConfigError, DiskFull
 from seals.logs.room import room
+from seals.run.settings import RunSettings
 from seals.run.unpickling import DataUnpickler
 from seals.world import World
 

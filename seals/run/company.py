@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
-from seals.run.origin import plugin_name
+from seals.config.plugin_lookup import plugin_name
+from seals.run.settings import RunSettings
 from seals.world import Actor, Ledger
 
 POSE = ("position_x", "position_y", "position_z")

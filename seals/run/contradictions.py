@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from seals.config.run import RunSettings
+from seals.run.settings import RunSettings
 
 _NEAR = 1e-3
 """Share of a number by which two statements of it may differ [1]."""

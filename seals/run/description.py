@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
-from seals.config.fields import vars_of
-from seals.config.robot import HullSettings
-from seals.config.run import RunSettings
+from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.environment.surroundings import WaterColumn
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
-from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.robot.settings import HullSettings
+from seals.robot.whole_body import whole_body
 from seals.run.equipment import (
     describe_battery,
     describe_drives,
@@ -25,8 +23,8 @@ from seals.run.equipment import (
     held,
     stowed,
 )
-from seals.run.origin import plugin_name
-from seals.schema import parameters_of
+from seals.run.settings import RunSettings
+from seals.schema import parameters_of, vars_of
 
 NOISE_FIELDS = {
     "specific_force": "accelerometer_noise",
@@ -93,22 +91,6 @@ def describe_vehicle(
         servos = None if layout is None else describe_servos(settings, robot)
         vehicle["arm"] = {"links": links, "stowed": stowed(robot), "controller": servos}
     return vehicle
-
-
-def whole_body(robot: RobotModel) -> tuple[float, Floats, Floats]:
-    """Return mass [kg], centre of gravity [m] and inertia about it [kg m^2], base axes.
-
-    Joints stand at zero.
-    """
-    zero = np.zeros((1, robot.tree.joints))
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
-    mass = float(robot.mass.sum())
-    centre = robot.mass @ places / mass if mass > 0.0 else np.zeros(3)
-    arms = places - centre
-    turned = np.einsum("lij,ljk,lmk->im", turns[0], robot.inertia, turns[0])
-    steiner = np.einsum("l,li,li->", robot.mass, arms, arms) * np.eye(3)
-    return mass, centre, turned + steiner - np.einsum("l,li,lj->ij", robot.mass, arms, arms)
 
 
 def _mass_of(robot: RobotModel, link: int) -> dict[str, Any]:

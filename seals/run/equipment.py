@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.run import RunSettings
 from seals.control.plant import ROTOR, Layout
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""

@@ -7,9 +7,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from seals.config.run import RunSettings
 from seals.logs.atomic import write_json, write_table, write_yaml
 from seals.logs.native import write_native
+from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 
 LOG_FILES = ("vehicle.urdf", "meta.yaml", "log.parquet")

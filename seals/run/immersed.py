@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet, bind_effects
 from seals.environment.ground import solids_of
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.fluid import Fluid, Surrounding
 from seals.registry import get
+from seals.run.settings import RunSettings
 from seals.world import Actor
 
 

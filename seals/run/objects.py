@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 
 from seals.backend import Configuration
-from seals.config.objects import ObjectSettings
-from seals.config.robot import RobotFile, RobotSettings
-from seals.config.run import RunSettings
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion
@@ -19,9 +16,13 @@ from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel, Surface
+from seals.robot.robot_file import RobotFile
+from seals.robot.settings import RobotSettings
 from seals.run.behaviour import animate, moves, typed
 from seals.run.immersed import owners
+from seals.run.object_settings import ObjectSettings
 from seals.run.resting import owned
+from seals.run.settings import RunSettings
 from seals.world import Actor
 
 
@@ -90,8 +91,8 @@ def object_robot(found: RobotFile) -> RobotSettings:
     """Return the settings of a robot folder as it stands, typed and checked."""
     from omegaconf import OmegaConf
 
-    from seals.config.fields import check_tree
     from seals.config.refusal import refusals
+    from seals.schema import check_tree
 
     s = found.settings
     values = {

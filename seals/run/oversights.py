@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from seals.config.run import RunSettings
 from seals.errors import suggestion
 from seals.registry import get, names
 from seals.run.resting import resting_effects
+from seals.run.settings import RunSettings
 
 
 def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:

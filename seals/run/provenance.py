@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import seals
-from seals.config.robot import RobotSettings
-from seals.config.run import RunSettings
 from seals.robot.meshes import mesh_names
+from seals.robot.settings import RobotSettings
+from seals.run.settings import RunSettings
 
 PACKAGES = ("numpy", "scipy", "pybullet", "taichi", "torch", "hydra-core", "pyarrow")
 """Packages whose version can change a result."""

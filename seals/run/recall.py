@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.derive import schema_of
+from seals.config.plugin_lookup import plugin_at
 from seals.config.refusal import refusals
 from seals.errors import ConfigError, RobotError
-from seals.run.origin import plugin_at
 from seals.run.provenance import digest
+from seals.run.settings import RunSettings
 from seals.untrusted_io import read_plain_yaml
 
 _SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
@@ -29,8 +30,6 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
         RobotError: the robot's files have changed since.
     """
     from omegaconf import OmegaConf
-
-    from seals.config.run import RunSettings
 
     raw = _read(folder, key)
     with refusals(()):

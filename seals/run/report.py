@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.run import RunSettings
+from seals.config.plugin_lookup import plugin_name
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, write_page
 from seals.report.pictures import write_picture
 from seals.report.style import unit_text
-from seals.run.origin import plugin_name
+from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 from seals.run.views import Views, first_touch
 from seals.schema import parameters_of, vector_groups

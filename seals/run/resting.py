@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from seals.config.robot import read_robot
-from seals.config.run import RunSettings
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError
 from seals.fluid import Fluid
+from seals.robot.robot_file import read_robot
+from seals.run.settings import RunSettings
 
 
 def resting_effects(settings: RunSettings) -> tuple[str, ...]:

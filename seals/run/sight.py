@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
 from seals.environment.ground import solids_of
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
@@ -18,6 +17,7 @@ from seals.rendering import Poses, Renderer, Watch
 from seals.rendering.gather import build_scene
 from seals.rendering.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
 from seals.run.immersed import surroundings
+from seals.run.settings import RunSettings
 from seals.world import Actor
 
 FLUID = 1.0

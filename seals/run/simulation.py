@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.robot.model import RobotModel
@@ -29,6 +28,7 @@ from seals.run.fluid_book import FluidBook
 from seals.run.pictures import Pictures
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
+from seals.run.settings import RunSettings
 from seals.run.stages import Stages
 from seals.world import Ledger, World
 

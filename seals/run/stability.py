@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 
 PERIODS = 2.0
 """Longest step, in periods of the controller.

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
 from seals.frames import rotation_vector
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.style import colours_of
+from seals.run.settings import RunSettings
 from seals.run.simulation import Record
 from seals.world.ledger import COMPONENTS
 

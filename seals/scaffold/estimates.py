@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.robot.check_joints import joint_loads_of
+from seals.check.joints import joint_loads_of
 from seals.robot.model import RobotModel
 from seals.scaffold.shapes import Box, LinkHull
 from seals.scaffold.takeover import Takeover

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.config.robot import RobotSettings
 from seals.control.plant import ROTOR
 from seals.errors import RobotError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.robot.settings import RobotSettings
 from seals.scaffold.estimates import servo_values, short, water_effects
 from seals.scaffold.inertials import add_inertials
 from seals.scaffold.legs import gait_of, leg_servos

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
 from seals.environment.ground import solids_of
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Waves
 from seals.sensors.rays import Shape, distances, shape_of_solid

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.cli.listing import table as aligned
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_table
+from seals.report.console import table as aligned
 from seals.sweep.conditions import read_conditions
 from seals.sweep.metrics import USUAL, Measures, refuse_unknown
 from seals.sweep.picture import SUFFIXES, draw
@@ -33,7 +33,7 @@ def execute(config: Any) -> int:
     """List the runs below a folder; write table and picture where they are asked for.
 
     Args:
-        config: with the keys of `seals.config.runs.RunsSettings`.
+        config: with the keys of `seals.sweep.settings.RunsSettings`.
 
     Raises:
         ConfigError: a setting is wrong, or no run is left.

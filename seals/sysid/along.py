@@ -18,8 +18,6 @@ from seals.motion import Inputs
 from seals.sysid.plant import WAVES, Held, Plant, nonzero
 from seals.sysid.trajectory import Course, difference
 
-TIMED = ("command_delay", "rotor_lag")
-"""Effects on the timing of the actuators."""
 _DRIVING = (Actuated, Actuation, DriveLoads)
 """Hooks of effects that act on each other through the thrust."""
 _KEPT = 6
@@ -167,7 +165,8 @@ class Along:
         """Whether a parameter changes nothing but what some effects do in a given medium."""
         instance = key.partition(".")[0]
         effect = self.plant.library.effects.get(instance)
-        return effect is not None and instance not in TIMED and not has_hook(effect, FlowField)
+        timed = instance in self.plant.timed
+        return effect is not None and not timed and not has_hook(effect, FlowField)
 
     def _part(self, instance: str, values: Mapping[str, float]) -> EffectSet:
         """One effect with all that hang together with it."""

@@ -11,13 +11,14 @@ import numpy as np
 
 from seals.logs.log import Log
 from seals.schema import parameters_of
+from seals.sysid.decision.evidence import Answer, Claim, judge
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.equivalent import catalogued
 from seals.sysid.factors import Candidate
 from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.naming import Search, search
 from seals.sysid.normal import Fit, solve_scaled
 from seals.sysid.problem import Problem, prepare
-from seals.sysid.verdict import Answer, Claim, judge
 
 _NORMAL90 = 1.6449
 _LAW = 0.03
@@ -108,12 +109,17 @@ class Diagnosis:
 
 
 def diagnose(
-    log: Log, *, processes: int = 1, tell: Callable[[int], None] | None = None
+    log: Log,
+    *,
+    policy: DecisionPolicy | None = None,
+    processes: int = 1,
+    tell: Callable[[int], None] | None = None,
 ) -> Diagnosis:
     """Name what the model of a log is missing.
 
     Args:
         log: in the native format, with all of ``meta.yaml``.
+        policy: thresholds of the decisions; the standard ones when left out.
         processes: that share the fits.
         tell: called with the number of stages done.
 
@@ -122,7 +128,7 @@ def diagnose(
     """
     begin = time.perf_counter()
     say = tell or (lambda stage: None)
-    problem = prepare(log)
+    problem = prepare(log, policy=policy)
     say(1)
     found = search(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = judge(problem, found, processes=processes)

@@ -20,20 +20,12 @@ from seals.sysid.trials import nearest_courses
 
 _COARSE = 2
 """Parts of a row in which plausible runs are simulated."""
-_NEAR = 1.5
-"""Misfit of the nominal model, per degree of freedom, up to which others set out from its end."""
 _ROUNDS, _FIRST = 10, 2
 """Steps of a fit at most, and before those that fall behind are left."""
-_BEHIND = 60.0
-"""Score behind the best from which on a fit is not taken further."""
-_HOPELESS, _SPARED = 4.0, 4
-"""Linear gain below which an effect is not fitted, and how many are in any case."""
-_DOUBTED, _RIVALS = 10.0, 3
-"""Score from which on the nominal model and some rivals are fitted once more."""
+_SPARED, _RIVALS = 4, 3
+"""Effects that are fitted whatever their linear gain, and rivals that are fitted once more."""
 _RANKS = (0, 1, 2, 3, 5, 8)
 """Courses from which the nominal model sets out, by how near their runs came to the readings."""
-_SPECIAL = ("tether", "waves")
-"""Effects of unknown place or period: readings without pose do not hold them."""
 
 
 Pair: TypeAlias = tuple[Candidate, Standing]
@@ -53,7 +45,8 @@ class Drops:
         self.base, self.doubt, self.processes = base, base.doubt, processes
         self.between: Between = base.fitter.between
         self.library = base.fitter.library
-        good = base.fit.cost < _NEAR * base.fitter.windows.observed
+        self.policy = self.library.policy
+        good = base.fit.cost < self.policy.good_fit * base.fitter.windows.observed
         self._from = base if good else outset
 
     @property
@@ -84,12 +77,12 @@ class Drops:
         chosen = self._promising()
         first = zip(chosen, self._spread([self._outset(c) for c in chosen], _FIRST), strict=True)
         tried = sorted(first, key=lambda pair: -self._score(*pair))
-        least = self._score(*tried[0]) - _BEHIND if tried else 0.0
+        least = self._score(*tried[0]) - self.policy.behind_unposed if tried else 0.0
         near = sum(self._score(*pair) > least for pair in tried)
         more = self._spread([s for _, s in tried[:near]], _ROUNDS)
         found = [*((c, s) for (c, _), s in zip(tried, more, strict=False)), *tried[near:]]
         found.sort(key=lambda pair: -self._score(*pair))
-        if found and self._score(*found[0]) > _DOUBTED:
+        if found and self._score(*found[0]) > self.policy.recheck_unposed:
             found = self._again(found)
         out = [self.hypothesis((c,), s) for c, s in found]
         return tuple(sorted(out, key=lambda h: -h.score))
@@ -120,12 +113,14 @@ class Drops:
     def _promising(self) -> list[Candidate]:
         """Candidates that a linear look about the nominal course does not rule out."""
         fit, fitter = self._from.fit, self._from.fitter
-        candidates = [c for c in self.library.candidates if c.name not in _SPECIAL]
+        # readings without pose do not hold effects of unknown place or period
+        candidates = [c for c in self.library.candidates if not c.identification.guessed]
         table = screen(fitter, fit, candidate_keys(candidates))
         common, _ = linear_gain(fitter, table, ())
         gains = {c.label: linear_gain(fitter, table, c.all_keys)[0] - common for c in candidates}
         ranked = sorted(candidates, key=lambda c: -gains[c.label])
-        return [c for k, c in enumerate(ranked) if k < _SPARED or gains[c.label] > _HOPELESS]
+        least = self.policy.screen_unposed
+        return [c for k, c in enumerate(ranked) if k < _SPARED or gains[c.label] > least]
 
     def _outset(self, candidate: Candidate) -> Standing:
         """The nominal model with the candidate's keys free, where its course is sensible."""
@@ -156,7 +151,8 @@ def search_drops(
     """
     plant = problem.plant
     coarse = Plant(problem.vehicle, plant.library, problem.samples, parts=_COARSE)
-    courses = nearest_courses(coarse, leave=_SPECIAL, ranks=_RANKS, processes=processes)
+    guessed = {c.name for c in plant.library.candidates if c.identification.guessed}
+    courses = nearest_courses(coarse, leave=sorted(guessed), ranks=_RANKS, processes=processes)
     outset, base = settled(plant, courses, processes=processes)
     tell(1)
     found = chosen(Drops(base, outset, processes=processes), asked)

@@ -9,8 +9,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.factors import Candidate, Factor, Library
 
-ADDING = ("command_delay.delay", "sensor_delay.delay")
-"""Factors whose tolerance can only add, although a fit may take off from them: latencies."""
 _MEAN, _REST = float(np.sqrt(2.0 / np.pi)), float(np.sqrt(1.0 - 2.0 / np.pi))
 """Mean and spread of the absolute value of a unit normal variable."""
 
@@ -25,34 +23,9 @@ def own_part(factor: Factor, value: float) -> tuple[float, float]:
         factor: with its tolerance and bounds.
         value: effect and tolerance together.
     """
-    if factor.bounds[0] == 0.0 or factor.key in ADDING:
+    if factor.bounds[0] == 0.0 or factor.adds:
         return max(value - _MEAN * factor.tolerance, 0.0), _REST * factor.tolerance
     return value, factor.tolerance
-
-
-def friction_as_catalogued(
-    coulomb: float, viscous: float, threshold: float, rates: Floats
-) -> tuple[float, float]:
-    """Return the Coulomb and viscous parts of the law with a jump at rest.
-
-    Equation:
-        least squares over the log of C sign(q') + B q' against
-        coulomb tanh(q' / threshold) + viscous q'.
-
-    Args:
-        coulomb: [N m].
-        viscous: [N m s/rad].
-        threshold: rate at which dry friction turns over [rad/s].
-        rates: of the joint, q' [rad/s], shape (T,).
-
-    Example:
-        >>> friction_as_catalogued(0.1, 0.02, 1e-6, np.array([-0.3, 0.2, 0.5]))
-        (0.1, 0.02)
-    """
-    torque = coulomb * np.tanh(rates / threshold) + viscous * rates
-    laws = np.stack((np.sign(rates), rates), axis=1)
-    found = np.linalg.lstsq(laws, torque, rcond=None)[0]
-    return float(np.round(found[0], 12)), float(np.round(found[1], 12))
 
 
 def catalogued(
@@ -71,11 +44,11 @@ def catalogued(
     """
     own = {k: own_part(library.factors[k], float(values[k])) for k in candidate.keys}
     out = {k: v for k, (v, _) in own.items()}
-    if candidate.name == "joint_friction" and rates.shape[1]:
-        dry, wet = candidate.keys
-        stem = dry.partition(".")[0]
-        law = library.effects[stem]
-        turn = float(getattr(law, "threshold", 0.0)) + float(values.get(f"{stem}.threshold", 0.0))
-        joint = int(candidate.variant["joint"]) - 1
-        out[dry], out[wet] = friction_as_catalogued(out[dry], out[wet], turn, rates[:, joint])
+    stem = candidate.keys[0].partition(".")[0]
+    law = library.effects.get(stem)
+    if law is not None:
+        named = {k.partition(".")[2]: v for k, v in out.items()}
+        moved = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{stem}.")}
+        stated = law.as_stated(named, moved, rates)
+        out = {k: stated[k.partition(".")[2]] for k in out}
     return out, {k: s for k, (_, s) in own.items()}

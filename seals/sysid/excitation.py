@@ -21,7 +21,7 @@ def expected_gains(base: Hypothesis) -> Mapping[str, float]:
     """
     fitter = base.fitter
     library = fitter.library
-    candidates = [c for c in library.candidates if c.name not in ("tether", "waves")]
+    candidates = [c for c in library.candidates if not c.identification.guessed]
     about = fitter.start(base.fit.freed)
     table = screen(fitter, about, candidate_keys(candidates))
     total = table.normal.sum(axis=0)

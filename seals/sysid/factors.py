@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from seals.effects.effect import Effect
+from seals.effects.identification import Addition, Identification
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,12 +22,14 @@ class Factor:
             exact.
         scale: size of a plausible missing effect, the prior width of a candidate.
         bounds: of the change.
+        adds: whether the tolerance can only add, as that of a latency.
     """
 
     key: str
     tolerance: float = 0.0
     scale: float = 1.0
     bounds: tuple[float, float] = (-np.inf, np.inf)
+    adds: bool = False
 
     @property
     def instance(self) -> str:
@@ -55,6 +59,7 @@ class Candidate:
         reported: name of each key's parameter in the report.
         free: keys that are freed but not reported.
         starts: starting values for the keys, one row each; empty for one start at zero.
+        identification: traits that the effect declares.
     """
 
     name: str
@@ -63,12 +68,18 @@ class Candidate:
     variant: Mapping[str, float] = field(default_factory=dict)
     free: tuple[str, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
+    identification: Identification = field(default_factory=Identification)
 
     @property
     def label(self) -> str:
         """Name with variant."""
         parts = [f"{k} {v:g}" for k, v in self.variant.items()]
         return self.name + (f" ({', '.join(parts)})" if parts else "")
+
+    @property
+    def in_arm(self) -> bool:
+        """Whether the effect acts inside an arm."""
+        return bool(self.identification.in_arm)
 
     @property
     def all_keys(self) -> tuple[str, ...]:
@@ -84,11 +95,15 @@ class Library:
         effects: instances of the extended model by name, all changes zero.
         factors: parameters by key.
         candidates: effects that may be missing.
+        policy: thresholds of the decisions.
+        budget: limits of the search.
     """
 
     effects: Mapping[str, Effect]
     factors: Mapping[str, Factor]
     candidates: tuple[Candidate, ...]
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
+    budget: SearchBudget = field(default_factory=SearchBudget)
 
     @property
     def tolerances(self) -> tuple[str, ...]:
@@ -105,55 +120,41 @@ class Collector:
         self.factors: dict[str, Factor] = {}
         self.candidates: list[Candidate] = []
 
-    def add(
-        self,
-        instance: str,
-        effect: Effect | None,
-        parameters: Mapping[str, tuple[float, float]],
-        *,
-        bounds: Mapping[str, tuple[float, float]] | None = None,
-    ) -> tuple[str, ...]:
-        """Add an instance (None: one of the nominal model) with its factors.
+    def take(self, name: str, known: Identification, addition: Addition) -> None:
+        """Add the instance, the factors and the candidate of one addition.
 
         Args:
-            instance: name in the extended model.
-            effect: with all changes zero.
-            parameters: tolerance and scale of each parameter.
-            bounds: of the changes, where they are limited.
+            name: of the effect.
+            known: its traits.
+            addition: one way in which it may be missing.
         """
-        if effect is not None:
-            effect.correction = True
-            self.effects[instance] = effect
-        keys = []
-        for name, (tolerance, scale) in parameters.items():
-            key = f"{instance}.{name}"
-            limits = (bounds or {}).get(name, (-np.inf, np.inf))
-            self.factors[key] = Factor(key=key, tolerance=tolerance, scale=scale, bounds=limits)
-            keys.append(key)
-        return tuple(keys)
-
-    def candidate(
-        self,
-        name: str,
-        keys: Sequence[str],
-        *,
-        reported: Sequence[str] | None = None,
-        variant: Mapping[str, float] | None = None,
-        free: Sequence[str] = (),
-        starts: Sequence[Sequence[float]] = (),
-    ) -> None:
-        """Declare an effect that may be missing."""
-        names = [k.partition(".")[2] for k in keys] if reported is None else reported
-        self.candidates.append(
-            Candidate(
-                name=name,
-                keys=tuple(keys),
-                reported=tuple(names),
-                variant=dict(variant or {}),
-                free=tuple(free),
-                starts=tuple(tuple(s) for s in starts),
+        if addition.effect is not None:
+            addition.effect.correction = True
+            self.effects[addition.instance] = addition.effect
+        for parameter, freed in addition.parameters.items():
+            key = f"{addition.instance}.{parameter}"
+            self.factors[key] = Factor(
+                key=key,
+                tolerance=freed.tolerance,
+                scale=freed.scale,
+                bounds=freed.bounds,
+                adds=parameter in known.adds_only,
             )
-        )
+        named = tuple(addition.parameters) if addition.named is None else addition.named
+        if addition.named is None:
+            named = tuple(p for p in named if p not in addition.nuisance)
+        if named:
+            self.candidates.append(
+                Candidate(
+                    name=name,
+                    keys=tuple(f"{addition.instance}.{p}" for p in named),
+                    reported=named if addition.reported is None else addition.reported,
+                    variant=dict(addition.variant),
+                    free=tuple(f"{addition.instance}.{p}" for p in addition.nuisance),
+                    starts=tuple(tuple(s) for s in addition.starts),
+                    identification=known,
+                )
+            )
 
     def library(self) -> Library:
         """Return what was collected."""

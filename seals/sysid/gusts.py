@@ -9,8 +9,6 @@ from seals.sysid.normal import newton_step
 from seals.sysid.problem import rewindowed
 
 LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
-ADMITTED = 1.6
-"""Factor on the assumed gusts up to which they are what was stated."""
 """Factors on the gusts that are compared."""
 
 
@@ -40,5 +38,6 @@ def unrest(hypothesis: Hypothesis) -> Unrest:
         promised = newton_step(fit)[1]
         scores[level] = fit.cost - promised + price(fit, other.library) + other.windows.volume
     best = min(scores, key=lambda s: scores[s])
-    admitted = min(score for level, score in scores.items() if level <= ADMITTED)
+    most = fitter.library.policy.disturbance_admitted
+    admitted = min(score for level, score in scores.items() if level <= most)
     return Unrest(level=best, gain=scores[1.0] - scores[best], allowance=scores[1.0] - admitted)

@@ -11,13 +11,6 @@ from seals.sysid.factors import Candidate, Library
 from seals.sysid.fit import Fitter
 from seals.sysid.normal import Fit
 
-TRACE = 0.02
-"""Share of a plausible effect below which one is a trace."""
-RESISTING = ("rotor_drag", "angular_drag", "linear_drag", "quadratic_drag")
-"""Effects that a slightly different law of another drag looks like: three times the trace."""
-BEYOND = 2.0
-"""Tolerances that a missing effect must exceed."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
@@ -96,12 +89,13 @@ def try_starts(
 
 def material(candidate: Candidate, fit: Fit, library: Library) -> bool:
     """Whether an effect is large enough to matter: beyond its tolerance, and not a mere trace."""
-    tolerated, plausible = 0.0, 0.0
+    tolerated, plausible, policy = 0.0, 0.0, library.policy
     for key in candidate.keys:
         factor = library.factors[key]
         if factor.tolerance > 0.0:
             tolerated = max(tolerated, abs(fit.values[key]) / factor.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / factor.scale)
     exact = all(library.factors[k].tolerance == 0.0 for k in candidate.keys)
-    trace = 3.0 * TRACE if candidate.name in RESISTING else TRACE
-    return plausible > trace if exact else tolerated > BEYOND
+    # a slightly different law of another drag looks like a small one
+    similar = policy.trace_of_similar if candidate.identification.resists else 1.0
+    return plausible > similar * policy.trace if exact else tolerated > policy.tolerances

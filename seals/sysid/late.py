@@ -20,12 +20,6 @@ _ROUNDS = 14
 """Steps of a fit at most."""
 _OUTSET = 0.02
 """Delay from which a fit sets out [s]."""
-_MUCH = 1.2
-"""Misfit of a model, per degree of freedom, from which on late sensors are looked for."""
-_BETTER = 100.0
-"""Misfit by which the nominal model on its own course must beat the best on the measured one."""
-_PLIANT = ("waves", "tether")
-"""Effects whose place or period is free."""
 
 
 def own_courses(
@@ -75,15 +69,15 @@ def own_courses(
         late = replace(late, score=late.score + nominal.fit.cost - plain.fit.cost)
         if late.score > best.score + asked:
             return nominal, late, (late,)
-    if plain.fit.cost > best.fit.cost - _BETTER:
+    if plain.fit.cost > best.fit.cost - problem.policy.late_gain:
         return None
     return chosen(drops, asked)
 
 
 def _doubtful(best: Hypothesis) -> bool:
     """Whether a model leaves much over, or needs an effect that bends to almost anything."""
-    much = best.fit.cost > _MUCH * best.fitter.windows.observed
-    return much or bool({*best.names} & {*_PLIANT})
+    much = best.fit.cost > best.fitter.library.policy.late_misfit * best.fitter.windows.observed
+    return much or any(c.identification.guessed for c in best.candidates)
 
 
 def _settled(now: Standing) -> Standing:

@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, matrix_of, multiply
 from seals.motion import Reading
-from seals.sysid.along import TIMED, Along, Anchor, accelerations, packed
+from seals.sysid.along import Along, Anchor, accelerations, packed
 from seals.sysid.plant import WAVES, Plant, nonzero
 from seals.sysid.trajectory import Course
 
@@ -218,15 +218,14 @@ def _times(matrices: Floats, rows: Floats) -> Floats:
 def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
     """Components of the position on which accelerations depend at all."""
     acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
-    laws = [type(plant.library.effects[n]).__module__ for n in acting & set(plant.library.effects)]
-    if WAVES in acting or any(law in _PLACED or not law.startswith("seals.") for law in laws):
+    laws = [type(plant.library.effects[n]) for n in acting & set(plant.library.effects)]
+    # laws of strangers may know where they are, too
+    if WAVES in acting or any(
+        law.identification.placed or not law.__module__.startswith("seals.") for law in laws
+    ):
         return (0, 1, 2)
     around = plant.vehicle.environment
     return () if around.water_level is None and around.ground_level is None else (2,)
-
-
-_PLACED = ("seals.plugins.effects.tether", "seals.plugins.effects.formula")
-"""Laws that know where they are; those of strangers may."""
 
 
 def columns_along(
@@ -246,7 +245,7 @@ def columns_along(
     index = {key: i for i, key in enumerate(keys)}
     rate = np.zeros((count, size, len(keys)))
     reading = np.zeros((count, 6, len(keys)))
-    sensed = [k for k in keys if k.partition(".")[0] in _SENSOR_EFFECTS]
+    sensed = [k for k in keys if plant.senses(k.partition(".")[0])]
     moving = [k for k in keys if k not in sensed]
     for key, change in along.changes(used, moving).items():
         i = index[key]
@@ -257,7 +256,7 @@ def columns_along(
         reading[:, :, index[key]] = change
     push = np.matmul(dynamics.integral(plant.samples.step), _average(rate))
     for key in moving:
-        if key.partition(".")[0] in TIMED:
+        if key.partition(".")[0] in plant.timed:
             # a command jumps inside a step, where the rates at its two ends do not see it
             change = along.pushed(used, key)
             push[:, :, index[key]] = (
@@ -287,15 +286,6 @@ def _sensed(
         later = {**used, key: used.get(key, 0.0) + step}
         out[key] = (_stacked(plant.reading(along.state, rates, later)) - seen) / step
     return out
-
-
-_SENSOR_EFFECTS = (
-    "accelerometer_bias",
-    "accelerometer_scale",
-    "gyroscope_bias",
-    "sensor_misalignment",
-    "sensor_delay",
-)
 
 
 def _felt(plant: Plant, change: Floats) -> Floats:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from seals.sysid.drop import search_drops
 from seals.sysid.factors import Candidate
 from seals.sysid.fit import Fitter
-from seals.sysid.gusts import ADMITTED, unrest
+from seals.sysid.gusts import unrest
 from seals.sysid.hypothesis import Hypothesis, keys_of, material, scored
 from seals.sysid.late import own_courses
 from seals.sysid.lateness import timed
@@ -22,37 +22,6 @@ from seals.sysid.screen import Screen, candidate_keys, linear_gain, screen
 from seals.sysid.shortlist import Job, fitted, hopeful, refined
 from seals.sysid.special import special_starts
 
-SURVIVORS = 7
-"""Candidates that are fitted in full after the quick look."""
-FOLLOWERS = 4
-"""The same beside effects that were found already."""
-HOPELESS, HOPELESS_BESIDE = 5.0, 14.0
-"""Linear gain below which a full fit cannot pay, alone and beside other effects."""
-_NEAR = 12.0
-"""Fall of the linear gain within which a candidate survives in any case."""
-THRESHOLD = 10.0
-"""Score above which an effect is taken to be there."""
-ROUGH, BLIND = 8.0, 14.0
-"""More of it where a hull pierces the surface, its laws being good to a few per cent only: with a
-pose, and without one or for late sensors, whose course the impact itself has to tell."""
-FURTHER = 10.0
-"""More of it for every further effect: what a loud one leaves over is easily taken for another."""
-JOINTED = 50.0
-"""More of it on a vehicle with an arm, whose reaction on the base is known less well, for effects
-that do not sit in the arm."""
-IN_THE_ARM = ("joint_friction", "joint_backlash", "payload")
-RIVALS = 3
-"""Effects that are tried in the place of each one that was found."""
-POLISHED = 2
-"""Loud fits at the top that are repeated on a linearisation of their own."""
-PAIRED = 5
-"""Effects of the first round that are tried two by two."""
-MOST = 3
-"""Effects that are looked for at most."""
-INEXACT = 0.01
-"""Share of what a wave explains that its law, of first order in the steepness, leaves over."""
-_LOUD = 100.0
-"""Score above which a fit is repeated on a linearisation of its own."""
 _SETTLED = 2.0
 
 
@@ -74,7 +43,6 @@ class Search:
 def search(
     problem: Problem,
     *,
-    threshold: float = THRESHOLD,
     processes: int = 1,
     tell: Callable[[int], None] = lambda rounds: None,
 ) -> Search:
@@ -82,16 +50,17 @@ def search(
 
     Args:
         problem: the log made ready.
-        threshold: score that every effect must add.
         processes: that share the fits.
         tell: called with the number of rounds done.
     """
+    policy = problem.policy
+    unposed = policy.evidence + policy.evidence_unposed
     if problem.impact and not problem.samples.posed:
-        asked = threshold + BLIND
+        asked = unposed
         nominal, best, tried = search_drops(problem, asked, processes=processes, tell=tell)
         return Search(nominal=nominal, best=best, rounds=(tried,))
-    nominal, best, rounds = added(problem, threshold, processes=processes, tell=tell)
-    own = own_courses(problem, nominal, best, threshold + BLIND, processes=processes)
+    nominal, best, rounds = added(problem, processes=processes, tell=tell)
+    own = own_courses(problem, nominal, best, unposed, processes=processes)
     if own is not None:
         # what was tried along another course has no say beside these
         kept = [h for h in rounds[0] if own[0] is nominal and h.names != own[1].names]
@@ -101,14 +70,15 @@ def search(
 
 
 def added(
-    problem: Problem, threshold: float, *, processes: int, tell: Callable[[int], None]
+    problem: Problem, *, processes: int, tell: Callable[[int], None]
 ) -> tuple[Hypothesis, Hypothesis, list[tuple[Hypothesis, ...]]]:
     """Nominal model, the one with all effects that pay, and what was tried in every round."""
     nominal = settled(problem)
     best = nominal
     rounds: list[tuple[Hypothesis, ...]] = []
     rough = surface(problem.plant, nominal.fitter.course) is not None
-    for _ in range(MOST):
+    policy = problem.policy
+    for _ in range(problem.budget.effects):
         tried = extensions(problem, nominal, best, processes=processes)
         if problem.impact and not rounds:
             nominal, tried = credited(problem, nominal, tried, processes=processes)
@@ -118,14 +88,19 @@ def added(
         tried = tuple(h for h in tried if material(h.candidates[-1], h.fit, problem.plant.library))
         if problem.vehicle.servo:
             tried = tuple(
-                sorted(tried, key=lambda h: -h.score + (0.0 if _in_the_arm(h) else JOINTED))
+                sorted(
+                    tried,
+                    key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm),
+                )
             )
         if not tried:
             break
-        asked = threshold + (ROUGH if rough else 0.0) + (FURTHER if best.candidates else 0.0)
-        asked += INEXACT * best.score if "waves" in best.names else 0.0
+        asked = policy.evidence + (policy.evidence_surface if rough else 0.0)
+        asked += policy.evidence_further if best.candidates else 0.0
+        approximate = any(c.identification.approximate for c in best.candidates)
+        asked += policy.wave_model_error * best.score if approximate else 0.0
         if problem.vehicle.servo and not _in_the_arm(tried[0]):
-            asked += JOINTED
+            asked += policy.evidence_arm
         if tried[0].score < best.score + asked:
             break
         # stronger gusts, as far as they are admitted, may do as well as the effect
@@ -154,14 +129,14 @@ def credited(
     fitter = linearised(problem.plant, tried[0].fitter.course, {}, gusts=level)
     fitter = followed(fitter, (), rounds=2)
     moved = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
-    if moved.fit.cost > nominal.fit.cost - _LOUD:
+    if moved.fit.cost > nominal.fit.cost - problem.policy.relinearise:
         return nominal, tried
     return moved, extensions(problem, moved, moved, processes=processes)
 
 
 def _in_the_arm(hypothesis: Hypothesis) -> bool:
     """Whether the effect that was added last sits in the arm."""
-    return hypothesis.candidates[-1].name in IN_THE_ARM
+    return hypothesis.candidates[-1].in_arm
 
 
 def settled(problem: Problem) -> Hypothesis:
@@ -174,7 +149,7 @@ def settled(problem: Problem) -> Hypothesis:
         fitter = linearised(problem.plant, fitter.course, at, gusts=fitter.windows.gusts)
         nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     found = unrest(nominal)
-    if not 1.0 < found.level <= ADMITTED:
+    if not 1.0 < found.level <= problem.policy.disturbance_admitted:
         return nominal
     fitter = rewindowed(fitter, gusts=found.level)
     return Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
@@ -189,13 +164,17 @@ def extensions(
     families = {c.name for c in base.candidates}
     candidates = [c for c in library.candidates if c.label not in taken and c.name not in families]
     noisy = unrest(base)
-    missing = noisy.level > 1.0 and noisy.gain > _FORCE
+    missing = noisy.level > 1.0 and noisy.gain > problem.policy.disturbance_search
     starts = special_starts(problem, base) if missing else {}
-    regular = [c for c in candidates if c.name not in _SPECIAL]
-    _, first = quick_look(base, regular, always=_LATE_NAMES if missing else ())
+    regular = [c for c in candidates if not c.identification.guessed]
+    uncertain = [c.name for c in regular if c.identification.uncertain_onset]
+    _, first = quick_look(base, regular, always=uncertain if missing else ())
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
-        (c, begin) for c in candidates if c.name in _SPECIAL for begin in starts.get(c.name, ())
+        (c, begin)
+        for c in candidates
+        if c.identification.guessed
+        for begin in starts.get(c.name, ())
     ]
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
@@ -212,7 +191,13 @@ def extensions(
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
     # the first round's runners-up are tried two by two later
-    out = refined(out, nominal, base, always=0 if base.candidates else PAIRED, processes=processes)
+    out = refined(
+        out,
+        nominal,
+        base,
+        always=0 if base.candidates else problem.budget.paired,
+        processes=processes,
+    )
     out.sort(key=lambda h: -h.score)
     return tuple(polished(problem, nominal, base, out))
 
@@ -221,13 +206,6 @@ def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     """Windows that follow a late sensor, for starts with more than a little delay."""
     delay = start.get(DELAY, 0.0)
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
-
-
-_LATE_NAMES = ("sensor_delay",)
-"""Effects whose response about zero says little of what they do."""
-_SPECIAL = ("tether", "waves")
-_FORCE = 25.0
-"""Evidence for stronger gusts from which on effects of unknown place or period are tried."""
 
 
 def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:
@@ -246,6 +224,7 @@ def quick_look(
         always: names that a linear look cannot judge.
     """
     fitter, freed = base.fitter, base.fit.freed
+    policy, budget = fitter.library.policy, fitter.library.budget
     about = fitter.start(freed) if not freed else base.fit
     table = screen(fitter, about, candidate_keys(candidates))
     common, _ = linear_gain(fitter, table, ())
@@ -256,13 +235,14 @@ def quick_look(
         ranked.append((gain - common, candidate, {k: values[k] for k in keys if k in values}))
     ranked.sort(key=lambda r: -r[0])
     top = ranked[0][0] if ranked else 0.0
-    least, spared = (HOPELESS_BESIDE, 1) if freed else (HOPELESS, 3)
+    least, spared = (policy.screen_further, 1) if freed else (policy.screen, budget.spared)
+    most = budget.survivors_further if freed else budget.survivors
     kept = [
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
         if c.name in always
         or (
-            (i < (FOLLOWERS if freed else SURVIVORS) or (g > top - _NEAR and i < 2 * SURVIVORS))
+            (i < most or (g > top - policy.screen_near and i < 2 * budget.survivors))
             and (g > least or i < spared)
         )
     ]
@@ -274,8 +254,9 @@ def polished(
 ) -> list[Hypothesis]:
     """Repeat the loud fits at the top where their own linearisation holds."""
     out = list(tried)
-    least = max(_LOUD, hopeful(out[0].score, base)) if out else _LOUD
-    for i, hypothesis in enumerate(out[:POLISHED]):
+    least = problem.policy.relinearise
+    least = max(least, hopeful(out[0].score, base)) if out else least
+    for i, hypothesis in enumerate(out[: problem.budget.relinearised]):
         if hypothesis.score > least:
             out[i] = relinearised(problem, nominal, hypothesis)
     return sorted(out, key=lambda h: -h.score)
@@ -321,7 +302,7 @@ def exchanged(
             values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
             jobs.append(((*others, candidate), values))
     for rival in fitted(best.fitter, jobs, nominal, best, processes=processes):
-        if rival.score > best.score + 1.0:
+        if rival.score > best.score + best.fitter.library.policy.exchange_gain:
             best = rival
     return best
 
@@ -337,9 +318,10 @@ def paired(
 
     The effect that was found beside the first joins them.
     """
-    top = [h for h in singles[:PAIRED] if h.score > 0.0]
+    pool = nominal.fitter.library.budget.paired
+    top = [h for h in singles[:pool] if h.score > 0.0]
     second = best.candidates[-1].label
-    top += [h for h in singles[PAIRED:] if h.candidates[-1].label == second]
+    top += [h for h in singles[pool:] if h.candidates[-1].label == second]
     pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
     known = set(best.names)
     pairs = [(a, b) for a, b in pairs if {*a.names, *b.names} != known]
@@ -352,7 +334,7 @@ def paired(
         for a, b in pairs
     ]
     for rival in fitted(fitter, jobs, nominal, best, processes=processes):
-        if rival.score > best.score + 1.0:
+        if rival.score > best.score + best.fitter.library.policy.exchange_gain:
             best = rival
     return best
 
@@ -372,7 +354,7 @@ def rivals_of(
     jobs: list[Job] = []
     for single in ranked:
         candidate = single.candidates[-1]
-        if candidate.name in taken or len(jobs) >= RIVALS:
+        if candidate.name in taken or len(jobs) >= best.fitter.library.budget.rivals:
             continue
         values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
         jobs.append(((*others, candidate), values))

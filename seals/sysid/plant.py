@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Rates, Twin, TwinState
+from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.posture import Posture
+from seals.control.actuator_response import JITTER, respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
-from seals.effects.effect import Measure, Timed
+from seals.effects.effect import Effect, Measure, Timed
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
-from seals.sysid.drive import JITTER, respond
+from seals.schema import parameters_of
 from seals.sysid.factors import Library
 from seals.sysid.samples import Samples
 from seals.sysid.vehicle import Vehicle
@@ -25,7 +26,6 @@ from seals.sysid.vehicle import Vehicle
 Values = Mapping[str, Any]
 """Changes by factor key: numbers, or arrays over the batch."""
 WAVES, WAVE_MOMENT = "waves", "wave_moment"
-_TIMED = ("command_delay.delay", "rotor_lag.time_constant_change")
 
 _KEPT = 12
 """Timings of the actuators that are kept."""
@@ -60,6 +60,10 @@ class Plant:
         library: factors and instances.
         samples: the log.
         parts: integration steps per row.
+
+    Attributes:
+        timed: instances that change the timing of the actuators.
+        command_delay: delay of all commands besides that of those instances [s].
     """
 
     def __init__(self, vehicle: Vehicle, library: Library, samples: Samples, *, parts: int) -> None:
@@ -74,18 +78,39 @@ class Plant:
         self._quiet = {
             n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
         }
+        self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
+        self.command_delay = 0.0
 
     def drive(self, values: Values) -> Drive | None:
         """States of the actuators under the timing of ``values`` (numbers)."""
         if not len(self.vehicle.lag):
             return None
-        delay, lag = (float(values.get(key, 0.0)) for key in _TIMED)
+        delay, lag = self._timing(values)
         key = (delay, lag)
         if key not in self._drives:
             if len(self._drives) >= _KEPT:
                 del self._drives[next(iter(self._drives))]
             self._drives[key] = self._respond(delay, lag)
         return self._drives[key]
+
+    def _timing(self, values: Values) -> tuple[float, float]:
+        """Delay of the commands and change of the time constant under ``values`` (numbers) [s]."""
+        delay, lag = self.command_delay, 0.0
+        for instance in {k.partition(".")[0]: None for k in values}:
+            if instance not in self.timed:
+                continue
+            effect = self.library.effects[instance]
+            timing = _timing_of(
+                effect, {p: values.get(f"{instance}.{p}", 0.0) for p in parameters_of(effect)}
+            )
+            delay += timing[0]
+            lag += timing[1]
+        return delay, lag
+
+    def senses(self, instance: str) -> bool:
+        """Whether an instance changes what the inertial sensors report and not the motion."""
+        effect = self.library.effects.get(instance)
+        return instance in self._quiet - self.timed if effect is not None else False
 
     def _respond(self, delay: float, lag: float) -> Drive:
         samples, parts = self.samples, 2 * self.parts
@@ -104,8 +129,8 @@ class Plant:
             at[last - 1, -1] = states[-1, -1]
         return Drive(at=at, delay=delay)
 
-    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> Twin:
-        """Twin of the nominal model with the changes of ``values``.
+    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> BatchDynamics:
+        """Batch dynamics of the nominal model with the changes of ``values``.
 
         Args:
             values: numbers or arrays (batch,) by factor key; factors left out are zero.
@@ -122,7 +147,7 @@ class Plant:
             k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
         }
         waves = self._waves(values, batch)
-        return Twin(
+        return BatchDynamics(
             self.vehicle.robot,
             bound,
             self.vehicle.environment,
@@ -180,14 +205,16 @@ class Plant:
             joint = share * command[older] + (1.0 - share) * command[newer]
         return Inputs(0.0, torque, drive, voltage, joint)
 
-    def rates(self, twin: Twin, state: TwinState, rows: Any, drive: Floats | None) -> Rates:
+    def rates(
+        self, twin: BatchDynamics, state: TwinState, rows: Any, drive: Floats | None
+    ) -> Rates:
         """Rates at rows of the log (repeats allowed)."""
         time = self.samples.time[rows][:, None]
         return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
 
     def advance(
         self,
-        twin: Twin,
+        twin: BatchDynamics,
         state: TwinState,
         rows: Any,
         drive: Drive | None,
@@ -266,6 +293,21 @@ class Plant:
         for b in sorted(bound.measures, key=lambda b: getattr(b.effect, "order", 0)):
             reading = b.hooks.measure(reading, b.params)
         return reading
+
+
+def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
+    """Delay of commands and change of the lag [s] under some parameters of a timed effect."""
+    if not isinstance(effect, Timed):
+        return 0.0, 0.0
+    timing = effect.timing({p: np.array([[float(v)]]) for p, v in values.items()})
+    return (float(np.ravel(timing.command_delay)[0]), float(np.ravel(timing.lag)[0]))
+
+
+def _times_actuators(effect: Effect) -> bool:
+    """Whether an effect changes the timing of the actuators, not that of the sensors."""
+    return has_hook(effect, Timed) and any(
+        _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
+    )
 
 
 def nonzero(values: Mapping[str, float]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from seals.arrays import Floats
 from seals.logs.log import Log
 from seals.sysid.along import Along
 from seals.sysid.catalogue import library_of
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 from seals.sysid.fit import Fitter
 from seals.sysid.linearise import DELAY, Dynamics, dynamics_along, predict
 from seals.sysid.plant import Plant
@@ -64,13 +65,35 @@ class Problem:
     fitter: Fitter
 
     @property
+    def policy(self) -> DecisionPolicy:
+        """Thresholds of the decisions."""
+        return self.plant.library.policy
+
+    @property
+    def budget(self) -> SearchBudget:
+        """Limits of the search."""
+        return self.plant.library.budget
+
+    @property
     def impact(self) -> bool:
         """Whether the vehicle falls into water without actuators."""
         return self.vehicle.has_water and not len(self.vehicle.lag)
 
 
-def prepare(log: Log, *, window: float = WINDOW, gusts: float = GUSTS) -> Problem:
+def prepare(
+    log: Log,
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+    policy: DecisionPolicy | None = None,
+) -> Problem:
     """Read a log, find its course, and linearise the model along it.
+
+    Args:
+        log: in the native format.
+        window: length of the windows [s].
+        gusts: factor on the stated disturbance.
+        policy: thresholds of the decisions; the standard ones when left out.
 
     Raises:
         LogError: the log cannot be used.
@@ -84,7 +107,9 @@ def prepare(log: Log, *, window: float = WINDOW, gusts: float = GUSTS) -> Proble
         course = measured_course(samples, vehicle)
     else:
         course = simulated_course(samples, vehicle, parts=parts)
-    plant = Plant(vehicle, library_of(vehicle, speeds=typical(course)), samples, parts=parts)
+    library = library_of(vehicle, speeds=typical(course))
+    library = library if policy is None else replace(library, policy=policy)
+    plant = Plant(vehicle, library, samples, parts=parts)
     fitter = linearised(plant, course, {}, window=window, gusts=gusts)
     if samples.posed:
         course = refined(plant, course, window=window)

@@ -13,9 +13,6 @@ from seals.sysid.normal import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.problem import rewindowed
 
-_BEHIND, _FAR = 150.0, 0.25
-"""Score, and share of the best one's gain, by which a rough fit that is finished may be behind."""
-
 Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
 
 
@@ -81,4 +78,5 @@ def refined(
 
 def hopeful(top: float, base: Hypothesis) -> float:
     """Score of a rough fit from which on it may still become the best."""
-    return top - _BEHIND - _FAR * max(top - base.score, 0.0)
+    policy = base.fitter.library.policy
+    return top - policy.behind - policy.behind_share * max(top - base.score, 0.0)

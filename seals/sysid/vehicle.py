@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
 from seals.effects.effect import Effect, MediumKind
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
 from seals.hydrostatics import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere
 from seals.multibody.tree import Tree

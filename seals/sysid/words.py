@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import figure, interval
-from seals.sysid.verdict import Verdict
 
 
 def sentence(found: Diagnosis) -> str:

@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from seals.config.run import RunSettings, build_run
-from seals.config.teleop import TeleopSettings
+from seals.control.key_events import Event, read_track, write_track
 from seals.errors import ConfigError, suggestion
 from seals.run.application import run_into, short_path
 from seals.run.assembly import build_model
+from seals.run.build import build_run
 from seals.run.folder import write_config
+from seals.run.settings import RunSettings
 from seals.run.simulation import Ending
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
-from seals.teleop.track import Event, read_track, write_track
+from seals.teleop.settings import TeleopSettings
 
 if TYPE_CHECKING:
     from seals.learn.demonstrations.episode import Origin

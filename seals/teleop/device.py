@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from seals.control import Situation
-from seals.teleop.track import Event
+from seals.control.key_events import Event
 
 
 class Device(Protocol):

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from seals.control import Plant, Situation
+from seals.control.key_events import Event
+from seals.control.keymap import CONTROLS
 from seals.errors import ConfigError, MissingExtra
-from seals.teleop.keymap import CONTROLS
-from seals.teleop.track import Event
 
 DEAD = 0.08
 """Share of an axis that counts as nothing: sticks do not return exactly [1]."""

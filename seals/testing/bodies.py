@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from seals.config.robot import HullSettings, RobotSettings, ShapeSettings, ShapeType
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 
 _LINK = """
   <link name="{name}">

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control import Aim, Controller, Guide, Order, Plant, Situation
 from seals.control.plant import build_plant
 from seals.run.assembly import ROBOT, build_world
+from seals.run.build import build_run
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.world.pilot import Pilot

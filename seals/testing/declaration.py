@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.fields import check_fields, vars_of
 from seals.effects.effect import Effect
-from seals.schema import parameters_of
+from seals.schema import check_fields, parameters_of, vars_of
 from seals.testing.contract import require
 
 HEADINGS = (

@@ -10,7 +10,7 @@ import numpy as np
 from seals import registry
 from seals.arrays import Floats
 from seals.backend import Configuration
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.effects.binding import EffectSet
 from seals.environment.waves import Waves
 from seals.frames import conjugate, matrix_of, multiply, rotation_vector, unrotate
@@ -73,7 +73,7 @@ def follow(
     duration: float,
 ) -> Track:
     """Return the trajectory of the twin, one row of its batch a scene."""
-    twin = Twin(robot, effects, ENVIRONMENT, _still(), batch=len(starts))
+    twin = BatchDynamics(robot, effects, ENVIRONMENT, _still(), batch=len(starts))
     fields = {
         name: np.array([getattr(start, name) for start in starts]) for name in Configuration._fields
     }

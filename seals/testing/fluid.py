@@ -10,7 +10,7 @@ import numpy as np
 
 from seals import registry
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, Fluid, FluidBody, Surrounding
 from seals.robot.pieces import Piece
 from seals.testing.contract import class_of, require

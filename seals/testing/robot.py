@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.effects.binding import bind_effects
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.build import build_run
 from seals.testing.contract import require
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from seals import registry
 from seals.backend import Configuration
-from seals.config.environment import EnvironmentSettings
 from seals.effects.binding import EffectSet
 from seals.effects.effect import Effect, MediumKind
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import quaternion_of_rpy
 from seals.motion import Inputs
 from seals.robot.model import RobotModel

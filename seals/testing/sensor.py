@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.ground import ObstacleSettings
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.sensors.around import Around
 from seals.sensors.board import Board, Outfit
 from seals.sensors.protocol import Felt, Sensor

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.build import build
-from seals.config.run import build_run
-from seals.config.view import OWN
 from seals.errors import ConfigError
+from seals.run.build import build_run
 from seals.run.recall import recalled
 from seals.run.resting import resting_effects
 from seals.view.replay import open_replay
 from seals.view.session import Session
+from seals.view.settings import OWN
 from seals.view.sliders import sliders_of
 
 

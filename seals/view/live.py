@@ -133,8 +133,8 @@ def simulate_into(folder: str, mouth: Connection) -> None:
         folder: of the run; it holds ``.hydra/config.yaml``.
         mouth: end of the pipe to speak into.
     """
-    from seals.config.run import build_run
     from seals.run.application import run_into
+    from seals.run.build import build_run
     from seals.run.recall import recalled
 
     try:

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.frames import matrix_of
 from seals.logs import Log
@@ -18,6 +17,7 @@ from seals.multibody.tree import forward
 from seals.rendering.scene import Poses
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
+from seals.run.build import build_run
 from seals.run.company import POSE, TURN
 from seals.run.recall import recalled
 from seals.view.stage import Stage, build_stage
@@ -98,11 +98,19 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
             f"resume={place}"
         )
     stage, log = build_stage(settings), read_native(place)
-    tracks = {
+    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks_of(log, stage))
+
+
+def tracks_of(log: Log, stage: Stage) -> dict[str, Track]:
+    """Return the motion of all actors of a stage by name.
+
+    Raises:
+        ConfigError: the log has no column of an actor.
+    """
+    return {
         name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
         for name, robot in stage.robots.items()
     }
-    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks)
 
 
 def _track(log: Log, robot: RobotModel, lead: str) -> Track:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.config.run import build_run
 from seals.errors import ConfigError, SealsError, suggestion
 from seals.rendering.scene import Poses
+from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.recall import recalled
 from seals.view.forces import Forces

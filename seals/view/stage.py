@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from seals.config.run import RunSettings
 from seals.environment.ground import solids_of
 from seals.rendering.gather import build_scene
 from seals.rendering.scene import Detail, Scene
@@ -14,6 +13,7 @@ from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
 from seals.run.immersed import surroundings
 from seals.run.objects import object_robot
+from seals.run.settings import RunSettings
 
 
 class Stage(NamedTuple):

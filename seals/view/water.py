@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
+from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER
 from seals.view.instants import Instants
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.backend import Backend, Configuration, Dynamics
-from seals.config.environment import EnvironmentSettings
 from seals.control import Order
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.environment.build import build_surroundings, exact_of
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid

@@ -9,9 +9,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation
+from seals.effects.joint_inertia import armature_of, felt_inertia
 from seals.errors import ConfigError
 from seals.motion import Inputs, JointDrive
-from seals.multibody.gears import armature_of, felt_inertia
 from seals.multibody.servo import summed
 from seals.robot.model import RobotModel
 

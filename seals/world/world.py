@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Backend, Configuration
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.fluid import Fluid
 from seals.rendering.eye import Watch

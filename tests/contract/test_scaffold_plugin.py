@@ -10,7 +10,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
+from seals.run.build import build_run
 from seals.testing import check_effect, check_sensor
 from seals.testing.scenes import Case
 

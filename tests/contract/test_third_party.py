@@ -2,48 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
-from seals import registry
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
+from seals.run.build import build_run
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
-
-SOURCE = Path(__file__).parents[1] / "thirdparty" / "coral-seals"
-
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The stranger's package, built and installed by pip into a folder of its own."""
-    if int(version("setuptools").partition(".")[0]) < 77 or not importlib.util.find_spec("wheel"):
-        pytest.skip("building a package offline needs setuptools >= 77 and wheel (extra dev)")
-    folder = tmp_path_factory.mktemp("stranger")
-    shutil.copytree(SOURCE, folder / "source")
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    options = ["--no-deps", "--no-build-isolation", "--no-index", "--target", str(folder / "site")]
-    subprocess.run([*command, *options, str(folder / "source")], check=True, capture_output=True)
-    return folder / "site"
-
-
-@pytest.fixture
-def coral(site: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The stranger's package on the path of this process."""
-    monkeypatch.syspath_prepend(str(site))
-    registry.refresh()
-    yield site
-    monkeypatch.undo()
-    registry.refresh()
 
 
 def test_the_command_lists_it(site: Path) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, SealsError
 from seals.plugins.guides.behaviour import Flee, March, Seek, Wander
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 
 ALONE = ["robot=ball", "environment.ground_level=0.0", "initial.position=[0,0,0.06]"]
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.plugins.controllers.walking import Gait, Oscillators, Pattern
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
@@ -14,6 +13,7 @@ from seals.plugins.controllers.walking.pattern import duty_of, phases_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
 from seals.plugins.controllers.walking.walker import Pace
 from seals.robot.build import build_robot
+from seals.run.build import build_run
 
 PLACES = np.array([[0.03, 0.06, -0.03], [0.0, 0.06, -0.03], [0.0, -0.06, -0.03]])
 

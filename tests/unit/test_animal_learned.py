@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control import Situation
 from seals.errors import ConfigError, SealsError
 from seals.learn.shipped import policy_folder, shipped
 from seals.plugins.guides.learned import Learned
 from seals.run.assembly import ROBOT, build_world
+from seals.run.build import build_run
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 pytest.importorskip("torchrl", reason="learning needs torch: pip install 'aam-seals[learn]'")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 
 RECIPES = (
     "crab_walk",

@@ -10,10 +10,10 @@ import pytest
 import yaml
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.own_animal.make_beetle import beetle
 from seals.robot.build import build_robot
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.scaffold.robot import scaffold_robot
 
 SHIPPED = Path(__file__).parents[2] / "experiments/own_animal/beetle_description/urdf/beetle.urdf"

@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals.check.robot import Verdict, check_robot
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.errors import ConfigError, RobotError
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.robot.build import build_robot
-from seals.robot.check import Verdict, check_robot
 from seals.robot.model import RobotModel
 from seals.robots.workshop.files import write
 from seals.robots.workshop.links import Machine
 from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 
 sys.path.insert(0, str(Path(__file__).parent))
 from texts import same_text

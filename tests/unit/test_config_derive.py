@@ -14,9 +14,8 @@ from omegaconf.errors import ConfigAttributeError, ValidationError
 from seals import registry
 from seals.config.build import build
 from seals.config.derive import derive, schema_of
-from seals.config.fields import optional, vector
 from seals.errors import BrokenPlugin, ConfigError
-from seals.schema import param
+from seals.schema import optional, param, vector
 
 Install = Callable[[str, str, dict[str, str]], Path]
 

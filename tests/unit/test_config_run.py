@@ -9,10 +9,11 @@ import pytest
 from seals import registry
 from seals.config.compose import compose
 from seals.config.recipes import experiments, recipe_groups
-from seals.config.robot import HullSettings, ShapeType, read_robot
-from seals.config.run import build_run
 from seals.config.source import robot_names
 from seals.errors import ConfigError, RobotError, SealsError, UnknownPlugin
+from seals.robot.robot_file import read_robot
+from seals.robot.settings import HullSettings, ShapeType
+from seals.run.build import build_run
 
 
 def test_robot_folder_needs_no_python(pebble: Path) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control import Aim, Buoyancy, Situation
 from seals.control.allocation import Saturation
 from seals.control.batched import BatchAllocation, View
@@ -18,6 +17,7 @@ from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.run.assembly import build_model
+from seals.run.build import build_run
 
 
 @pytest.fixture(scope="module", params=["aam", "hexacopter"])

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.control.protocols import Aim, Order, Situation
 from seals.errors import ConfigError
@@ -18,6 +17,7 @@ from seals.plugins.guides.hover import ArmMotion, Hover
 from seals.plugins.guides.oval import Oval
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.simulation import simulate
 from seals.sensors.protocol import Felt
 

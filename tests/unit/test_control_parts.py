@@ -9,8 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.config.compose import compose
-from seals.config.robot import ArmSettings, GripperSettings
-from seals.config.run import build_run
 from seals.control import Aim
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
@@ -24,6 +22,8 @@ from seals.multibody.tree import forward
 from seals.robot.build import build_robot
 from seals.robot.limbs import build_arms, build_grippers
 from seals.robot.model import RobotModel
+from seals.robot.settings import ArmSettings, GripperSettings
+from seals.run.build import build_run
 
 STEP = 1e-6
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.sysid.drive import respond
+from seals.control.actuator_response import respond
 
 
 def stepped(rows: int, at: int) -> np.ndarray:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from seals.sysid.equivalent import friction_as_catalogued, own_part
+from seals.plugins.effects.joint_friction import friction_as_catalogued
+from seals.sysid.equivalent import own_part
 from seals.sysid.factors import Factor
 from seals.sysid.linearise import discrete
 from seals.sysid.normal import Fit, newton_step

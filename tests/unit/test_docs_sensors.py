@@ -11,10 +11,10 @@ import pytest
 from seals import registry
 from seals.config.compose import compose
 from seals.config.recipes import recipe_groups
-from seals.config.run import build_run
 from seals.logs.channels import CHANNELS
 from seals.logs.check_meta import check_meta
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.run.recorder import Recorder
 from seals.run.simulation import simulate
 from seals.sensors.carried import Carried

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.frames import cross, matrix_of, rotate
 from seals.multibody.linear import solve_symmetric
 from seals.multibody.spatial import kirchhoff, momentum, rigid_inertia
 from seals.run import build_twin
+from seals.run.build import build_run
 
 
 @pytest.fixture

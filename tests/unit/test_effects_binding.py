@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.effects import Effect, MediumKind, bind_effects
 from seals.effects.binding import refuse_double_counting
 from seals.errors import ConfigError
@@ -19,6 +18,7 @@ from seals.plugins.effects.gravity import Gravity
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.run import build_twin
+from seals.run.build import build_run
 
 LINKS = ("hull", "upper", "fore")
 

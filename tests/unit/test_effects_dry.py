@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.effects.effect import MediumKind
 from seals.motion import JointDrive
 from seals.multibody.servo import driven
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.run.simulation import simulate
 
 

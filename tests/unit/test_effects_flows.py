@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.frames import matrix_of
 from seals.run import build_twin, build_world
+from seals.run.build import build_run
 
 FAR = {"air": "initial.position=[0,0,50]", "water": "initial.position=[0,0,-50]"}
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seals.config.ground import ObstacleSettings
 from seals.environment.ground import Solid
+from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
 from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.environment import EnvironmentSettings
-from seals.config.run import build_run
 from seals.environment.ground import Solid
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, PhysicsError
 from seals.experiments.open_sea.measures import measures
 from seals.experiments.open_sea.tow import Tow, towed
@@ -29,6 +28,7 @@ from seals.plugins.fluids.sampling import Samples
 from seals.plugins.waves.airy import WaveAiry
 from seals.plugins.waves.sea import Spectrum, WaveSea
 from seals.plugins.waves.still import WaveStill
+from seals.run.build import build_run
 
 D = 0.1
 

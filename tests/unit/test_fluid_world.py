@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from seals.backend import Configuration
 from seals.config.compose import compose
-from seals.config.environment import EnvironmentSettings
-from seals.config.run import build_run
 from seals.effects.binding import bind_effects
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.fluid import Fluid, Surrounding
 from seals.frames import quaternion_of_rpy
@@ -25,6 +24,7 @@ from seals.plugins.effects.gravity import Gravity
 from seals.plugins.waves.still import WaveStill
 from seals.robot.model import RobotModel
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.immersed import owners
 from seals.testing.bodies import free_body, moving_arm
 from seals.testing.momentum import momentum_of

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from seals.cli.train import _begun
+from seals.control.key_events import read_track
 from seals.errors import ConfigError, LogError, RobotError
 from seals.hydrostatics.meshes import MOST_WORK, hull_from_mesh
 from seals.learn.comparison.runs import read_run
@@ -23,7 +24,6 @@ from seals.logs.arrays import read_npy
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
 from seals.run.unpickling import DataUnpickler
-from seals.teleop.track import read_track
 
 
 def _npy(header: bytes) -> bytes:

@@ -15,10 +15,9 @@ import pytest
 import yaml
 
 from seals.cli.main import main
-from seals.cli.words import refuse_dangerous
 from seals.config.build import build
 from seals.config.compose import compose
-from seals.config.view import ViewSettings
+from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError, RobotError
 from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.meshes import hull_from_mesh
@@ -26,6 +25,7 @@ from seals.robot.urdf import read_urdf
 from seals.run.unpickling import DataUnpickler
 from seals.scaffold.resources import find_resource
 from seals.untrusted_io import plain_yaml
+from seals.view.settings import ViewSettings
 
 ENTITY = (
     '<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/hostname">]>'

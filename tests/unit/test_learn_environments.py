@@ -246,7 +246,7 @@ def test_who_never_arrives_has_no_time_of_arrival() -> None:
 def test_pytorch_flies_as_numpy_does() -> None:
     """In float64, on the processor, states agree to 1e-9 over a second across the surface."""
     from seals.batch.piloted import PilotedTwin
-    from seals.config.learning import build_learning
+    from seals.learn.environments.build import build_learning
     from seals.run.assembly import build_model
 
     settings, task = build_learning(compose([], root="learn"))

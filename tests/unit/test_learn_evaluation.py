@@ -14,7 +14,7 @@ import pytest
 from seals.cli.evaluate import with_card
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.variants import variants_of, world_of
+from seals.control.key_events import Event
 from seals.errors import ConfigError
 from seals.learn.batched import Turn
 from seals.learn.demonstrations.folder import read
@@ -28,10 +28,10 @@ from seals.learn.evaluation.policies import (
     PolicyStill,
     policy_of,
 )
+from seals.learn.evaluation.variants import variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
 from seals.learn.worlds import world_hash
-from seals.teleop.track import Event
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")

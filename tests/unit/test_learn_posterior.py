@@ -12,8 +12,8 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.learning import build_learning
 from seals.errors import ConfigError
+from seals.learn.environments.build import build_learning
 from seals.learn.environments.posterior import estimates
 from seals.learn.environments.varied import drawn
 

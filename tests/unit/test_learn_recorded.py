@@ -180,11 +180,11 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The changes made ahead settle 199 of 200 wild wrenches; all are within their bounds."""
-    from seals.config.run import build_run
     from seals.control.gauge import MassGauge
     from seals.control.limbs import stowed
     from seals.control.plant import build_plant
     from seals.run.assembly import build_model
+    from seals.run.build import build_run
 
     robot = {4: "aam", 6: "hexacopter"}[rows]
     words = [f"robot={robot}", "water=fossen", "controller=cascade", "guide=hover"]

@@ -11,7 +11,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.learning import build_learning
+from seals.learn.environments.build import build_learning
 from seals.learn.environments.varied import drawn
 from seals.schema import param
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.environment.seawater import density_of, viscosity_of
 from seals.environment.surroundings import WaterColumn
 from seals.run import build_world
+from seals.run.build import build_run
 
 # UNESCO Technical Papers in Marine Science 44 (1983), check values of EOS-80 at p = 0:
 # each row salinity, then temperature (IPTS-68), then density

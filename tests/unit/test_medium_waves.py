@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.plugins.waves.airy import WaveAiry
 from seals.run import build_world
+from seals.run.build import build_run
 
 WAVE = WaveAiry(amplitude=0.1, period=2.0, direction=0.6, phase=0.3)
 

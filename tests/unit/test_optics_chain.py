@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.fields import check_tree
 from seals.errors import ConfigError
 from seals.rendering.optics import (
     WATERS,
@@ -24,7 +23,7 @@ from seals.rendering.optics import (
 )
 from seals.rendering.optics.blur import blurred, pixel_angle
 from seals.rendering.optics.noise import noisy, standard_normal
-from seals.schema import parameters_of
+from seals.schema import check_tree, parameters_of
 
 Pixels = NDArray[Any]
 SEA = SurfaceSum(SurfaceAiry([0.05], [[2.0, 1.0]], [4.7], [0.2]), ripples(wind=2.0, seed=4))

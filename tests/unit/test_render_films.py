@@ -13,12 +13,12 @@ import pytest
 from PIL import Image
 
 from seals.cli.main import main
-from seals.config.render import RenderSettings
 from seals.errors import ConfigError, MissingExtra
-from seals.rendering.films.application import prepare
-from seals.rendering.films.files import Frames, times_of
-from seals.rendering.films.film import write_film
-from seals.rendering.films.viewpoint import Way, camera_of, looking
+from seals.view.films.application import prepare
+from seals.view.films.files import Frames, times_of
+from seals.view.films.film import write_film
+from seals.view.films.settings import RenderSettings
+from seals.view.films.viewpoint import Way, camera_of, looking
 
 DROP = [
     "experiment=drop_test",
@@ -84,7 +84,7 @@ def test_a_kill_in_a_frame_leaves_the_others_and_no_half_one(
     drop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """When the third frame breaks, two stand, and nothing else that looks like a frame."""
-    from seals.rendering.films.drawn import Drawn
+    from seals.view.films.drawn import Drawn
 
     real, calls = Drawn.photograph, []
 
@@ -244,7 +244,7 @@ def test_no_codec_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A build without a codec for MP4 is named, and no film is left."""
-    from seals.rendering.films import film
+    from seals.view.films import film
 
     class Bare:
         codecs_available = frozenset({"gif"})

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.render import Quality
 from seals.errors import MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
@@ -21,8 +20,9 @@ from seals.plugins.viewers.mitsuba.sand import sand
 from seals.plugins.viewers.mitsuba.sky import sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
-from seals.rendering.films import Frame, Viewpoint, WaterBody, looking
 from seals.rendering.optics import Optics, SurfaceStill, water_of
+from seals.view.films import Frame, Viewpoint, WaterBody, looking
+from seals.view.films.settings import Quality
 
 DRY = Scene((), ("nothing",), ())
 FRESNEL = ((1.333 - 1.0) / (1.333 + 1.0)) ** 2

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
-from seals.rendering.films.meshes import Meshes, cut, outer, raster, read_mesh
-from seals.rendering.films.sea import FAR, sea_mesh
-from seals.rendering.films.water import Patched, WaterOverTime
 from seals.rendering.optics import SurfaceAiry, SurfaceStill
+from seals.run.build import build_run
 from seals.run.surface import Mesh, write_ply
+from seals.view.films.meshes import Meshes, cut, outer, raster, read_mesh
+from seals.view.films.sea import FAR, sea_mesh
+from seals.view.films.water import Patched, WaterOverTime
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 FACES = np.array(

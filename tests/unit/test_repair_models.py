@@ -12,12 +12,12 @@ import yaml
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.config.overlay import load_overlay, read_overlay
-from seals.config.run import build_run
+from seals.control.actuator_response import respond
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError
 from seals.registry import get
 from seals.run.assembly import ROBOT, build_world
-from seals.sysid.drive import respond
+from seals.run.build import build_run
 from seals.sysid.validation.writing import withdraw, write_overlay
 from seals.world.drivetrain import Drivetrain
 

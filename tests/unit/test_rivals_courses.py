@@ -12,7 +12,7 @@ from seals.compare.case import Case
 from seals.compare.courses import cases_of, predictor_of
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError, LogError

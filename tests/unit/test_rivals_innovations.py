@@ -10,13 +10,13 @@ from scipy.signal import lfilter
 
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
+from seals.sysid.decision.cross_validation import judged
 from seals.sysid.rivals.candidates import Candidate, Key, Library
 from seals.sysid.rivals.innovations import gain, innovations, memory
 from seals.sysid.rivals.problem import Experiment
 from seals.sysid.rivals.score import Judge
 from seals.sysid.rivals.search import search
-from seals.sysid.rivals.verdict import judged
 
 TIME = np.linspace(0.0, 6.0, 300)
 SIGMA = 0.05

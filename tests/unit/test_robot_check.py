@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals.check.floating import FloatingBody
+from seals.check.robot import FRESH_WATER, RobotFinding, Verdict, check_robot
 from seals.cli.main import main
-from seals.config.robot import HullSettings, RobotSettings, ShapeSettings, ShapeType
 from seals.robot.build import build_robot
-from seals.robot.check import FRESH_WATER, RobotFinding, Verdict, check_robot
-from seals.robot.floating import FloatingBody
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 
 LINK = """<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>
 <inertia ixx="{i}" ixy="0" ixz="0" iyy="{i}" iyz="0" izz="{i}"/></inertial>
@@ -91,8 +91,8 @@ def test_hulls_of_a_turned_link_are_placed(make: Maker) -> None:
 def test_installed_robots_have_no_fault() -> None:
     """No robot that comes along fails its own check."""
     from seals.config.compose import compose
-    from seals.config.run import build_run
     from seals.config.source import robot_names
+    from seals.run.build import build_run
 
     for name in robot_names():
         findings = check_robot(build_run(compose([f"robot={name}"])).robot)

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from seals.backend import Configuration
-from seals.config.environment import EnvironmentSettings
-from seals.config.robot import GripperSettings, RobotSettings
+from seals.check.floating import FloatingBody
+from seals.check.robot import RobotFinding, Verdict, check_robot
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import MissingExtra, RobotError
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.robot.build import build_robot
-from seals.robot.check import RobotFinding, Verdict, check_robot
-from seals.robot.floating import FloatingBody
 from seals.robot.model import RobotModel
+from seals.robot.settings import GripperSettings, RobotSettings
 from seals.scaffold.robot import scaffold_robot
 
 URDFS = Path(__file__).with_name("urdfs")

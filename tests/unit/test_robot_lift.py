@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.robot import RobotSettings
+from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.actuators.servos import Servos
 from seals.plugins.actuators.thrusters import Thrusters
-from seals.robot.check import RobotFinding, Verdict, check_robot
+from seals.robot.settings import RobotSettings
 
 BODY = """<link name="body"><inertial><origin xyz="{centre}"/><mass value="2.0"/>
 <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.03"/></inertial>

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.check.floating import FloatingBody
+from seals.check.robot import Verdict, check_robot
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.robot.build import build_robot
-from seals.robot.check import Verdict, check_robot
-from seals.robot.floating import FloatingBody
 from seals.robots.workshop.files import write
 from seals.robots.workshop.links import Machine
 from seals.run import build_world, initial_configuration
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 
 sys.path.insert(0, str(Path(__file__).parent))
 from texts import same_text

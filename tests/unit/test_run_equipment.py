@@ -11,8 +11,8 @@ import yaml
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.simulation import simulate
 
 QUAD = (

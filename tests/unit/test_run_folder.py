@@ -12,14 +12,14 @@ import yaml
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.logs.check import check_log
 from seals.logs.finding import Severity
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
-from seals.run.description import whole_body
+from seals.robot.whole_body import whole_body
+from seals.run.build import build_run
 from seals.run.simulation import Record, simulate
 
 GRAVITY = 9.81

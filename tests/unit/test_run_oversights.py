@@ -9,9 +9,9 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
-from seals.experiments.ending import ended
+from seals.experiments.command import ended
+from seals.run.build import build_run
 from seals.run.contradictions import contradictions
 from seals.run.oversights import oversights
 

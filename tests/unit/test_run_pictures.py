@@ -16,10 +16,10 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.logs.table import read_parquet
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.run import build_world
+from seals.run.build import build_run
 
 POOL = [
     "run",

@@ -15,10 +15,10 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.logs.table import read_parquet
 from seals.run import checkpoint
+from seals.run.build import build_run
 
 BALL = [
     "run",

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import yaml
 
+from seals.check.robot import Verdict, check_robot
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.robot.build import build_robot
-from seals.robot.check import Verdict, check_robot
+from seals.run.build import build_run
 from seals.scaffold.robot import NewRobot, scaffold_robot
 from seals.scaffold.shapes import Box
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control import Aim, Plant, Situation
 from seals.control.plant import build_plant
 from seals.control.protocols import Guide
@@ -18,6 +17,7 @@ from seals.errors import ConfigError
 from seals.plugins.guides.mission import Grasp, Mission
 from seals.plugins.guides.mission.parse import stages_of
 from seals.run.assembly import build_model
+from seals.run.build import build_run
 
 STEP = 1.0 / 125.0
 

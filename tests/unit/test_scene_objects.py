@@ -10,13 +10,14 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.config.source import find_robot
 from seals.errors import ConfigError
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.folder import write_log
+from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
 
 

@@ -9,11 +9,11 @@ import pytest
 import yaml
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.environment.ground import ground_height
 from seals.experiments import grasp_lift, sea_air_land
 from seals.experiments.frames import View, draw_frames
 from seals.experiments.trials import Outcome, read_rows, run_trials, summary
+from seals.run.build import build_run
 from seals.run.simulation import simulate
 
 

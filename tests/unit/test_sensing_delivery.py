@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.control.estimate import POSITION
 from seals.errors import ConfigError
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.sensors.delivery import NEW, Delivery
 from seals.sensors.noise import Noise
 from seals.world import World

@@ -15,7 +15,6 @@ import pytest
 
 from seals import registry
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
@@ -29,6 +28,7 @@ from seals.rendering.normals import normals_of
 from seals.rendering.optics import to_linear
 from seals.rendering.scene import check_scene
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.run.sight import renderer_of
 from seals.testing.inertial import felt
 

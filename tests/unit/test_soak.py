@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.experiments import soak
 from seals.experiments.soak import running
 from seals.experiments.soak.flight import OVERRIDES, wish
 from seals.experiments.soak.running import read_rows, soaked
 from seals.robot.build import build_robot
+from seals.run.build import build_run
 
 
 def test_five_thousand_steps_break_nothing(tmp_path: Path) -> None:

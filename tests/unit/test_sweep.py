@@ -17,9 +17,9 @@ import pytest
 from seals.cli.main import main
 from seals.cli.sweep import begun
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.run.application import run_into
+from seals.run.build import build_run
 from seals.sweep.book import DONE, Claim, Job, claimed, read_jobs
 from seals.world import World
 

@@ -17,12 +17,12 @@ import pytest
 from seals.cli.main import main
 from seals.cli.sweep import begun
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, DiskFull, PhysicsError
 from seals.learn.training import application as trainings
 from seals.logs.atomic import write_yaml
 from seals.run import application as runs
 from seals.run.application import run_into
+from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.sweep.book import read_jobs
 from seals.world import World

@@ -16,6 +16,8 @@ import yaml
 
 from seals.cli.main import main
 from seals.control import Situation
+from seals.control.key_events import Event, held_after, read_track, write_track
+from seals.control.keymap import CONTROLS, stick_of, table
 from seals.errors import ConfigError, LogError, MissingExtra
 from seals.learn.demonstrations.episode import Who
 from seals.learn.demonstrations.folder import read
@@ -25,9 +27,7 @@ from seals.plugins.guides.stick import Memory, Stick
 from seals.robot.limbs import Arm, Gripper
 from seals.teleop.demonstration import sampled
 from seals.teleop.device import Script
-from seals.teleop.keymap import CONTROLS, stick_of, table
 from seals.teleop.person import pygame_of, settled
-from seals.teleop.track import Event, held_after, read_track, write_track
 
 # Keys
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.experiments.water_drag_loop import below_the_grid, overrides_of
 from seals.experiments.water_drag_loop.measured import Nominal, nominal_of, write_measurement
@@ -21,6 +20,7 @@ from seals.experiments.water_drag_loop.textbook import (
     Course,
     towed,
 )
+from seals.run.build import build_run
 from seals.sysid.report.estimator import MissingEffect
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from seals.backend import Dynamics
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.motion import Wrench
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.world import Ledger
 
 

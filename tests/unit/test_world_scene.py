@@ -6,8 +6,9 @@ import numpy as np
 
 from seals.backend import Configuration
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.run.assembly import build_model
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.world import Actor, World
 
 

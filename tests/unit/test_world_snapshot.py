@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
 from seals.effects import Effect, MediumKind, bind_effects
 from seals.effects.effect import Parameters
+from seals.environment.settings import EnvironmentSettings
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.effects.buoyancy import Buoyancy

@@ -15,6 +15,7 @@ import pytest
 
 from seals.logs.log import Log
 from seals.logs.native import read_native
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.application import _write, answer_of
@@ -28,7 +29,6 @@ from seals.sysid.report.wrench import log_rows
 from seals.sysid.residual_force import localise
 from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import _intervals
-from seals.sysid.verdict import Verdict
 from seals.sysid.words import sentence
 
 ROOT = Path(__file__).parents[2]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments import hover_arm, oval_crossing
+from seals.run.build import build_run
 from seals.run.simulation import Record, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.validation]

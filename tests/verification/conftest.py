@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.robot import HullSettings, RobotSettings, ShapeSettings, ShapeType
-from seals.config.run import InitialSettings, RunSettings, TimeSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import matrix_of
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.effects.gravity import Gravity
 from seals.plugins.waves.still import WaveStill
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 from seals.run import build_twin, build_world
+from seals.run.settings import InitialSettings, RunSettings, TimeSettings
 from seals.world import World
 
 Floats = NDArray[np.float64]

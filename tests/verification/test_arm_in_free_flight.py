@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from seals.backend import LinkPoses
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.frames import conjugate, matrix_of, multiply, rotate, rotation_vector
 from seals.motion import Inputs
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.run import build_twin, build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.testing.momentum import momentum_of
 
 Floats = NDArray[np.float64]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import PhysicsError
 from seals.run import build_world, initial_configuration
+from seals.run.build import build_run
 from seals.world import World
 
 

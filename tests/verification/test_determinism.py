@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.run import build_world
+from seals.run.build import build_run
 
 OVERRIDES = [
     "experiment=drop_test",

@@ -14,7 +14,7 @@ from seals.plugins.effects.current import Current
 from seals.run import build_twin
 
 if TYPE_CHECKING:
-    from seals.config.run import RunSettings
+    from seals.run.settings import RunSettings
     from tests.verification.conftest import Bench
 
 G, RHO = 9.81, 1000.0

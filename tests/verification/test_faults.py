@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.plugins.effects.tether import Tether
 from seals.run import build_world
+from seals.run.build import build_run
 from seals.run.simulation import Ending, Record, simulate
 from seals.world import World
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.effects import MediumKind
 from seals.experiments.flight_energy import OVERRIDES, draw, figures
 from seals.experiments.flight_energy import fly as fly_manipulator
@@ -19,6 +18,7 @@ from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.battery import Battery, cell_voltage
 from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.run import build_world
+from seals.run.build import build_run
 
 if TYPE_CHECKING:
     from tests.verification.conftest import Bench

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError, PhysicsError
 from seals.run.assembly import build_world
+from seals.run.build import build_run
 from seals.run.oversights import oversights
 from seals.run.simulation import simulate
 from seals.world import World

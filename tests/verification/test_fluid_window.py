@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.waves.sea import WaveSea

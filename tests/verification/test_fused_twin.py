@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.run import build_twin
+from seals.run.build import build_run
 
 torch = pytest.importorskip("torch", reason="fusing needs torch: pip install 'aam-seals[learn]'")
 

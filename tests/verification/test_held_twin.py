@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.errors import ConfigError
 from seals.hydrostatics import HullTable
 from seals.motion import Inputs
 from seals.multibody.tree import forward
 from seals.robot.fusing import fused
 from seals.run.assembly import build_model
+from seals.run.build import build_run
 
 POSTURE = [0.3, -0.5, 0.4, -0.6, 0.1, -0.2]
 
@@ -104,7 +104,7 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
     found = []
     for held_form in (True, False):
         form = replace(whole, held=held_form)
-        twin = Twin(form, held, settings.environment, settings.wave, batch=batch)
+        twin = BatchDynamics(form, held, settings.environment, settings.wave, batch=batch)
         assert isinstance(twin.body, FusedBody) is held_form
         rates = twin.rates(twin.start(**pose), 0.0, inputs)
         found.append(np.concatenate((rates.velocity, rates.spin, rates.specific_force), axis=1))

@@ -11,7 +11,7 @@ from seals.plugins.effects.angular_drag import DragAngular
 from seals.plugins.effects.linear_drag import DragLinear
 
 if TYPE_CHECKING:
-    from seals.config.run import RunSettings
+    from seals.run.settings import RunSettings
     from tests.verification.conftest import Bench
 
 CENTRE = np.array([0.05, -0.08, 0.03])

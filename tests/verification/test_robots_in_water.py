@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.run import build_world, initial_configuration
+from seals.run.build import build_run
 from seals.world import World
 
 GRAVITY, WATER = 9.81, 998.2

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.plugins.sensors.contact import SensorContact
 from seals.plugins.sensors.locator import SensorLocator
 from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
 from seals.sensors.protocol import Felt
 from seals.testing.sensor import check_sensor

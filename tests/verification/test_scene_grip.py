@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 from seals.world import World
 
 STEP = 0.004

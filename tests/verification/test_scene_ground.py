@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import RunSettings, build_run
 from seals.environment.ground import ground_height, solids_of
 from seals.errors import ConfigError
 from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
 
 SLOPE = 0.3
 TANK = ["environment.water_level=0", "environment.tank_bottom=-1", "environment.ground_level=0.5"]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seals.config.environment import EnvironmentSettings
-from seals.config.ground import ObstacleSettings, SolidType
 from seals.effects.effect import MediumKind
+from seals.environment.ground_settings import ObstacleSettings, SolidType
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.hydrostatics import (
     HullBox,

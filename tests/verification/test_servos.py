@@ -14,8 +14,8 @@ from seals.plugins.actuators.servos import Servos
 from seals.run import build_twin, build_world
 
 if TYPE_CHECKING:
-    from seals.config.robot import RobotSettings
-    from seals.config.run import RunSettings
+    from seals.robot.settings import RobotSettings
+    from seals.run.settings import RunSettings
     from tests.verification.conftest import Bench
 
 Floats = NDArray[np.float64]

@@ -13,12 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene, Shape, nowhere
 from seals.run import build_world
+from seals.run.build import build_run
 
 Floats = NDArray[np.float64]
 RENDERERS = {"tiny": RendererTiny, "raycast": RendererRaycast}

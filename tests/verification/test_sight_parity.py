@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Detail, Lens, Light, Picture, Poses, Scene, Shape
 from seals.rendering.optics import to_bytes
 from seals.run import build_world
+from seals.run.build import build_run
 
 pytest.importorskip("torch")
 

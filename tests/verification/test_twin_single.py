@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from seals.arrays import as_like
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.batch.holding import hold
 from seals.config.compose import compose
-from seals.config.learning import build_learning
 from seals.control.plant import build_plant
 from seals.frames import quaternion_of_rpy
+from seals.learn.environments.build import build_learning
 from seals.motion import Inputs
 from seals.run.assembly import build_model
 from seals.run.carrying import carrying_speeds
@@ -47,7 +47,7 @@ def flown(height: float, thrust: float, like: Any) -> dict[str, np.ndarray]:
     plant = build_plant(robot, effects, settings.environment)
     speeds = np.atleast_2d(carrying_speeds(plant, task.posture))
     whole, held = hold(robot, effects, task.posture.tolist())
-    twin = Twin(whole, held, settings.environment, settings.wave, batch=COUNT, like=like)
+    twin = BatchDynamics(whole, held, settings.environment, settings.wave, batch=COUNT, like=like)
     rng = np.random.default_rng(0)
     state = twin.start(
         position=rng.uniform(-0.5, 0.5, (COUNT, 3)) + np.array([0.0, 0.0, height]),

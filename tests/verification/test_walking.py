@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.config.run import build_run
 from seals.experiments.crab_gaits.walks import walked
 from seals.plugins.controllers.walking.anatomy import anatomy_of
 from seals.run.assembly import ROBOT, build_world
+from seals.run.build import build_run
 from seals.world import World
 
 LAND, SEABED = "experiment=crab_walk", "experiment=crab_seabed"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.backend import RigidBody
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.plugins.backends.free.body import FreeBody
 from seals.robot.model import RobotModel
 

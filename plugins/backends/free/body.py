@@ -8,8 +8,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration, Dynamics, LinkPoses
-from seals.config.environment import EnvironmentSettings
 from seals.environment.ground import ground_height
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.frames import exponential, matrix_of, multiply, normalised
 from seals.multibody.equations import Assembly

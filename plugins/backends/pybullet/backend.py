@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from seals.backend import RigidBody
-from seals.config.environment import EnvironmentSettings
 from seals.environment.ground import Solid, solids_of
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import MissingExtra, PhysicsError
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.stored import whole

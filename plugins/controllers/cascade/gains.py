@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.fields import vector
 from seals.control.allocation import Saturation
-from seals.schema import param
+from seals.schema import param, vector
 
 _RANGE = (0.0, 1e4)
 

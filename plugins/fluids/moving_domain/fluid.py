@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
-from seals.config.fields import vector
-from seals.config.ground import ObstacleSettings
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Sea
 from seals.errors import ConfigError
@@ -26,7 +25,7 @@ from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_groun
 from seals.plugins.fluids.pbd.settings import PbdSettings
 from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.tank.settings import Device
-from seals.schema import param
+from seals.schema import param, vector
 
 _CHOSEN = "chosen"
 MACH = 10.0

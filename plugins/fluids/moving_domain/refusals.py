@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
 from seals.environment.ground import Solid
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.moving_domain.box import Box
 from seals.plugins.fluids.moving_domain.outer import Outer

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from seals.arrays import Floats
-from seals.config.ground import ObstacleSettings, SolidType
+from seals.environment.ground_settings import ObstacleSettings, SolidType
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.sampling import PITCH, Samples, box_walls
 from seals.plugins.fluids.sampling.tank import SIDES, WALL

@@ -10,9 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.config.environment import EnvironmentSettings
-from seals.config.fields import vector
-from seals.config.ground import ObstacleSettings
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Sea
 from seals.errors import ConfigError
@@ -29,7 +28,7 @@ from seals.plugins.fluids.tank.settings import (
     TideSettings,
     WindSettings,
 )
-from seals.schema import param
+from seals.schema import param, vector
 
 _CHOSEN = "chosen"
 

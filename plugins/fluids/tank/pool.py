@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, Books, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import Immersed, account, add_samples, shown
 from seals.plugins.fluids.pbd.settings import PbdSettings

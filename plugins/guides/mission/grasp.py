@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.config.fields import vector
 from seals.plugins.guides.mission.guide import Mission
-from seals.schema import param
+from seals.schema import param, vector
 
 
 @dataclass(kw_only=True)

@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from seals.config.fields import check_fields
 from seals.errors import ConfigError, suggestion
 from seals.plugins.guides.mission.stages import (
     Close,
@@ -19,6 +18,7 @@ from seals.plugins.guides.mission.stages import (
     Stage,
     Wait,
 )
+from seals.schema import check_fields
 
 KINDS: Mapping[str, type[Stage]] = {
     "rise": Rise,

@@ -15,10 +15,10 @@ from seals.plugins.viewers.mitsuba.sand import HALF, sand
 from seals.plugins.viewers.mitsuba.shapes import material, pose_of
 from seals.plugins.viewers.mitsuba.sky import sky_map
 from seals.rendering import Lens, Poses
-from seals.rendering.films import Frame, Viewpoint
 from seals.rendering.optics import Optics, to_linear
 from seals.rendering.scene import Shape
 from seals.run.surface import Mesh, write_ply
+from seals.view.films import Frame, Viewpoint
 
 INDEX = 1.333
 """Of refraction of water [1]."""

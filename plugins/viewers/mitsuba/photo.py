@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.plugins.viewers.mitsuba.building import Build, Crop
 from seals.plugins.viewers.mitsuba.denoise import cleaned
-from seals.rendering.films import Frame
+from seals.view.films import Frame
 
 Image = NDArray[np.float32]
 FINER = 3

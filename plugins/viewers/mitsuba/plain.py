@@ -11,9 +11,9 @@ from seals.plugins.viewers.mitsuba.building import WIDE, Crop, camera, plain_col
 from seals.plugins.viewers.mitsuba.shapes import pose_of
 from seals.rendering import Lens, Light, Poses
 from seals.rendering.camera import Cameras
-from seals.rendering.films import Viewpoint
 from seals.rendering.picture import Picture
 from seals.rendering.scene import Shape
+from seals.view.films import Viewpoint
 
 SAMPLES = 16
 """Samples of a pixel's colour."""

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.config.render import Quality
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.viewers.mitsuba.building import Build
 from seals.plugins.viewers.mitsuba.photo import photograph
@@ -17,10 +16,11 @@ from seals.plugins.viewers.mitsuba.plain import Plain
 from seals.plugins.viewers.mitsuba.shapes import write_shapes
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
-from seals.rendering.films import Frame
 from seals.rendering.optics import Optics
 from seals.rendering.scene import check_scene
 from seals.schema import param
+from seals.view.films import Frame
+from seals.view.films.settings import Quality
 
 SAMPLES = {Quality.draft: 8, Quality.paper: 256}
 """Samples of a pixel by quality."""

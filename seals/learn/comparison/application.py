@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from seals.config.arms import ArmsSettings
 from seals.errors import ConfigError
 from seals.learn.comparison.outcome import Study, Terms
 from seals.learn.comparison.page import write_study
 from seals.learn.comparison.runs import find_arms, read_run
+from seals.learn.comparison.settings import ArmsSettings
 from seals.learn.comparison.study import compare
 from seals.learn.comparison.words import arm_rows, claims, duel_rows, terms_words, text_table
 from seals.schema import check_value, parameters_of
@@ -19,7 +19,7 @@ def execute(config: Any) -> int:
     """Compare the arms of a composed configuration and print what the intervals allow to say.
 
     Args:
-        config: with the keys of ``seals.config.arms.ArmsSettings``.
+        config: with the keys of ``seals.learn.comparison.settings.ArmsSettings``.
 
     Raises:
         SealsError: there is nothing to compare, a run cannot be read, or one ends too early.

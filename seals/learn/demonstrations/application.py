@@ -27,7 +27,7 @@ def execute(config: Any) -> int:
     """Record the episodes of a composed configuration and write them.
 
     Args:
-        config: with the keys of `seals.config.evaluate.RecordSettings`.
+        config: with the keys of `seals.learn.demonstrations.settings.RecordSettings`.
 
     Raises:
         SealsError: the policy or the world cannot be used, or too few episodes succeed.
@@ -59,7 +59,7 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
     """Let the policy act until enough episodes are kept.
 
     Args:
-        config: with the keys of `seals.config.evaluate.RecordSettings`.
+        config: with the keys of `seals.learn.demonstrations.settings.RecordSettings`.
 
     Returns:
         The demonstrations, and how many episodes were tried for them.

@@ -5,9 +5,38 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seals.config.learning import build_learning
-from seals.errors import ConfigError
+from seals.config.build import build
+from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
+from seals.registry import names
+from seals.robot.build import build_robot
+from seals.run.build import build_run
+from seals.run.settings import RunSettings
+
+
+def build_learning(config: Any) -> tuple[RunSettings, Any]:
+    """Build the run and the task of a composed environment, the task bound to the robot.
+
+    Args:
+        config: composed configuration with the keys of ``LearnSettings``.
+
+    Raises:
+        ConfigError: there is no task, or the guide is none that takes orders.
+        SealsError: a value cannot be used, or the robot cannot do the task.
+    """
+    if config.get("task") is None:
+        raise ConfigError(
+            "task is not given.\nChoose an environment: env=reach, or a task: task=NAME.  "
+            f"{suggestion('', names('task'), label='Installed')}"
+        )
+    settings = build_run(config)
+    if not hasattr(settings.guide, "tell"):
+        raise ConfigError(
+            "an environment of learning needs a guide that takes orders.\nSay guide=commanded"
+        )
+    task = build(config.task, where="task")
+    task.bind(build_robot(settings.robot))
+    return settings, task
 
 
 def batched_of(
@@ -22,7 +51,7 @@ def batched_of(
     """Build N environments: twins as one batch with ``backend=twin``, else N worlds.
 
     Args:
-        config: composed, with the keys of `seals.config.learning.LearnSettings`.
+        config: composed, with the keys of `seals.learn.settings.LearnSettings`.
         count: N.
         device: of all tensors; worlds step on the processor whatever it is.
         seed: of the starts that are not asked for by seed.

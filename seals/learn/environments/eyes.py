@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.arrays import Array
-from seals.config.run import RunSettings
 from seals.environment.ground import solids_of
 from seals.errors import ConfigError, suggestion
 from seals.learn.seeding import generator_of
@@ -20,6 +19,7 @@ from seals.rendering.gather import build_scene
 from seals.rendering.optics import Sight, SurfaceStill, to_bytes
 from seals.rendering.scene import Shape
 from seals.robot.model import RobotModel
+from seals.run.settings import RunSettings
 from seals.run.sight import sees, surface_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.environment import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, suggestion
 from seals.world import Actor
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace, on_accelerator, some
 from seals.batch.piloted import Flight, PilotedTwin
-from seals.config.run import RunSettings
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.batched import Turn
@@ -25,6 +24,7 @@ from seals.pytree import copied
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.carrying import carrying_speeds
+from seals.run.settings import RunSettings
 from seals.tensor_compiler import Fused
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration
-from seals.config.run import RunSettings
 from seals.control import Aim
 from seals.control.gauge import WaterGauge
 from seals.errors import ConfigError, PhysicsError, suggestion
@@ -20,6 +19,7 @@ from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.rows import link_motion
 from seals.run.assembly import ROBOT, build_world
+from seals.run.settings import RunSettings
 from seals.world import Actor, World
 
 

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.variants import Variant, variants_of, world_of
 from seals.errors import ConfigError
 from seals.learn.devices import usable_device
 from seals.learn.evaluation.judgement import Judgement, judgement
 from seals.learn.evaluation.page import write_judgements
 from seals.learn.evaluation.policies import policy_of
+from seals.learn.evaluation.variants import Variant, variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
@@ -50,7 +50,7 @@ def execute(config: Any) -> int:
     """Judge the policies of a composed configuration and write tables and a page.
 
     Args:
-        config: with the keys of `seals.config.evaluate.EvaluateSettings`.
+        config: with the keys of `seals.learn.evaluation.settings.EvaluateSettings`.
 
     Raises:
         SealsError: a policy or a world cannot be used.

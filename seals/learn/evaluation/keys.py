@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seals.control.key_events import Event, held_after, read_track
+from seals.control.keymap import JOINTS, Stick, stick_of
 from seals.errors import ConfigError, suggestion
-from seals.teleop.keymap import JOINTS, Stick, stick_of
-from seals.teleop.track import Event, held_after, read_track
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.train import OWN
 from seals.errors import ConfigError, SealsError
 from seals.learn.cards import config_hash
 from seals.learn.learner import need_torch
@@ -19,6 +18,7 @@ from seals.learn.training.beginning import agent_of, environments
 from seals.learn.training.checkpoint import FILE
 from seals.learn.training.course import Course
 from seals.learn.training.loop import POLICY, Outcome, Training
+from seals.learn.training.settings import OWN
 from seals.learn.worlds import world_hash
 from seals.logs.atomic import write_json
 
@@ -30,7 +30,7 @@ def execute(config: Any) -> int:
     """Train what a composed configuration describes; fill Hydra's run folder.
 
     Args:
-        config: with the keys of `seals.config.train.TrainSettings`.
+        config: with the keys of `seals.learn.training.settings.TrainSettings`.
 
     Raises:
         SealsError: something cannot be used, or the training failed; what there is stays.
@@ -168,7 +168,7 @@ def _stopping(training: Training) -> Iterator[None]:
 def _course(config: Any) -> Course:
     from omegaconf import OmegaConf
 
-    from seals.config.fields import check_tree
+    from seals.schema import check_tree
 
     values: Any = OmegaConf.to_container(config.course, resolve=True)
     values.pop("_target_", None)

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from seals.config.build import build
-from seals.config.train import TrainSettings
 from seals.errors import ConfigError
 from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces
 from seals.learn.starts import training_seed
+from seals.learn.training.settings import TrainSettings
 from seals.learn.worlds import world_hash
 from seals.schema import check_value, parameters_of
 
@@ -64,7 +64,7 @@ def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
             f"{said}: only twins differ from one another.\n"
             "Say backend=twin, or leave varied and varied_from out"
         )
-    from seals.config.learning import build_learning
+    from seals.learn.environments.build import build_learning
     from seals.learn.environments.posterior import estimates
     from seals.learn.environments.varied import drawn
 

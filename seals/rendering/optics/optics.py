@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from seals.arrays import Array, as_like, namespace
-from seals.config.fields import check_tree, vector
 from seals.errors import ConfigError
 from seals.rendering.optics import chain
 from seals.rendering.optics.caustics import Sun
@@ -17,7 +16,7 @@ from seals.rendering.optics.path import Medium
 from seals.rendering.optics.sky import sky
 from seals.rendering.optics.surface import Surface
 from seals.rendering.optics.waters import WAVELENGTHS, Water, backscattering, water_of
-from seals.schema import param
+from seals.schema import check_tree, param, vector
 
 _CHOSEN = "chosen"
 _PETZOLD = "Petzold 1972, SIO Ref. 72-78, stations HAOCE 5 and 11, turns below 10 degrees"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.config.fields import check_tree, vector
 from seals.errors import ConfigError, suggestion
+from seals.schema import check_tree, vector
 
 WAVELENGTHS = (600.0, 525.0, 475.0)
 """Red, green and blue stand for these wavelengths [nm]: peaks of common camera sensors."""

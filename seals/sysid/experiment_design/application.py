@@ -145,9 +145,11 @@ def _known(
     out: dict[str, dict[str, float]] = {}
     for effect in given.get("effects", []):
         name, parameters = str(effect.get("name")), effect.get("parameters") or {}
-        if name not in names or name in ("tether", "waves"):
+        if name not in names:
             continue
         for candidate in variants_of(library, name):
+            if candidate.identification.guessed:
+                continue
             variant = {k: v for k, v in candidate.variant.items() if k in ("rotor", "joint")}
             if any(parameters.get(k, {}).get("value") != v for k, v in variant.items()):
                 continue

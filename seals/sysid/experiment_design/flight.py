@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Rates, Twin, TwinState
+from seals.batch import BatchDynamics, Rates, TwinState
 from seals.frames import exponential, multiply, quaternion_of_rpy
 from seals.motion import Inputs
 from seals.sysid.experiment_design.control import Controller, Wanted
@@ -255,7 +255,7 @@ class _Loop:
         joints = self._joints[row] if self._joints.shape[2] else None
         return Inputs(0.0, np.zeros((1, self._joints.shape[2])), drive, self._volts, joints)
 
-    def _rates(self, twin: Twin, state: TwinState, drive: Floats, row: int) -> Rates:
+    def _rates(self, twin: BatchDynamics, state: TwinState, drive: Floats, row: int) -> Rates:
         return twin.rates(state, np.full((len(state[0]), 1), self.time), self._inputs(drive, row))
 
     def _command(self, row: int, rates: Rates) -> Floats:

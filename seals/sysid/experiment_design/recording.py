@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import Twin
+from seals.batch import BatchDynamics
 from seals.sysid.plant import Plant
 from seals.sysid.problem import Problem
 from seals.sysid.samples import Samples
@@ -20,8 +20,8 @@ from seals.sysid.vehicle import Vehicle
 class _Planned(Plant):
     """A plant whose added masses all run over the batch as soon as one of them does."""
 
-    def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> Twin:
-        """Twin of the nominal model with changes, see `Plant.twin`."""
+    def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> BatchDynamics:
+        """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
         moved = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & {_ADDED}
         full = {
             key: np.full(batch, np.asarray(values.get(key, 0.0)))

@@ -9,17 +9,17 @@ from functools import reduce
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.factors import Candidate
 from seals.sysid.fit import Fitter
-from seals.sysid.naming import THRESHOLD
 from seals.sysid.normal import solve_scaled
-from seals.sysid.verdict import TEMPERATURE
 from seals.sysid.whitened import Whitened
 
 NOTHING = "nothing"
 """Name of the nominal model among the rivals of a single effect."""
 _WIDE = 1.5
 """Prior width of a freed factor in units of its plausible size, as in the diagnosis."""
+_POLICY = DecisionPolicy()
 _NODES = 24
 """Nodes of the quadrature over the noise."""
 
@@ -84,9 +84,9 @@ class Contest:
 
     def odds(self, deviate: Floats) -> Floats:
         """Odds of the rival against the truth where noise deviates so many sigmas."""
-        asked = THRESHOLD if self.rival == NOTHING else 0.0
+        asked = _POLICY.evidence if self.rival == NOTHING else 0.0
         gap = self.gap - asked + 2.0 * np.sqrt(max(self.separation, 0.0)) * deviate
-        odds: Floats = np.exp(-np.clip(gap / TEMPERATURE, -50.0, 50.0))
+        odds: Floats = np.exp(-np.clip(gap / _POLICY.temperature, -50.0, 50.0))
         return odds
 
 
@@ -247,4 +247,4 @@ def chance(against_nothing: Contest) -> float:
     from math import erf, sqrt
 
     spread = 2.0 * sqrt(max(against_nothing.separation, 1e-9))
-    return 0.5 * (1.0 + erf((against_nothing.gap - THRESHOLD) / spread / sqrt(2.0)))
+    return 0.5 * (1.0 + erf((against_nothing.gap - _POLICY.evidence) / spread / sqrt(2.0)))

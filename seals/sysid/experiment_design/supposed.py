@@ -13,12 +13,10 @@ from seals.sysid.hypothesis import Hypothesis, material
 from seals.sysid.normal import Fit
 from seals.sysid.problem import Problem
 from seals.sysid.screen import linear_gain, screen
-from seals.sysid.special import special_starts
+from seals.sysid.special import law_of, special_starts
 
 _FELT = 12.0
 """Fall of the misfit from which on a fitted size is believed."""
-_TETHER = {"anchor_z": -1.0, "length": 0.8, "stiffness": 1.0}
-_WAVES = {"amplitude": 0.03, "period": 2.0, "direction": 0.5, "phase": 0.3}
 
 
 def supposed_of(
@@ -85,7 +83,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
     nominal = fitter.fit(())
     starts: list[Mapping[str, float]] = [{}]
     starts += [dict(zip(keys, s, strict=False)) for s in candidate.starts[:1]]
-    if candidate.name in ("tether", "waves"):
+    if candidate.identification.guessed:
         base = Hypothesis(candidates=(), fit=nominal, fitter=fitter, score=0.0)
         starts = list(special_starts(problem, base).get(candidate.name, starts))
     fits = [fitter.fit(keys, start=s, iterations=3) for s in starts]
@@ -96,17 +94,9 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
 def plausible(problem: Problem, candidate: Candidate) -> dict[str, float]:
     """A size that the effect may well have."""
     factors = problem.plant.library.factors
-    shape: Mapping[str, float] = {}
-    if candidate.name == "tether":
-        shape, home = _TETHER, problem.fitter.course.position.mean(axis=0)
-        shape = {
-            **shape,
-            "anchor_x": float(home[0]) + 0.3,
-            "anchor_y": float(home[1]),
-            "anchor_z": float(home[2]) - 1.0,
-        }
-    elif candidate.name == "waves":
-        shape = _WAVES
+    middle = problem.fitter.course.position.mean(axis=0)
+    law = law_of(problem.plant.library, candidate)
+    shape: Mapping[str, float] = {} if law is None else law.plausible(middle)
     out = {}
     for key in candidate.keys:
         factor = factors[key]

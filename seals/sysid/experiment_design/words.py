@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from seals.sysid.catalogue import installed
 from seals.sysid.experiment_design.plan import SEPARATED, Plan, Ranked, sum_of, windows_of_run
 from seals.sysid.experiment_design.separation import NOTHING, difference
 
@@ -10,15 +11,6 @@ _CHANNELS = {
     "specific_force": "accelerometer",
     "orientation": "attitude",
     "joint_position": "joint angles",
-}
-_ELSEWHERE = {
-    "payload": "Weighing the vehicle would tell.",
-    "accelerometer_bias": "Turning the sensor over at rest would tell.",
-    "accelerometer_scale": "Turning the sensor over at rest would tell.",
-    "centre_of_gravity": "Balancing the vehicle on an edge would tell.",
-    "thrust_coefficient": "A thrust stand would tell.",
-    "weak_rotor": "A thrust stand would tell.",
-    "buoyancy": "Weighing the vehicle under water would tell.",
 }
 
 
@@ -39,7 +31,9 @@ def proposal(plan: Plan) -> str:
         lines.append(f"{name.capitalize()} {verb} {what} ({percent(plain.confidence)}).")
     if best.confidence < SEPARATED:
         lines.append("No manoeuvre of the library would be sure to.")
-        advice = [_ELSEWHERE[n] for n in plan.names if n in _ELSEWHERE]
+        laws = installed()
+        advice = [laws[n].identification.measurement for n in plan.names if n in laws]
+        advice = [a for a in advice if a]
         lines += list(dict.fromkeys(advice))[:2]
     return " ".join(lines)
 

@@ -11,10 +11,10 @@ from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
 from seals.sysid.residual_force import Localisation, localise
-from seals.sysid.verdict import Verdict
 from seals.sysid.words import sentence
 
 ANSWER = "diagnosis.json"

@@ -12,6 +12,7 @@ from seals.logs.check import check_log
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, page
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.charts import gain_chart, ladder_chart
@@ -29,7 +30,6 @@ from seals.sysid.report.words import (
 )
 from seals.sysid.report.wrench import wrench_blocks
 from seals.sysid.residual_force import Localisation, localise
-from seals.sysid.verdict import Verdict
 
 PAGE, DATA = "report.html", "report.json"
 LARGEST = 6_000_000

@@ -7,20 +7,19 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from seals.schema import parameters_of
+from seals.sysid.decision.evidence import temperature
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.factors import Candidate
 from seals.sysid.hypothesis import Hypothesis, material
-from seals.sysid.naming import FURTHER, ROUGH, THRESHOLD
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
 from seals.sysid.rough import surface
 from seals.sysid.screen import candidate_keys, linear_gain, screen
-from seals.sysid.verdict import Verdict, temperature
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
 _NOTHING = 5e-4
 """Gain that is shown as none."""
-_SPECIAL = ("tether", "waves")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +78,12 @@ def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
     """Score that an effect must reach to be taken for real."""
     fitter = diagnosis.search.nominal.fitter
     rough = surface(diagnosis.problem.plant, fitter.course) is not None
-    return THRESHOLD + (ROUGH if rough else 0.0) + (FURTHER if beside else 0.0)
+    policy = diagnosis.problem.policy
+    return (
+        policy.evidence
+        + (policy.evidence_surface if rough else 0.0)
+        + (policy.evidence_further if beside else 0.0)
+    )
 
 
 def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
@@ -221,7 +225,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
     fitter = nominal.fitter
     known = {h.candidates[-1].label for h in diagnosis.search.rounds[0]}
     left = [c for c in fitter.library.candidates if c.label not in known]
-    regular = [c for c in left if c.name not in _SPECIAL]
+    regular = [c for c in left if not c.identification.guessed]
     table = screen(fitter, fitter.start(()), candidate_keys(regular))
     common, _ = linear_gain(fitter, table, ())
     out = []
@@ -231,7 +235,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
         out.append((gain, _bare(candidate, words)))
     out.sort(key=lambda item: -item[0])
     words = "the force left over gave no reason to look for it"
-    return [e for _, e in out] + [_bare(c, words) for c in left if c.name in _SPECIAL]
+    return [e for _, e in out] + [_bare(c, words) for c in left if c.identification.guessed]
 
 
 def _bare(candidate: Candidate, reason: str) -> Entry:

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
-from seals.sysid.verdict import EXCITED, Verdict
 
 _STRAINED = 1.5
 """Tolerances beyond which a datasheet value is mentioned."""
@@ -86,7 +86,7 @@ def _unseen(diagnosis: Diagnosis) -> str:
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         best[name] = max(best.get(name, 0.0), gain)
-    hidden = [name for name, gain in best.items() if gain < EXCITED]
+    hidden = [name for name, gain in best.items() if gain < diagnosis.problem.policy.excitation]
     if not best:
         return ""
     if not hidden:

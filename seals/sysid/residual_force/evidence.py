@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.factors import Library
 from seals.sysid.fit import Fitter
 from seals.sysid.hypothesis import Hypothesis
@@ -41,6 +42,7 @@ class Evidence:
         keys: of the tolerances.
         observed: numbers that the log holds beyond its start states.
         gust: level of the gusts [N, N m], shape (2,).
+        policy: thresholds of the decisions.
     """
 
     gram: Floats
@@ -54,6 +56,7 @@ class Evidence:
     keys: tuple[str, ...] = ()
     observed: int = 0
     gust: Floats = field(default_factory=lambda: np.zeros(2))
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
 
     @property
     def count(self) -> int:
@@ -209,6 +212,7 @@ def _collected(  # noqa: PLR0917  the parts of one set of equations
         keys=keys,
         observed=windows.observed,
         gust=windows.stated_gust,
+        policy=loose.library.policy,
     )
 
 

@@ -27,12 +27,6 @@ EFFECT = "formula"
 """Name of the effect that such a formula becomes."""
 _TRIED = 6
 """Terms that are judged on held-out blocks in every round."""
-_WORTH = 0.05
-"""Share of the excess that a further term must explain."""
-_PRICE = 4.0
-"""Fall of the misfit that each coefficient must bring."""
-_NEARLY = 0.02
-"""Share of the excess within which a simpler term is preferred."""
 _EDGES = np.linspace(0.1, 0.9, 9)
 _POWERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
 
@@ -112,7 +106,7 @@ def formula(
         step = gain(now, held, found)
         won = gain(before, held, found).share - gain(before, now, found).share
         sure = step.total > max(2.0 * step.total_sd, 25.0) or _steady(step)
-        if won < _WORTH or not sure:
+        if won < found.policy.term_share or not sure:
             break
         chosen, now = [*chosen, term], held
         if len(chosen) < MOST:
@@ -201,9 +195,10 @@ def _judged(
     table = Table(found, np.concatenate(pieces, axis=2))
     columns = [list(range(a, b)) for a, b in pairwise(ends.tolist())]
     beside = [c for group in columns[: len(chosen)] for c in group]
+    price = found.policy.term_price
     ranked = []
     for term, own in zip(candidates, columns[len(chosen) :], strict=True):
-        ranked.append((table.fall(own, beside) - _PRICE * term.freedom, term, own))
+        ranked.append((table.fall(own, beside) - price * term.freedom, term, own))
     ranked.sort(key=lambda r: -r[0])
     tried: list[tuple[float, Term, Floats]] = []
     seen: dict[str, int] = {}
@@ -212,12 +207,12 @@ def _judged(
         if fall <= 0.0 or seen[term.kind] > 2 or len(tried) >= 2 * _TRIED:
             continue
         held = table.held_out([*beside, *own])
-        tried.append((float(held.sum()) + _PRICE * term.freedom, term, held))
+        tried.append((float(held.sum()) + price * term.freedom, term, held))
     if not tried:
         return None
     # of terms that do about as well the simplest
     excess = float(found.before.sum()) - FLOOR * found.observed
-    near = min(t[0] for t in tried) + max(_NEARLY * excess, 10.0)
+    near = min(t[0] for t in tried) + max(found.policy.term_simpler * excess, 10.0)
     best = min((t for t in tried if t[0] <= near), key=lambda t: (t[1].freedom, t[0]))
     return best[1:]
 

@@ -16,10 +16,6 @@ from seals.sysid.residual_force.regress import FLOOR, drawn
 
 POINTS = 400
 """Points of a curve that are written at most."""
-STRONG = 1.6
-"""Misfit that a free force removes per number it is free to choose; 1 when nothing is missing."""
-LOUD = 1.03
-"""Misfit over the noise floor from which on something is missing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +37,7 @@ class Residual:
         strength: misfit that the free force removes per number it may choose; 1 when none acts.
         ceiling: share of the misfit's excess over the noise floor that any force could explain.
         ceiling_sd: its standard error.
+        missing: True when something beyond disturbance, noise and tolerances is left over.
     """
 
     time: Floats
@@ -57,11 +54,7 @@ class Residual:
     strength: float
     ceiling: float
     ceiling_sd: float
-
-    @property
-    def missing(self) -> bool:
-        """Whether something beyond gusts, noise and tolerances is left over."""
-        return self.strength > STRONG or self.before > LOUD
+    missing: bool
 
     def to_dict(self) -> dict[str, Any]:
         """Return figures and thinned curves as plain lists."""
@@ -103,6 +96,8 @@ def residual(found: Evidence, around: Conditions) -> Residual:
     freedom = float(found.freedom.sum())
     floor = FLOOR * found.observed
     ceiling, doubt = _ceiling(found)
+    before, strength = tight / floor, (tight - loose) / max(freedom, 1.0)
+    policy = found.policy
     return Residual(
         time=around.time,
         force=wrench[:, :3],
@@ -113,11 +108,12 @@ def residual(found: Evidence, around: Conditions) -> Residual:
         force_world=rotate(around.turn, wrench[:, :3]),
         force_world_sd=np.sqrt(np.maximum(np.einsum("nii->ni", turned), 0.0)),
         gust=found.gust,
-        before=tight / floor,
+        before=before,
         after=loose / max(floor - freedom, 1.0),
-        strength=(tight - loose) / max(freedom, 1.0),
+        strength=strength,
         ceiling=ceiling,
         ceiling_sd=doubt,
+        missing=strength > policy.force_strength or before > policy.force_misfit,
     )
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from seals.compare.application import read_logs, settings_of
 from seals.logs.atomic import finite, write_json
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.report.naming import figure, interval
 from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
 from seals.sysid.rivals.report import write_runs_report
-from seals.sysid.verdict import Verdict
 
 ANSWER = "diagnosis.json"
 
@@ -20,7 +20,7 @@ def execute(config: Any) -> int:
     """Run one composed experiment (root ``compare``) and return the exit code of its verdict.
 
     Args:
-        config: with the keys of `seals.config.compare.CompareSettings`.
+        config: with the keys of `seals.compare.settings.CompareSettings`.
     """
     from hydra.core.hydra_config import HydraConfig
 

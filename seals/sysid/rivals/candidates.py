@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from seals import registry
-from seals.config.compare import CompareSettings, Course
+from seals.compare.settings import CompareSettings, Course
 from seals.effects.effect import Actuated, Effect, MediumKind
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel

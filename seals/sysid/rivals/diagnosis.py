@@ -12,15 +12,15 @@ import numpy as np
 
 from seals.compare.ladder import FittedValue, Rung
 from seals.compare.score import score_case
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.logs import Log, refuse_if_bad
 from seals.run.progress import progress
+from seals.sysid.decision.cross_validation import Answer, Claim, judged
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.rivals.candidates import Candidate
 from seals.sysid.rivals.problem import prepare
 from seals.sysid.rivals.score import Hypothesis
 from seals.sysid.rivals.search import Search, expected, search
-from seals.sysid.rivals.verdict import Answer, Claim, judged
-from seals.sysid.verdict import Verdict
 
 _NORMAL90 = 1.6449
 _GRAIN = 32

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from seals.compare.case import Case
 from seals.compare.courses import cases_of, predictor_of, step_of
 from seals.compare.fitted import FitKey
 from seals.compare.predict import Job, Predictor, residuals
-from seals.config.compare import CompareSettings
+from seals.compare.settings import CompareSettings
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError
 from seals.logs.log import Log
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.schema import Parameter
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.rivals.candidates import Candidate, Key, Library, library_of
 
 INDEPENDENT = 40
@@ -38,6 +39,7 @@ class Experiment:
         predictor: simulates jobs; a job's values follow ``names``.
         names: keys in the order of a job's values.
         fold: by training case, the part with which it is held out.
+        policy: thresholds of the decisions.
     """
 
     settings: CompareSettings
@@ -46,6 +48,7 @@ class Experiment:
     predictor: Predictor
     names: tuple[str, ...]
     fold: Mapping[int, int]
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
 
     @property
     def train(self) -> tuple[int, ...]:

@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.rivals.candidates import Candidate
 from seals.sysid.rivals.fit import Lockstep, Task, Tell
 from seals.sysid.rivals.innovations import gain, innovations, memory
 from seals.sysid.rivals.problem import Experiment
 
-PRICE = 0.03
-"""Fall of the logarithm of the error that every further parameter has to pay for."""
 _SIZES = (1.0, 0.1, 10.0)
 """Sizes from which a fit may set out, in those that are plausible."""
 _PRIOR_RUNS = 2.0
@@ -34,6 +33,7 @@ class Hypothesis:
         losses: log of the held-out error in units of the floor, by training run.
         seen: the same of the fit on all runs, on the runs that it saw.
         held: samples of every training run, predicted by the fit that lacked it.
+        parameter_price: log error that every key of a candidate must bring.
     """
 
     candidates: tuple[Candidate, ...]
@@ -42,6 +42,7 @@ class Hypothesis:
     losses: Floats = field(default_factory=lambda: np.zeros(0))
     seen: Floats = field(default_factory=lambda: np.zeros(0))
     held: Mapping[int, dict[str, Floats]] = field(default_factory=dict)
+    parameter_price: float = DecisionPolicy.parameter_price
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,7 +57,7 @@ class Hypothesis:
     @property
     def price(self) -> float:
         """What the freedom of its keys costs."""
-        return PRICE * sum(len(c.keys) for c in self.candidates)
+        return self.parameter_price * sum(len(c.keys) for c in self.candidates)
 
     @property
     def loss(self) -> float:
@@ -71,15 +72,17 @@ class Margin:
     Args:
         mean: of the log of the error ratio, prices included.
         error: standard error over runs.
+        least: standard errors from which the difference is significant.
     """
 
     mean: float
     error: float
+    least: float = DecisionPolicy.standard_errors
 
     @property
     def sure(self) -> bool:
-        """Whether it is more than twice its standard error."""
-        return self.mean > 2.0 * self.error
+        """True when it is significant."""
+        return self.mean > self.least * self.error
 
 
 class Judge:
@@ -204,6 +207,7 @@ class Judge:
             fit=fit,
             folds=tuple(folds),
             held=predicted,
+            parameter_price=self.experiment.policy.parameter_price,
             losses=np.array([self.loss(c, predicted[c]) for c in self.experiment.train]),
             seen=np.array([self.loss(c, fit.predicted[c]) for c in self.experiment.train]),
         )
@@ -226,7 +230,8 @@ class Judge:
     def margin(self, better: Hypothesis, worse: Hypothesis) -> Margin:
         """How much better one hypothesis is on held-out runs."""
         gains = worse.losses - better.losses
-        return _margin(gains, worse.price - better.price, self._expected(better))
+        policy = self.experiment.policy
+        return _margin(gains, worse.price - better.price, self._expected(better), policy)
 
     def contest(self, better: Hypothesis, worse: Hypothesis) -> Margin:
         """The margin of two rivals; where it is not sure, that of what is new in their errors.
@@ -249,7 +254,7 @@ class Judge:
             return margin
         counts = [_samples(innovations(a, rho)) for a in one]
         expected = float(np.mean([0.5 / max(n, 1.0) for n in counts]))
-        news = _margin(gains, worse.price - better.price, expected)
+        news = _margin(gains, worse.price - better.price, expected, self.experiment.policy)
         return news if news.sure else margin
 
     def _expected(self, hypothesis: Hypothesis) -> float:
@@ -269,12 +274,13 @@ class Judge:
         return max(_samples(parts) - free, 1.0)
 
 
-def _margin(gains: Floats, price: float, expected: float) -> Margin:
+def _margin(gains: Floats, price: float, expected: float, policy: DecisionPolicy) -> Margin:
     """Mean over runs, and its error from the scatter that was seen and the one expected."""
     runs = len(gains)
     seen = float(np.sum((gains - gains.mean()) ** 2))
     variance = (seen + _PRIOR_RUNS * expected) / (runs - 1 + _PRIOR_RUNS)
-    return Margin(mean=float(gains.mean()) + price, error=float(np.sqrt(variance / runs)))
+    error = float(np.sqrt(variance / runs))
+    return Margin(mean=float(gains.mean()) + price, error=error, least=policy.standard_errors)
 
 
 def _samples(parts: Mapping[str, Floats]) -> float:

@@ -18,7 +18,7 @@ from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.drawing import draw_ladder, print_table
 from seals.sysid.validation.ladder import Ladder, climb, compare_ends, replay_count
 from seals.sysid.validation.refit import refit
-from seals.sysid.validation.verdict import Verification, judge, sentences
+from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, withdraw, write_overlay
 
 RESULT, PICTURE = "verify.json", "ladder.png"

@@ -9,7 +9,7 @@ from seals.errors import MissingExtra
 from seals.logs.atomic import atomic_path
 from seals.report.style import CYCLE, MUTED
 from seals.sysid.validation.ladder import Ladder
-from seals.sysid.validation.verdict import Verification
+from seals.sysid.validation.verification import Verification
 
 UNITS = {
     "position": "m",

@@ -9,13 +9,13 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.config.overlay import Overlay
+from seals.control.actuator_response import JITTER
 from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.registry import get
-from seals.sysid.discrepancy import DragExponent, WaveMoment
-from seals.sysid.drive import JITTER
 from seals.sysid.factors import Library
 from seals.sysid.plant import Plant
 from seals.sysid.samples import Samples
@@ -23,7 +23,6 @@ from seals.sysid.vehicle import Vehicle
 from seals.world.drivetrain import response_of, timing_of
 
 WAVES = "waves"
-_DELAY = "command_delay.delay"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +79,8 @@ class Model:
         )
         if self.waves is not None:
             plant.waves = self.waves
-        return plant, {_DELAY: self.command_delay - JITTER}
+        plant.command_delay = self.command_delay - JITTER
+        return plant, {}
 
     def changed(self, name: str, changes: Mapping[str, float], library: Library) -> Model:
         """Return the model with factors of a diagnosis moved.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.batch import TwinState
+from seals.control.actuator_response import JITTER, respond
 from seals.frames import matrix_of, rotate
 from seals.motion import Reading
-from seals.sysid.drive import JITTER, respond
 from seals.sysid.linearise import Dynamics, Prediction
 from seals.sysid.samples import Samples
 from seals.sysid.trajectory import Course, difference

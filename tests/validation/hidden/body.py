@@ -251,6 +251,7 @@ class Body:
             ("magnet_gain", outsiders.magnet),
             ("field", outsiders.region),
             ("cubic", outsiders.cubic),
+            ("sway_by_yaw", outsiders.sway_by_yaw),
         ):
             if on[key]:
                 force = force + law(plant, m)

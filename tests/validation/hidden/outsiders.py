@@ -32,6 +32,8 @@ def absent(actuators: int) -> Plant:
         "field": np.zeros(3),
         "field_edge": np.zeros(()),
         "stick_band": np.zeros(actuators),
+        "sway_by_yaw": np.zeros(()),
+        "gyro_scale": np.zeros(3),
     }
 
 
@@ -53,6 +55,12 @@ def cubic(plant: Plant, m: Motion) -> Array:
     v = _wetted(m)
     out: Array = -plant["cubic"] * (v**2).sum(0) * v
     return out
+
+
+def sway_by_yaw(plant: Plant, m: Motion) -> Array:
+    """Sideways force in proportion to the rate of yaw, in water."""
+    side = plant["sway_by_yaw"] * m.wet * m.spin[2]
+    return np.stack((np.zeros_like(side), side, np.zeros_like(side)))
 
 
 def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
@@ -144,5 +152,9 @@ def draw(name: str, kind: str, rng: np.random.Generator, plant: Plant) -> None:
         size = 45.0 if kind != "auv" else 3.5
         band[rng.integers(band.shape[0])] = size * rng.uniform(0.8, 1.2)
         plant["stick_band"] = band
+    elif name == "sway_by_yaw":
+        plant["sway_by_yaw"] = np.array(heavy * 0.5 * rng.uniform(0.8, 1.2) * sign)
+    elif name == "gyroscope_scale":
+        plant["gyro_scale"] = rng.uniform(0.06, 0.1, 3) * rng.choice([-1.0, 1.0], 3)
     else:
         raise KeyError(name)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.arrays import Array
+from seals.arrays import Array, columns
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.motion import Inputs, Medium, Motion, Reading, Wrench
 from seals.schema import param
 
 _SOURCE = "chosen: an example"
@@ -57,3 +57,91 @@ class VortexShedding(Effect):
     ) -> tuple[Wrench, Array]:
         """Constant force in the medium [N]."""
         return Wrench(params["force"] * medium.share, None), memory
+
+
+@dataclass(kw_only=True)
+class SwayByYaw(Effect):
+    """Sideways force of a turning hull in water: the cross-coupling derivative of manoeuvring.
+
+    Equation:
+        F_y = Y_r r s, link axes, with r the rate of yaw and s the share of the medium.
+
+    Args:
+        derivative: Y_r [N s/rad].
+        medium: water, air or any.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The derivative does not depend on the speed ahead; the force acts at the link origin.
+
+    Valid range:
+        Slow turns of a hull whose bow and stern differ.
+
+    Limitations:
+        No moment goes with the force.
+
+    References:
+        Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 6.
+
+    Example:
+        >>> SwayByYaw(derivative=2.0).derivative
+        2.0
+    """
+
+    derivative: float = param(
+        0.0, "N s/rad", bounds=(-1e3, 1e3), tolerance=0.1, source="zero unless stated"
+    )
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("sway by yaw",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Sideways force [N]."""
+        zero = motion.angular_velocity[:, 2] * 0.0
+        side = columns(zero, motion.angular_velocity[:, 2], zero)
+        return Wrench(params["derivative"] * medium.share * side, None), memory
+
+
+@dataclass(kw_only=True)
+class GyroscopeScale(Effect):
+    """Scale error of the gyroscope.
+
+    Equation:
+        w' = (1 + s) w, axis by axis.
+
+    Args:
+        scale_x: s about the sensor's x [1].
+        scale_y: s about the sensor's y [1].
+        scale_z: s about the sensor's z [1].
+        links: not used; the fault is the sensor's.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Constant over a log.
+
+    Valid range:
+        Small errors, rates within the sensor's range.
+
+    Limitations:
+        No cross-axis part.
+
+    References:
+        Titterton and Weston 2004, Strapdown Inertial Navigation Technology, ch. 4.
+
+    Example:
+        >>> GyroscopeScale(scale_z=0.05).scale_z
+        0.05
+    """
+
+    scale_x: float = param(0.0, "1", bounds=(-0.9, 9.0), tolerance=0.01, source=_SOURCE)
+    scale_y: float = param(0.0, "1", bounds=(-0.9, 9.0), tolerance=0.01, source=_SOURCE)
+    scale_z: float = param(0.0, "1", bounds=(-0.9, 9.0), tolerance=0.01, source=_SOURCE)
+    accounts_for: ClassVar[tuple[str, ...]] = ("gyroscope scale",)
+
+    @staticmethod
+    def measure(reading: Reading, params: Parameters) -> Reading:
+        """Reading with the scale error."""
+        return reading._replace(angular_velocity=(1.0 + params["scale"]) * reading.angular_velocity)

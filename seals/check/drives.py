@@ -1,0 +1,115 @@
+"""Rotors and thrusters in the check of a robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.check.finding import RobotFinding, failed, passed, warned
+from seals.check.floating import FloatingBody
+from seals.check.lift import Reach, authority, hover_share, reach_of, wrench_matrix
+from seals.control.plant import ROTOR, Layout, layout_of
+from seals.effects.binding import bind_effects
+from seals.effects.effect import Effect
+from seals.robot.model import RobotModel
+from seals.robot.whole_body import whole_body
+
+GRAVITY = 9.81
+THIN_MARGIN = 1.3
+"""Full thrust by weight below which a robot hovers, but hardly steers [1]."""
+STIFF = 100.0
+"""Condition number of an allocation from which on one direction is nearly out of reach."""
+SLUGGISH = {"roll": 5.0, "pitch": 5.0, "yaw": 0.5}
+"""Angular accelerations below which flying gets hard [rad/s^2]."""
+
+
+def look_at_drives(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[RobotFinding]:
+    """Yield what there is to say about lift and allocation.
+
+    Args:
+        robot: the robot.
+        actuators: by instance name; servos are passed over.
+
+    Raises:
+        ConfigError: the actuators do not fit together or sit on unknown links.
+    """
+    layout = layout_of(robot, bind_effects(actuators, robot.links))
+    body = FloatingBody(robot)
+    if layout.drives == 0 or robot.tree.fixed_base or body.mass <= 0.0:
+        return
+    matrix = wrench_matrix(layout, body.gravity_centre)
+    rotor = np.array([kind == ROTOR for kind in layout.kind])
+    if rotor.any():
+        yield from _hover(matrix[:, rotor], body.mass)
+    yield from _allocation(layout, matrix, body)
+    if rotor.any():
+        yield from _authority(robot, matrix[:, rotor], body.mass)
+
+
+def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
+    """Whether the rotors carry the robot level in air, and with what reserve."""
+    weight, count = mass * GRAVITY, matrix.shape[1]
+    share = hover_share(matrix, weight)
+    subject = "hover in air"
+    if share is None:
+        spinning = hover_share(matrix, weight, yaw=False)
+        if spinning is None:
+            found = f"no thrusts of the {count} rotor(s) carry {weight:.3g} N without tipping it"
+            advice = "Look at position and axis of the rotors against the centre of gravity above."
+        else:
+            found = f"the {count} rotor(s) carry it, but it spins about its vertical"
+            advice = "Let direction alternate between 1 and -1 from one rotor to the next."
+        yield failed(subject, found, advice)
+        return
+    found = (
+        f"{share:.0%} of full thrust, {math.sqrt(share):.0%} of full speed; "
+        f"full thrust is {1.0 / share:.2f} times the weight"
+    )
+    if share > 1.0:
+        advice = "Too weak to fly: check thrust_coefficient, max_speed, and the mass above."
+        yield failed(subject, found, advice)
+    elif share * THIN_MARGIN > 1.0:
+        advice = "Little is left to steer with; 1.5 to 2.5 times is usual."
+        yield warned(subject, found, advice)
+    elif share < 0.04:
+        yield warned(subject, found, "Far more than usual: check the unit of thrust_coefficient.")
+    else:
+        yield passed(subject, found)
+
+
+def _allocation(layout: Layout, matrix: Floats, body: FloatingBody) -> Iterator[RobotFinding]:
+    """Rank and condition number of the map from drives to force and moments."""
+    reach: Reach = reach_of(matrix, body.gravity_centre, layout.position)
+    found = f"{layout.drives} drive(s), rank {reach.rank} of {reach.wanted}"
+    if reach.rank < reach.wanted:
+        advice = (
+            "Some motion cannot be commanded; check positions, axes, directions and coefficients."
+        )
+        yield warned("allocation", f"{found}: {reach.weakest} is out of reach", advice)
+    elif reach.condition > STIFF:
+        advice = f"Commands in {reach.weakest} saturate first; check the coefficients."
+        yield warned("allocation", f"{found}, condition number {reach.condition:.3g}", advice)
+    else:
+        yield passed("allocation", f"{found}, condition number {reach.condition:.3g}")
+
+
+def _authority(robot: RobotModel, matrix: Floats, mass: float) -> Iterator[RobotFinding]:
+    """Angular accelerations that are left while the rotors carry the weight."""
+    share = hover_share(matrix, mass * GRAVITY)
+    if share is None or share > 1.0:
+        return
+    moments = np.diag(whole_body(robot)[2])
+    gains = {
+        way: authority(matrix, mass * GRAVITY, way) / max(float(moments[k]), 1e-12)
+        for k, way in enumerate(SLUGGISH)
+    }
+    words = ", ".join(f"{way} {gain:.3g}" for way, gain in gains.items())
+    slow = [way for way, gain in gains.items() if gain < SLUGGISH[way]]
+    if slow:
+        advice = f"Slow in {', '.join(slow)}: longer arms, stronger rotors or less inertia."
+        yield warned("authority in hover", f"{words} rad/s^2", advice)
+    else:
+        yield passed("authority in hover", f"{words} rad/s^2")

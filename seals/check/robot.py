@@ -1,0 +1,181 @@
+"""``seals check``: is this robot one that physics and water can work with?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from seals.check.drives import look_at_drives
+from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
+from seals.check.floating import FloatingBody
+from seals.check.joints import look_at_joints, look_at_servos
+from seals.check.limbs import look_at_limbs
+from seals.check.meshes import look_at_meshes
+from seals.check.mimics import look_at_mimics
+from seals.effects.effect import Effect
+from seals.environment.seawater import density_of
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+from seals.robot.settings import RobotSettings
+
+__all__ = ["FRESH_WATER", "RobotFinding", "Verdict", "check_robot"]
+
+TRIFLE = 0.03
+"""Share of the whole mass up to which a link may lack collision shapes and a hull [1]."""
+FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
+"""Density of fresh water at 20 degC [kg/m^3]."""
+
+
+def check_robot(
+    settings: RobotSettings, actuators: Mapping[str, Effect] | None = None
+) -> list[RobotFinding]:
+    """Look at mass, inertia, hulls, floating, drives, joints and meshes of a robot.
+
+    Args:
+        settings: the robot folder as configured.
+        actuators: of the robot, by instance name.
+
+    Raises:
+        RobotError: the robot's files cannot be read at all; nothing can be said about it then.
+    """
+    robot = build_robot(settings)
+    looks = (_mass, _inertia, _links, _floating)
+    found = [finding for look in looks for finding in look(robot)]
+    found += look_at_drives(robot, actuators or {})
+    found += [*look_at_joints(robot), *look_at_limbs(robot)]
+    found += look_at_servos(robot, actuators or {})
+    return [*found, *look_at_mimics(settings), *look_at_meshes(settings)]
+
+
+def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
+    """Total mass, centre of gravity, moving parts without mass."""
+    total = float(robot.mass.sum())
+    words = f"{total:.4g} kg in {len(robot.links)} link(s)"
+    if total <= 0.0:
+        yield failed("mass", words, "Give at least one moving link an <inertial> element.")
+        return
+    believable = 1e-4 <= total <= 1e5
+    yield (
+        passed("mass", words)
+        if believable
+        else warned("mass", words, "Masses are in kg; check the unit.")
+    )
+    centre = FloatingBody(robot).gravity_centre.round(7)
+    yield passed("centre of gravity", f"{triple(centre)} m from the base origin")
+    weightless = [
+        name
+        for j, name in enumerate(robot.joints)
+        if float(robot.mass @ robot.tree.moves[:, j]) <= 0.0
+    ]
+    if weightless:
+        advice = "Give the link below it, or one further out, an <inertial> element."
+        yield failed("moving mass", f"nothing with mass hangs on {listed(weightless)}", advice)
+
+
+def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
+    """Whether the inertia of each link fits its mass and its size."""
+    odd = 0
+    for k, link in enumerate(robot.links):
+        mass = float(robot.mass[k])
+        if mass <= 0.0:
+            continue
+        moments = np.linalg.eigvalsh(robot.inertia[k])
+        hull = robot.hulls[k]
+        gyration = math.sqrt(max(float(moments[-1]), 0.0) / mass)
+        words = f"{link}: principal moments {triple(moments)} kg m^2"
+        if moments[-1] <= 0.0:
+            odd += 1
+            yield failed(
+                "inertia", f"{link}: zero, with {mass:.3g} kg", "Give it the inertia of its shape."
+            )
+        elif moments[0] <= 1e-6 * moments[-1]:
+            odd += 1
+            yield warned(
+                "inertia",
+                words,
+                "One is next to nothing: such a link spins up at the slightest torque.",
+            )
+        elif hull is not None and gyration > 1.5 * hull.reach:
+            odd += 1
+            size = f"{words}, radius of gyration {gyration:.3g} m, hull reaches {hull.reach:.3g} m"
+            yield warned("inertia", size, "Check the unit: kg m^2, about the centre of mass.")
+    if not odd:
+        yield passed("inertia", "positive, within the triangle inequality, fits the size")
+
+
+def _links(robot: RobotModel) -> Iterator[RobotFinding]:
+    """Links that lack mass, hull or collision geometry."""
+    # propellers and screws need neither collision shapes nor hulls
+    share = TRIFLE * float(robot.mass.sum())
+    slight = [name for name, mass in zip(robot.links, robot.mass, strict=True) if mass <= share]
+    bare = [name for name, mass in zip(robot.links, robot.mass, strict=True) if mass <= 0.0]
+    if bare:
+        yield passed("links without mass", f"{listed(bare)} (frames)")
+    ghosts = [
+        name for name, there in zip(robot.links, robot.has_collision, strict=True) if not there
+    ]
+    solid = [name for name in ghosts if name not in slight]
+    if solid:
+        advice = "They pass through ground and other robots; add <collision> where that matters."
+        yield warned("links without collision", listed(solid), advice)
+    dry = [
+        name
+        for name, hull, mass in zip(robot.links, robot.hulls, robot.mass, strict=True)
+        if hull is None and mass > share
+    ]
+    if dry and len(dry) < len([m for m in robot.mass if m > share]):
+        advice = "They displace no water; add them under hulls: in robot.yaml where that matters."
+        yield warned("links without hull", listed(dry), advice)
+
+
+def _floating(robot: RobotModel) -> Iterator[RobotFinding]:
+    """Volume, net buoyancy, draught and stability in fresh water."""
+    body = FloatingBody(robot)
+    if not body.parts:
+        advice = (
+            "In water it weighs what it weighs in air; add hulls: in robot.yaml if it meets water."
+        )
+        yield warned("hull", "no link has one", advice)
+        return
+    yield passed("hull", f"{body.volume * 1e3:.4g} litre in {len(body.parts)} link(s)")
+    if robot.tree.fixed_base or body.mass <= 0.0:
+        return
+    lift = FRESH_WATER * body.volume - body.mass
+    net = f"{lift * 9.81:+.3g} N in fresh water"
+    wanted = body.mass / FRESH_WATER
+    if abs(lift) < 0.005 * body.mass:
+        yield passed("net buoyancy", f"{net}: neutral within 0.5 %")
+        wanted = body.volume
+    elif lift < 0.0:
+        yield passed("net buoyancy", f"{net}: sinks")
+        wanted = body.volume
+    else:
+        share = wanted / body.volume
+        depth = body.draught(wanted)
+        yield passed(
+            "net buoyancy", f"{net}: floats, {share:.0%} under water, draught {depth:.4g} m"
+        )
+    yield from _stability(body, wanted)
+
+
+def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
+    """Restoring moment for a small roll and pitch, and whether upright is an equilibrium at all."""
+    for name, axis in (("roll", (1.0, 0.0, 0.0)), ("pitch", (0.0, 1.0, 0.0))):
+        height = body.metacentric_height(axis, volume)
+        arm = body.righting_arm(axis, volume)
+        words = f"metacentric height {round(height * 1e3, 2) + 0.0:.4g} mm"
+        if abs(height) < 1e-4 * body.reach:
+            yield passed(f"stability in {name}", f"{words}: indifferent")
+        elif height < 0.0:
+            advice = "Upright it turns over; move mass down or buoyancy up."
+            yield warned(f"stability in {name}", words, advice)
+        elif abs(arm) > math.tan(math.radians(1.0)) * height:
+            angle = math.degrees(math.atan2(abs(arm), height))
+            advice = "Put the centre of gravity below the centre of buoyancy, or expect the list."
+            yield warned(
+                f"stability in {name}", f"{words}, but lies at about {angle:.0f} deg", advice
+            )
+        else:
+            yield passed(f"stability in {name}", words)

@@ -1,0 +1,107 @@
+"""Typed settings of one comparison of a model with measurements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from seals.compare.naming_settings import NamingSettings
+from seals.run.settings import RunSettings
+from seals.schema import param
+
+_CHOSEN = "chosen"
+
+
+class StartMode(Enum):
+    """Where the state at the start of a comparison comes from."""
+
+    auto = "auto"
+    """``drop`` for logs without pose, else ``pose``."""
+    pose = "pose"
+    """The first samples of position, attitude, velocity and joints; refined on the data."""
+    drop = "drop"
+    """A release from rest found in the accelerometer: the speed at entry is that of the fall."""
+
+
+class Course(Enum):
+    """How a model is turned into what the sensors read."""
+
+    simulated = "simulated"
+    """The motion is integrated from the start of every run."""
+    glide = "glide"
+    """A steady glide at the measured pitch: forces balance at every sample."""
+    thrust = "thrust"
+    """What an accelerometer feels of the rotors' measured commands."""
+    heave = "heave"
+    """Steady heave in a regular wave: its amplitude against that of the wave."""
+
+
+@dataclass(kw_only=True)
+class CompareOptions:
+    """How a comparison is made.
+
+    Args:
+        course: how a model is turned into what the sensors read.
+        start: where the initial state comes from.
+        step: integration step of the twin [s]; 0 chooses from the sampling.
+        stride: keep every n-th row.
+        before: time kept before the water entry of a drop [s].
+        after: time kept after the water entry of a drop [s].
+        margin: time cut before the catch of a drop [s].
+        idle_speed: of a rotor at no pulse width, for the course ``thrust`` [rad/s].
+        offset: search for a clock offset up to this size [s]; 0 for none.
+        iterations: most Gauss-Newton steps.
+    """
+
+    course: Course = Course.simulated
+    start: StartMode = StartMode.auto
+    step: float = param(0.0, "s", bounds=(0.0, 0.1), tolerance=0.0, source=_CHOSEN, fit=False)
+    stride: int = 1
+    before: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    after: float = param(0.08, "s", bounds=(0.001, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    margin: float = param(0.015, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    offset: float = param(0.0, "s", bounds=(0.0, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    idle_speed: float = param(
+        0.0, "rad/s", bounds=(0.0, 1e5), tolerance=0.0, source=_CHOSEN, fit=False
+    )
+    iterations: int = 12
+
+
+@dataclass(kw_only=True)
+class CompareSettings(RunSettings):
+    """A run's settings, which are the model, and the measurement that it is compared with.
+
+    Args:
+        log: folder, file or name of the measurement, a list of them, or None for all of the
+            reader's own data.
+        only: names (shell patterns) of the logs to keep of those that are read; empty for all.
+        reader: plug-in that reads the measurement.
+        fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``;
+            ``axes`` of one stem may be tied:
+            ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
+        train: names (shell patterns) of the logs or segments that are fitted; empty for all.
+        held_out: names (shell patterns) of the logs or segments that only judge the fit.
+        per_log: fit every log by itself instead of all together.
+        ladder: rungs by name, each the list of effects that act; empty for one rung with all
+            effects.
+        rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
+            instances in the configuration; empty for all that could act.
+        naming: what the nominal model is and what judges, for ``seals diagnose``.
+        compare: how the comparison is made.
+        out: folder of the results, or None for the run's folder.
+    """
+
+    name: str = "compare"
+    log: Any = None
+    only: list[str] = field(default_factory=list)
+    reader: Any = None
+    fit: list[str] = field(default_factory=list)
+    train: list[Any] = field(default_factory=list)
+    held_out: list[Any] = field(default_factory=list)
+    per_log: bool = False
+    ladder: dict[str, Any] = field(default_factory=dict)
+    rivals: list[str] = field(default_factory=list)
+    naming: NamingSettings = field(default_factory=NamingSettings)
+    compare: CompareOptions = field(default_factory=CompareOptions)
+    out: str | None = None

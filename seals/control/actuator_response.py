@@ -1,0 +1,49 @@
+"""Response of actuators to commands: delay, zero-order hold, first-order lag."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import lfilter
+
+from seals.arrays import Floats
+
+JITTER = 0.5e-3
+"""Mean time from the row of a command to its effect [s]: up to one millisecond, evenly spread."""
+
+
+def respond(command: Floats, step: float, *, lag: Floats, delay: float, parts: int) -> Floats:
+    """State of first-order actuators under commands held from row to row, exactly.
+
+    Equation:
+        x' = (u(t - d) - x) / tau, u held from t_k to t_k+1.
+
+    Args:
+        command: one row per step, shape (T, n).
+        step: time between rows [s].
+        lag: tau [s], shape (n,).
+        delay: d [s], at least zero.
+        parts: equal parts into which every step is divided.
+
+    Returns:
+        State at the start of every part, shape (T, parts, n); before the first row the first
+        command is taken to have been held for ever.
+    """
+    rows, count = command.shape
+    part = step / parts
+    start = np.arange(rows * parts) * part
+    # the command in force at a time, and the time at which it changes within the part
+    index = np.floor((start - delay) / step + 1e-9)
+    change = (index + 1.0) * step + delay - start
+    held = command[np.clip(index.astype(int), 0, rows - 1)]
+    following = command[np.clip(index.astype(int) + 1, 0, rows - 1)]
+    before = np.minimum(change, part)[:, None]
+    tau = np.maximum(lag, 1e-6)
+    out = np.empty((rows * parts, count))
+    early, late = np.exp(-before / tau), np.exp(-(part - before) / tau)
+    decay = np.exp(-part / tau)
+    gained = held * (1.0 - early) * late + following * (1.0 - late)
+    out[0] = command[0]
+    for k in range(count):
+        state = [decay[k] * out[0, k]]
+        out[1:, k] = lfilter([1.0], [1.0, -decay[k]], gained[:-1, k], zi=state)[0]
+    return out.reshape(rows, parts, count)

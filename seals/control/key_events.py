@@ -1,0 +1,162 @@
+"""What a person pressed and when: a list of events, read from and written to small files."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from seals.control.keymap import CONTROLS, is_control
+from seals.errors import ConfigError, suggestion
+from seals.logs.atomic import write_text
+from seals.untrusted_io import plain_yaml
+
+HEADER = ("t", "control", "value")
+_WORDS = ("t", "press", "release", "hold", "seconds", "set", "value")
+
+
+class Event(NamedTuple):
+    """One change of one control.
+
+    Args:
+        time: [s].
+        control: name of a key, ``axis_0`` or ``button_0``.
+        value: from now on; 1 for pressed, 0 for released, -1 to 1 for an axis.
+    """
+
+    time: float
+    control: str
+    value: float
+
+
+def read_track(path: Path) -> list[Event]:
+    """Read events from a CSV or YAML file, sorted by time.
+
+    A CSV file has the columns ``t,control,value``. A YAML file is a list of entries such as
+    ``{t: 0.5, hold: w, seconds: 2}``, ``{t: 3, press: q}``, ``{t: 4, release: q}`` and
+    ``{t: 5, set: axis_0, value: -0.5}``.
+
+    Raises:
+        ConfigError: the file is missing, or an entry cannot be understood; it is named.
+    """
+    if not path.is_file():
+        folder = path.parent if path.parent.is_dir() else Path()
+        beside = [str(p) for p in folder.glob("*") if p.suffix in (".csv", ".yaml", ".yml")]
+        raise ConfigError(
+            f"script {path} does not exist.\n{suggestion(str(path), beside, label='Files there')}"
+        )
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise ConfigError(f"script {path} cannot be read: {cause}.\nIt must be text.") from cause
+    rows = _csv(path, text) if path.suffix == ".csv" else _yaml(path, text)
+    return sorted(rows, key=lambda event: event.time)
+
+
+def write_track(path: Path, events: Iterable[Event]) -> None:
+    """Write events as CSV; `read_track` gives them back exactly."""
+    lines = [",".join(HEADER)]
+    lines += [f"{e.time!r},{e.control},{e.value!r}" for e in events]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def held_after(held: Mapping[str, float], events: Sequence[Event]) -> dict[str, float]:
+    """Return the values of all controls after some events; released ones are left out.
+
+    Example:
+        >>> held_after({"w": 1.0}, [Event(1.0, "w", 0.0), Event(1.5, "q", 1.0)])
+        {'q': 1.0}
+    """
+    values = {**held, **{event.control: event.value for event in events}}
+    return {control: value for control, value in values.items() if value}
+
+
+def _csv(path: Path, text: str) -> list[Event]:
+    try:
+        rows = list(csv.reader(line for line in text.splitlines() if line.strip()))
+    except csv.Error as cause:
+        raise ConfigError(f"script {path} is no table: {cause}.\nCheck the quotes.") from cause
+    if not rows or tuple(cell.strip() for cell in rows[0]) != HEADER:
+        raise ConfigError(
+            f"script {path} begins with {rows[0] if rows else 'nothing'}.\n"
+            f"The first line must be: {','.join(HEADER)}"
+        )
+    events = []
+    for number, row in enumerate(rows[1:], start=2):
+        where = f"script {path}, line {number}"
+        if len(row) != 3:
+            raise ConfigError(f"{where} has {len(row)} cells.\nAllowed: t,control,value")
+        events.append(_event(where, row[0], row[1].strip(), row[2]))
+    return events
+
+
+def _yaml(path: Path, text: str) -> list[Event]:
+    import yaml
+
+    try:
+        entries = plain_yaml(text)
+    except yaml.YAMLError as cause:
+        words = " ".join(str(cause).split())
+        raise ConfigError(f"script {path} is no YAML: {words}.\nCheck the brackets.") from cause
+    if not isinstance(entries, list):
+        raise ConfigError(
+            f"script {path} holds no list.\n"
+            "Write one entry a line: - {t: 0.5, hold: w, seconds: 2}"
+        )
+    events = []
+    for number, entry in enumerate(entries, start=1):
+        events += _entry(f"script {path}, entry {number}", entry)
+    return events
+
+
+def _entry(where: str, entry: Any) -> list[Event]:
+    """Events of one entry of a YAML script."""
+    if not isinstance(entry, dict) or "t" not in entry:
+        raise ConfigError(
+            f"{where}: {entry!r} has no time.\nWrite: {{t: 0.5, hold: w, seconds: 2}}"
+        )
+    wrong = [str(key) for key in entry if key not in _WORDS]
+    if wrong:
+        raise ConfigError(
+            f"{where}: '{wrong[0]}' is not a word of a script.\n{suggestion(wrong[0], _WORDS)}"
+        )
+    kinds = [word for word in ("press", "release", "hold", "set") if word in entry]
+    if len(kinds) != 1:
+        raise ConfigError(
+            f"{where} says {kinds or 'nothing'}.\nSay one of: press, release, hold, set"
+        )
+    kind, control = kinds[0], str(entry[kinds[0]])
+    value = entry.get("value", 1.0) if kind == "set" else float(kind != "release")
+    first = _event(where, entry["t"], control, value)
+    if kind != "hold":
+        return [first]
+    if "seconds" not in entry:
+        raise ConfigError(f"{where}: hold does not say how long.\nAdd: seconds: 2")
+    length = _number(f"{where}: seconds", entry["seconds"])
+    return [first, Event(first.time + length, control, 0.0)]
+
+
+def _event(where: str, time: Any, control: str, value: Any) -> Event:
+    if not is_control(control):
+        raise ConfigError(
+            f"{where}: there is no control '{control}'.\n{suggestion(control, CONTROLS, most=40)}"
+        )
+    at = _number(f"{where}: t", time)
+    if at < 0.0:
+        raise ConfigError(f"{where}: t={at:g} lies before the start.\nAllowed: 0 or later.")
+    amount = _number(f"{where}: value", value)
+    if not -1.0 <= amount <= 1.0:
+        raise ConfigError(f"{where}: value={amount:g} is not allowed.\nAllowed: -1 to 1.")
+    return Event(at, control, amount)
+
+
+def _number(where: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ConfigError(f"{where}={value} is no number.\nAllowed: a finite number.")
+    return number

@@ -1,0 +1,71 @@
+"""Inertia that joint drives turn: their own and that of the robot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.effects.binding import EffectSet
+from seals.motion import Inputs, Joints
+from seals.multibody.equations import Assembly
+from seals.multibody.kinematics import Kinematics
+from seals.multibody.tree import forward
+from seals.robot.model import RobotModel
+
+
+def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
+    """Return the inertia of the joint drives that their effects state, shape (J,); None for none.
+
+    Raises:
+        ConfigError: a list of a servo has not one entry a joint.
+    """
+    joints = robot.tree.joints
+    total = np.zeros(joints)
+    for b in effects.joint_drives:
+        if joints and hasattr(b.effect, "of_joints"):
+            for gain in ("kp", "kd", "torque_limit"):
+                b.effect.of_joints(gain, joints)
+            total = total + b.effect.of_joints("armature", joints)
+    return total if total.any() else None
+
+
+def felt_inertia(robot: RobotModel, joints: Floats | None = None) -> Floats:
+    """Return the inertia of every joint with all others and the base free, shape (J,).
+
+    Args:
+        robot: the robot.
+        joints: positions [rad or m], shape (J,); zero by default.
+    """
+    tree = robot.tree
+    at = np.zeros((1, tree.joints)) if joints is None else joints[None]
+    poses = forward(tree, np.zeros((1, 3)), np.eye(3)[None], at)
+    assembly = Assembly(robot.spatial_inertia[None])
+    nothing = np.zeros((1, tree.links, 6))
+    matrix, _ = assembly.system(Kinematics(tree, *poses), assembly.inertia, nothing, at)
+    found: Floats = 1.0 / np.diag(np.linalg.inv(matrix[0]))[-tree.joints :]
+    return found
+
+
+def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:
+    """Return the fastest rate of the joints under their drives [1/s], zero without drives.
+
+    Equation:
+        The largest root of I s^2 + kd s + kp in size, with I the inertia that a joint feels.
+    """
+    joints = robot.tree.joints
+    if not joints or not effects.joint_drives:
+        return 0.0
+    zero = np.zeros((1, joints))
+    still, inputs = Joints(zero, zero), Inputs(0.0, zero, joint_command=zero)
+    stated = robot.tree.drive_inertia or armature_of(effects, robot)
+    inertia = felt_inertia(robot) + (0.0 if stated is None else np.asarray(stated))
+    fastest = 0.0
+    for b in effects.joint_drives:
+        plain = {
+            n: np.asarray(x if type(x) is np.ndarray else x.tolist()) for n, x in b.params.items()
+        }
+        drive = b.hooks.joint_drive(still, inputs, plain)
+        half = 0.5 * drive.damping / inertia
+        root = np.sqrt((half * half - drive.stiffness / inertia).astype(complex))
+        fastest = max(fastest, float(np.max(np.abs(half + root))))
+    return fastest

@@ -1,0 +1,70 @@
+"""Candidates of drag laws that go with a power of the speed, in each medium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.effects.discrepancy import DragExponent
+from seals.effects.effect import Effect, MediumKind
+from seals.effects.identification import Addition, Freed, Stage, Subject, along_axes
+
+_EXPONENT = 0.05
+"""1-sigma of the exponents of drag laws."""
+
+
+def power_law_additions(
+    law: type[Effect],
+    name: str,
+    subject: Subject,
+    *,
+    power: int,
+    share: Mapping[MediumKind, float],
+) -> list[Addition]:
+    """Return a change of the drag in each medium, and the doubt about its exponent.
+
+    Args:
+        law: class with ``coefficient_x``, ``coefficient_y``, ``coefficient_z`` and ``medium``.
+        name: under which it is installed.
+        subject: the vehicle.
+        power: of the speed, 1 or 2.
+        share: of the weight that the drag has at 1 m/s, by medium, at most.
+    """
+    found = []
+    made: Any = law
+    for index, medium in enumerate(subject.media):
+        water = medium is MediumKind.water
+        size = share[medium] * (subject.mass * subject.environment.gravity)
+        nominal = subject.nominal(f"{name}_{medium.value}", "coefficient")
+        least = 0.25 * size if power == 1 and water else 0.3 * size
+        scale = np.maximum(0.5 * nominal, least)
+        drawn = subject.spread("drag_coefficient") * nominal
+        order = (Stage.flow, index, power - 1)
+        found.append(
+            Addition(
+                instance=f"{name}_{medium.value}_change",
+                effect=made(medium=medium),
+                parameters=along_axes("coefficient", drawn, scale, low=-nominal),
+                variant={"medium": int(water)},
+                order=order,
+            )
+        )
+        if nominal.any():
+            shape = DragExponent(
+                power=power,
+                coefficients=tuple(nominal),
+                speeds=tuple(subject.speeds),
+                medium=medium,
+            )
+            found.append(
+                Addition(
+                    instance=f"{name}_{medium.value}_shape",
+                    effect=shape,
+                    parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
+                    named=(),
+                    order=order,
+                )
+            )
+    return found

@@ -1,0 +1,36 @@
+"""Typed settings of ``seals evaluate``: an environment, and policies to be judged in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.learn.settings import LearnSettings
+
+
+@dataclass(kw_only=True)
+class EvaluateSettings(LearnSettings):
+    """An environment, and policies to be judged in it.
+
+    Args:
+        policy: a folder that training wrote, or ``scripted``, ``random``, ``still``.
+        beside: policies of the same kinds that are judged on the same starts.
+        episodes: number of starts, from those that no training has seen.
+        count: environments that step at once; 0 chooses by the backend.
+        device: where networks and twins compute: ``cpu`` or ``cuda``.
+        grid: worlds by name in which the policy is judged, too; see
+            `seals.learn.evaluation.variants`.
+        film: whether a film of the policy's first episode is left beside the results, drawn by
+            ``viewer``.
+        out: folder of the results, or None for the run's folder.
+    """
+
+    name: str = "evaluate"
+    policy: str = "scripted"
+    beside: list[str] = field(default_factory=lambda: ["scripted", "random"])
+    episodes: int = 100
+    count: int = 0
+    device: str = "cpu"
+    grid: Any = None
+    film: bool = False
+    out: str | None = None

@@ -1,0 +1,31 @@
+"""Typed settings of an environment of learning: a run with a task in place of a guide's plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from seals.run.settings import RunSettings
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class LearnSettings(RunSettings):
+    """A run whose robot does what a learner says.
+
+    Args:
+        task: what is to be learned: starts, observation, reward, success.
+        frames: control steps whose pictures lie in one observation, where there are cameras.
+        ball: radius of the ball that shows the target to cameras [m].
+    """
+
+    task: Any = None
+    frames: int = 3
+    ball: float = param(
+        0.05,
+        "m",
+        bounds=(1e-3, 10.0),
+        tolerance=0.0,
+        source="chosen: opening of the hand",
+        fit=False,
+    )

@@ -1,0 +1,67 @@
+"""Typed settings of one training."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.learn.settings import LearnSettings
+from seals.learn.training.course import Course
+from seals.schema import param
+
+OWN = (
+    "learner",
+    "course",
+    "count",
+    "judges",
+    "device",
+    "threads",
+    "demonstrations",
+    "shown",
+    "shuffled",
+    "varied",
+    "varied_from",
+    "film",
+)
+"""Keys of a training that its environment does not have."""
+
+
+@dataclass(kw_only=True)
+class TrainSettings(LearnSettings):
+    """An environment, a learner, and how long it learns.
+
+    Args:
+        learner: plug-in that learns.
+        course: how long, and what is written on the way.
+        count: environments that step at once.
+        judges: environments that step at once in an evaluation; 0 for one an episode with twins,
+            and one with an engine.
+        device: where networks, memory and twins are: ``cpu`` or ``cuda``.
+        threads: of the processor that torch uses.
+        demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
+        shown: how many of its episodes are shown, from the first on; 0 for all.
+        shuffled: whether their actions are dealt anew among all steps, as a negative control.
+        varied: by how many standard deviations of their tolerances the parameters of the training's
+            environments differ from those configured, each environment by its own draw; twins
+            only. Evaluations keep to what is configured [1].
+        varied_from: folder that ``seals diagnose`` wrote: what it estimated is drawn from its
+            posterior, all else from the tolerances by ``varied``; twins only.
+        film: whether a film of the trained policy is left beside it, one episode from a start of
+            the evaluations, drawn by ``viewer``.
+    """
+
+    name: str = "train"
+    learner: Any = None
+    course: Course = field(default_factory=Course)
+    count: int = 64
+    judges: int = 0
+    device: str = "cpu"
+    threads: int = 1
+    demonstrations: str | None = None
+    shown: int = 0
+    shuffled: bool = False
+    varied: float = param(
+        0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: alike", fit=False
+    )
+    varied_from: str | None = None
+    film: bool = False

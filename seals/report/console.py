@@ -1,0 +1,19 @@
+"""Text tables for a terminal."""
+
+from __future__ import annotations
+
+
+def table(rows: list[tuple[str, ...]], *, indent: str = "  ") -> str:
+    """Return rows of text as aligned columns.
+
+    Example:
+        >>> print(table([("a", "one"), ("bcd", "two")]))
+          a    one
+          bcd  two
+    """
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = (
+        indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    )
+    return "\n".join(line.rstrip() for line in lines)

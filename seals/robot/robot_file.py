@@ -1,0 +1,151 @@
+"""Read ``robot.yaml``: a robot is a folder holding it and the URDF it names, without any Python."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from seals.errors import RobotError, suggestion
+from seals.robot.settings import RobotSettings
+from seals.untrusted_io import read_plain_yaml, refuse_references
+
+_KEYS = (
+    "summary",
+    "urdf",
+    "fixed_base",
+    "hulls",
+    "arms",
+    "grippers",
+    "legs",
+    "effects",
+    "sensors",
+    "actuators",
+    "controller",
+    "guide",
+)
+_NAME = re.compile(r"\w[\w-]*")
+_PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotFile:
+    """What one ``robot.yaml`` holds, checked for its keys but not yet for its values.
+
+    Args:
+        settings: name, folder, URDF and summary; the rest is still in ``hulls`` and ``limbs``.
+        hulls: raw hull entries by link name.
+        limbs: raw entries of arms, grippers and legs, by section and name.
+        parts: per section (effects, sensors, actuators, controller, guide) the instance name,
+            plug-in name and values; the guide is what it does as an object of a run.
+    """
+
+    settings: RobotSettings
+    hulls: dict[str, Any]
+    limbs: dict[str, dict[str, Any]]
+    parts: dict[str, dict[str, tuple[str, dict[str, Any]]]]
+
+
+def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
+    """Read ``robot.yaml`` of a robot folder.
+
+    Args:
+        folder: the robot's folder.
+        name: name of the robot; that of the folder when left out.
+
+    Raises:
+        RobotError: the file is missing, not readable, or holds keys that no robot has.
+    """
+    path = folder / "robot.yaml"
+    raw = _mapping(_load(path), str(path))
+    refuse_references(raw, where=str(path))
+    for key in raw:
+        if key not in _KEYS:
+            raise RobotError(
+                f"{path}: '{key}' is not a key of a robot.\n{suggestion(str(key), _KEYS)}"
+            )
+    urdf = str(raw.get("urdf") or "")
+    if not urdf or not os.path.isfile(folder / urdf):
+        beside = [file.name for file in folder.glob("*.urdf")]
+        raise RobotError(
+            f"{path}: urdf '{urdf}' is not a file in {folder}.\n"
+            f"{suggestion(urdf, beside, label='URDF files there')}"
+        )
+    if not (folder / urdf).resolve().is_relative_to(folder.resolve()):
+        raise RobotError(
+            f"{path}: urdf '{urdf}' lies outside {folder}.\nKeep the URDF in the robot's folder."
+        )
+    settings = RobotSettings(
+        name=name or folder.resolve().name,
+        folder=str(folder.resolve()),
+        urdf=urdf,
+        fixed_base=_flag(raw.get("fixed_base", False), f"{path}: fixed_base"),
+        summary=str(raw.get("summary") or ""),
+    )
+    parts = {
+        section: _parts(raw.get(section), f"{path}: {section}", word)
+        for section, word in _PARTS.items()
+    }
+    for word in ("controller", "guide"):
+        if raw.get(word) is not None:
+            parts[word] = _parts({word: raw[word]}, f"{path}: {word}", word)
+    hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
+    limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers", "legs")}
+    return RobotFile(settings=settings, hulls=hulls, limbs=limbs, parts=parts)
+
+
+def _load(path: Path) -> Any:
+    import yaml
+
+    try:
+        return read_plain_yaml(path)
+    except FileNotFoundError as cause:
+        raise RobotError(
+            f"{path} does not exist.\nA robot is a folder holding robot.yaml and its URDF."
+        ) from cause
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+        text = " ".join(str(cause).split())
+        raise RobotError(
+            f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8."
+        ) from cause
+
+
+def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
+    found = {}
+    for name, entry in _mapping(raw, where).items():
+        if not _NAME.fullmatch(str(name)):
+            raise RobotError(
+                f"{where}: '{name}' is no name.\nAllowed: letters, digits, '_' and '-'"
+            )
+        values = dict(_mapping(entry, f"{where}.{name}"))
+        plugin = values.pop(word, None)
+        if not isinstance(plugin, str):
+            raise RobotError(
+                f"{where}.{name} does not say which {word} it is.\n"
+                f"Add the line '{word}: NAME'; the names are shown by: seals list {word}"
+            )
+        hidden = [key for key in values if str(key).startswith("_")]
+        if hidden:
+            raise RobotError(
+                f"{where}.{name}.{hidden[0]} is not allowed.\nKeys must not begin with '_'."
+            )
+        found[str(name)] = (plugin, values)
+    return found
+
+
+def _mapping(raw: Any, where: str) -> dict[str, Any]:
+    if raw is None:
+        return {}
+    if not isinstance(raw, dict):
+        raise RobotError(
+            f"{where} is a {type(raw).__name__}.\nAllowed: a mapping of names to values."
+        )
+    return raw
+
+
+def _flag(raw: Any, where: str) -> bool:
+    if not isinstance(raw, bool):
+        raise RobotError(f"{where}={raw} is not allowed.\nAllowed: true or false.")
+    return raw

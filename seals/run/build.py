@@ -1,0 +1,120 @@
+"""Build and check the settings of a run from its composed configuration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from seals.config.build import build
+from seals.config.entries import typed_entries
+from seals.config.overlay import read_overlay
+from seals.config.refusal import refusals
+from seals.config.unknown import refuse_unknown
+from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import check_ground, check_profiles
+from seals.errors import ConfigError, suggestion
+from seals.registry import get, names
+from seals.run.object_settings import ObjectSettings, check_objects
+from seals.run.recall import recalled
+from seals.run.settings import RunSettings
+from seals.schema import check_fields, check_tree
+
+PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
+SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
+SEVERAL = ("effects", "sensors", "actuators")
+
+
+def build_run(config: Any) -> RunSettings:
+    """Build every object of a composed run and check every value.
+
+    Args:
+        config: composed configuration (a DictConfig) with the keys of ``RunSettings``.
+
+    Raises:
+        ConfigError: a value is missing, unknown, not finite or out of bounds.
+        BrokenPlugin: a chosen plug-in cannot be used.
+    """
+    from omegaconf import OmegaConf
+
+    for key in ("repeat", "resume"):
+        if config.get(key) is not None:
+            config = recalled(Path(str(config[key])), key=key)
+    refuse_unknown(config, where="")
+    with refusals(()):
+        values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}
+        values["objects"] = typed_entries(ObjectSettings, config.get("objects"), where="objects")
+        obstacles = config.environment.obstacles
+        values["environment"].obstacles = typed_entries(
+            ObstacleSettings, obstacles, where="environment.obstacles"
+        )
+        every = config.get("checkpoint")
+        values |= {"name": str(config.name), "seed": int(config.seed)}
+        values |= {"checkpoint": None if every is None else float(every)}
+        values |= {key: float(config.get(key) or 0.0) for key in ("surface", "particles")}
+        if config.get("water_type") is not None:
+            values["water_type"] = str(config.water_type)
+            values["optics"] = replace(values["optics"], water_type=values["water_type"])
+        for key in SINGLE:
+            node = config.get(key)
+            values[key] = None if node is None else build(node, where=key)
+        for key in SEVERAL:
+            values[key] = {
+                str(name): build(node, where=f"{key}.{name}") for name, node in config[key].items()
+            }
+    settings = RunSettings(**_with_model(config, values))
+    _check(settings)
+    return settings
+
+
+def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
+    """Add the effects of a diagnosed model to those of the run.
+
+    Its nominal values belong to the vehicle of its log, not to the robot of the run.
+    """
+    from omegaconf import OmegaConf
+
+    if config.get("model") is None:
+        return values
+    raw: Any = OmegaConf.to_container(config.model)
+    overlay = read_overlay(raw)
+    overlay.refuse_withdrawn(force=bool(config.get("force")))
+    out = {**values, "effects": overlay.applied(values["effects"])}
+    if overlay.waves is not None:
+        if type(values["wave"]) is not get("wave", "still").load():
+            raise ConfigError(
+                f"model '{overlay.name}' and the run both bring waves.\nLeave one of them out."
+            )
+        out["wave"] = overlay.waves
+    return out
+
+
+def _check(settings: RunSettings) -> None:
+    """Refuse values that the types let through."""
+    for key in (*PLAIN, "objects"):
+        check_tree(getattr(settings, key), where=key)
+    if settings.seed < 0:
+        raise ConfigError(
+            f"seed={settings.seed} is not allowed.\nAllowed: a whole number from 0 on."
+        )
+    if not settings.robot.urdf:
+        raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
+    kept = {key: getattr(settings, key) for key in ("surface", "particles", "checkpoint")}
+    check_fields(RunSettings, kept, where="")
+    check_profiles(settings.environment)
+    check_ground(settings.environment)
+    check_objects(settings.objects)
+    _check_name(settings.name)
+    if settings.guide is not None and settings.controller is None:
+        raise ConfigError(
+            "guide is given, and no controller that follows it.\nChoose one: controller=NAME.  "
+            f"{suggestion('', names('controller'), label='Installed')}"
+        )
+
+
+def _check_name(name: str) -> None:
+    if not name or set(name) & set('/\\:*?"<>|\0') or name.startswith("."):
+        raise ConfigError(
+            f"name={name} cannot be part of a folder's name.\n"
+            "Allowed: letters, digits, '_', '-' and '.', not at the front."
+        )

@@ -1,0 +1,73 @@
+"""Typed objects of a run: further bodies in the scene, each a robot folder of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.schema import optional, vector
+
+_CHOSEN = "chosen"
+
+
+@dataclass(kw_only=True)
+class ObjectSettings:
+    """A body in the scene beside the robot; an animal moves by itself.
+
+    Its effects are those of its own ``robot.yaml`` and those of the surroundings (gravity,
+    buoyancy, wind, current) as the run has them.
+
+    Args:
+        robot: name of an installed robot, or a robot folder.
+        position: body origin in the world [m].
+        rpy: roll, pitch, yaw of the body in the world [rad].
+        velocity: of the body origin in the world [m/s].
+        angular_velocity: in body axes [rad/s].
+        joint_position: joint angles or travels in URDF order; empty means zeros [rad or m].
+        mass: total mass in place of the URDF's; inertias go with it [kg].
+        friction: lateral friction coefficient of all its links [1].
+        rolling_friction: lever arm that resists rolling [m].
+        spinning_friction: lever arm that resists spinning about the contact normal [m].
+        restitution: coefficient of restitution [1].
+        effects: values of its effects by effect and parameter, over those of ``robot.yaml``.
+        guide: what it does: name of a guide, or a mapping with the key ``guide`` and its values;
+            absent for the guide that its folder names, if any. With a guide it has its actuators.
+        controller: likewise; values without the key ``controller`` are over those of the folder.
+    """
+
+    robot: str = ""
+    position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source=_CHOSEN)
+    rpy: list[float] = vector((0.0, 0.0, 0.0), "rad", bounds=(-6.3, 6.3), source=_CHOSEN)
+    velocity: list[float] = vector((0.0, 0.0, 0.0), "m/s", bounds=(-100, 100), source=_CHOSEN)
+    angular_velocity: list[float] = vector(
+        (0.0, 0.0, 0.0), "rad/s", bounds=(-100, 100), source=_CHOSEN
+    )
+    joint_position: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source=_CHOSEN)
+    mass: float | None = optional("kg", bounds=(1e-6, 1e6), source=_CHOSEN)
+    friction: float | None = optional("1", bounds=(0.0, 10.0), source=_CHOSEN)
+    rolling_friction: float | None = optional("m", bounds=(0.0, 10.0), source=_CHOSEN)
+    spinning_friction: float | None = optional("m", bounds=(0.0, 10.0), source=_CHOSEN)
+    restitution: float | None = optional("1", bounds=(0.0, 1.0), source=_CHOSEN)
+    effects: dict[str, Any] = field(default_factory=dict)
+    guide: Any = None
+    controller: Any = None
+
+
+def check_objects(objects: dict[str, ObjectSettings]) -> None:
+    """Refuse names that cannot be part of a column's name, and objects that name no robot.
+
+    Raises:
+        ConfigError: says which object.
+    """
+    for name, settings in objects.items():
+        if not name.isidentifier() or name == "robot":
+            raise ConfigError(
+                f"objects.{name}: '{name}' cannot name an object.\n"
+                "Allowed: letters, digits and '_', no digit in front, and not 'robot'."
+            )
+        if not settings.robot:
+            raise ConfigError(
+                f"objects.{name}.robot has no value.\n"
+                "Give a robot or a robot folder, for instance: robot: cube"
+            )

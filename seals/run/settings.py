@@ -1,0 +1,136 @@
+"""Typed settings of one run: the schema that Hydra composes, and the values of a built run."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.environment.settings import EnvironmentSettings
+from seals.rendering.optics import Optics
+from seals.rendering.settings import SightSettings
+from seals.robot.settings import RobotSettings
+from seals.schema import optional, param, vector
+
+
+class DriveStart(enum.Enum):
+    """State of the rotors at the start: ``rest``, or ``carrying`` the robot in the air."""
+
+    rest = "rest"
+    carrying = "carrying"
+
+
+@dataclass(kw_only=True)
+class InitialSettings:
+    """State at the start of a run.
+
+    Args:
+        position: body origin in the world [m].
+        rpy: roll, pitch, yaw of the body in the world [rad].
+        velocity: velocity of the body origin in the world [m/s].
+        angular_velocity: angular velocity in body axes [rad/s].
+        joint_position: joint angles or travels in URDF order; empty means zeros [rad or m].
+        joint_velocity: joint rates in URDF order; empty means zeros [rad/s or m/s].
+        drives: whether rotors stand still, so that a flight begins with a drop of some 0.1 m, or
+            run at the speed that carries the robot; only with a guide, in the air.
+    """
+
+    position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
+    rpy: list[float] = vector((0.0, 0.0, 0.0), "rad", bounds=(-6.3, 6.3), source="chosen")
+    # the rigid-body engine clamps speeds at 100 silently: refuse before it does
+    velocity: list[float] = vector((0.0, 0.0, 0.0), "m/s", bounds=(-100, 100), source="chosen")
+    angular_velocity: list[float] = vector(
+        (0.0, 0.0, 0.0), "rad/s", bounds=(-100, 100), source="chosen"
+    )
+    joint_position: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen")
+    joint_velocity: list[float] = vector((), "rad/s or m/s", bounds=(-100, 100), source="chosen")
+    drives: DriveStart = DriveStart.rest
+
+
+@dataclass(kw_only=True)
+class TimeSettings:
+    """Time base of a run.
+
+    Args:
+        step: length of one step [s].
+        duration: simulated time [s].
+    """
+
+    step: float = param(
+        0.004,
+        "s",
+        bounds=(1e-5, 0.1),
+        tolerance=0.0,
+        source="chosen: 250 steps a second",
+        fit=False,
+    )
+    duration: float = param(2.0, "s", bounds=(1e-4, 1e6), tolerance=0.0, source="chosen", fit=False)
+
+
+@dataclass(kw_only=True)
+class RunSettings:
+    """One run: the schema while Hydra composes, the built objects after ``build_run``.
+
+    Args:
+        name: name of the run, part of its folder's name.
+        seed: seed of every random number of the run.
+        robot: the robot folder.
+        backend: rigid-body backend.
+        wave: water surface.
+        fluid: water that is simulated itself, or None.
+        environment: what surrounds the robot.
+        effects: physical effects by instance name, in order of declaration.
+        sensors: sensors by instance name.
+        actuators: actuators by instance name.
+        controller: what commands the actuators, or None; it rests unless there is a guide.
+        guide: what tells the controller where to go, or None.
+        initial: state at the start.
+        objects: further bodies in the scene, by name.
+        time: time base.
+        repeat: folder of an earlier run to begin again as it was, or None.
+        resume: folder of a run that was cut off, to be taken up at its last checkpoint, or None.
+        surface: simulated time between two meshes of the surface of particle water [s], 0 for none;
+            needs the extra ``render``.
+        particles: simulated time between two sets of particles that the run keeps to be looked at
+            [s], 0 for none.
+        checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
+            fluid and none without.
+        viewer: renderer that draws for cameras, or None.
+        optics: light in water and noise of cameras.
+        water_type: Jerlov's type of the water that cameras look through, in place of that in
+            ``optics``; absent to leave it.
+        sight: how the scene is drawn for cameras.
+        model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
+        force: whether to take a model that was withdrawn.
+    """
+
+    name: str = "run"
+    seed: int = 0
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    backend: Any = None
+    wave: Any = None
+    fluid: Any = None
+    environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None
+    guide: Any = None
+    initial: InitialSettings = field(default_factory=InitialSettings)
+    objects: dict[str, Any] = field(default_factory=dict)
+    time: TimeSettings = field(default_factory=TimeSettings)
+    repeat: str | None = None
+    resume: str | None = None
+    surface: float = param(
+        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
+    )
+    particles: float = param(
+        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
+    )
+    checkpoint: float | None = optional("s", bounds=(0.0, 1e6), source="chosen")
+    viewer: Any = None
+    optics: Optics = field(default_factory=Optics)
+    water_type: str | None = None
+    sight: SightSettings = field(default_factory=SightSettings)
+    model: Any = None
+    force: bool = False

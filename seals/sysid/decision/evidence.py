@@ -1,0 +1,195 @@
+"""From the search to an answer: a name, a set of names, or an honest refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.sysid.decision.verdict import Verdict
+from seals.sysid.excitation import expected_gains
+from seals.sysid.factors import Candidate
+from seals.sysid.gusts import Unrest, unrest
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.naming import Search, rivals_of
+from seals.sysid.problem import Problem
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One effect of an answer.
+
+    Args:
+        hypothesis: model in which it was fitted.
+        index: of the effect among the hypothesis's candidates.
+        confidence: that it is this effect and no other.
+        rivals: names that explain the log as well.
+        alike: names that explain it nearly as well, rivals among them.
+    """
+
+    hypothesis: Hypothesis
+    index: int
+    confidence: float
+    rivals: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.hypothesis.candidates[self.index].name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """A verdict with its reasons.
+
+    Args:
+        verdict: what is said.
+        claims: effects, best first.
+        unrest: level of what is left.
+        explained: share of the misfit that the claims explain.
+        excitation: expected gain by candidate.
+        reasons: in words.
+        blind: effects that the log could not show.
+    """
+
+    verdict: Verdict
+    claims: tuple[Claim, ...]
+    unrest: Unrest
+    explained: float
+    excitation: Mapping[str, float] = field(default_factory=dict)
+    reasons: tuple[str, ...] = ()
+    blind: tuple[str, ...] = ()
+
+
+def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
+    """Turn a search into an answer; the processes share the fits of the rivals."""
+    best, policy = search.best, problem.policy
+    left = unrest(best)
+    floor = policy.noise_floor * float(best.fitter.windows.observed)
+    before = search.nominal.fit.cost
+    share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
+    least = policy.disturbance_evidence * (1.0 if problem.samples.posed else policy.unposed)
+    restless = left.level > policy.disturbance_refused and left.gain > least
+    if restless and share < policy.explained:
+        words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
+        return Answer(
+            verdict=Verdict.none_of_these,
+            claims=(),
+            unrest=left,
+            explained=share,
+            reasons=(words,),
+        )
+    if not best.candidates:
+        return _quiet(search, left)
+    if _unexcited(problem, search, best):
+        return _quiet(search, left, blind=[c.name for c in best.candidates])
+    if _between_powers(best):
+        words = "a drag that grows neither with the first nor with the second power of the speed"
+        return Answer(
+            verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
+        )
+    heat = temperature(problem)
+    claims = [_claim(search, best, k, heat, processes) for k in range(len(best.candidates))]
+    claims.sort(key=lambda c: -c.confidence)
+    claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
+    doubtful = len(claims) == 1 and bool(claims[0].rivals)
+    return Answer(
+        verdict=Verdict.ambiguous if doubtful else Verdict.named,
+        claims=tuple(claims),
+        unrest=left,
+        explained=share,
+    )
+
+
+def _between_powers(best: Hypothesis) -> bool:
+    """Whether two laws that differ only by the power of the speed act in one variant."""
+    laws = {
+        (c.identification.family, c.label.partition(" ")[2], c.name)
+        for c in best.candidates
+        if c.identification.family
+    }
+    return len({law[:2] for law in laws}) < len(laws)
+
+
+def temperature(problem: Problem) -> float:
+    """Score difference by which the odds of two hypotheses change by e on this log."""
+    policy = problem.policy
+    return policy.temperature * (1.0 if problem.samples.posed else policy.unposed)
+
+
+def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
+    """Whether the log could not show any of the named effects at a plausible size."""
+    gains = expected_gains(search.nominal)
+    library, policy = best.fitter.library, problem.policy
+
+    def shown(candidate: Candidate) -> bool:
+        gain = gains.get(candidate.label, np.inf)
+        if gain < policy.excitation and best.score < policy.certain:
+            return False
+        # a log that is moved by its own feedback: gusts that it fights look like a weaker response;
+        # what falls freely has no feedback that could fight gusts
+        if problem.impact or not candidate.identification.answers:
+            return True
+        factors = [library.factors[k] for k in candidate.keys]
+        if any(f.tolerance == 0.0 for f in factors):
+            return True
+        most = sum((f.scale / f.tolerance) ** 2 for f in factors)
+        asked = [score for share, score in policy.response if gain >= share * most]
+        return best.score >= (asked[0] if asked else policy.response_evidence_weak)
+
+    return not any(shown(c) for c in best.candidates)
+
+
+def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
+    """Nothing stands out: because nothing is missing, or because the log could not show it."""
+    policy = search.nominal.fitter.library.policy
+    gains = expected_gains(search.nominal)
+    names: dict[str, float] = {}
+    for label, gain in gains.items():
+        name = label.partition(" ")[0]
+        names[name] = max(names.get(name, 0.0), gain)
+    ranks = {
+        c.name: c.identification.needs_motion for c in search.nominal.fitter.library.candidates
+    }
+    asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
+    blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
+    verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
+    words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
+    return Answer(
+        verdict=verdict,
+        claims=(),
+        unrest=left,
+        explained=1.0,
+        excitation=gains,
+        reasons=(words,),
+        blind=tuple(blind),
+    )
+
+
+def _claim(search: Search, best: Hypothesis, index: int, heat: float, processes: int) -> Claim:
+    """Confidence in one effect against what could stand in its place."""
+    rivals = rivals_of(search, best, index, processes=processes)
+    name, policy = best.candidates[index].name, best.fitter.library.policy
+    odds: dict[str, float] = {}
+    for rival in rivals:
+        other = rival.candidates[-1].name
+        if other != name:
+            gap = (best.score - rival.score) / heat
+            odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
+    confidence = 1.0 / (1.0 + sum(odds.values()))
+    ordered = sorted(odds, key=lambda n: -odds[n])
+    near = [n for n in ordered if odds[n] > np.exp(-policy.indistinguishable / policy.temperature)]
+    alike = [n for n in ordered if odds[n] > np.exp(-policy.mentioned / policy.temperature)]
+    return Claim(
+        hypothesis=best,
+        index=index,
+        confidence=confidence,
+        rivals=tuple(_few(near)),
+        alike=tuple(_few(alike)),
+    )
+
+
+def _few(names: Sequence[str], most: int = 3) -> Sequence[str]:
+    return names[:most]

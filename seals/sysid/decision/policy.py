@@ -1,0 +1,242 @@
+"""Thresholds by which the diagnosis accepts, names, ranks or refuses an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
+
+EVIDENCE = "2 ln B"
+"""Unit of evidence: twice the logarithm of the Bayes factor against the nominal model."""
+
+
+def threshold(value: float, unit: str, reason: str) -> Any:
+    """Declare a threshold as a dataclass field.
+
+    Args:
+        value: default.
+        unit: of the value; ``1`` for pure numbers.
+        reason: why the threshold exists and has this size.
+    """
+    return field(default=value, metadata={"unit": unit, "reason": reason})
+
+
+class Threshold(NamedTuple):
+    """One threshold of a policy.
+
+    Args:
+        name: of the field.
+        value: in this policy.
+        unit: of the value.
+        reason: why it exists and has this size.
+    """
+
+    name: str
+    value: float
+    unit: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecisionPolicy:
+    """All thresholds of the diagnosis, each with unit and reason in its field's metadata.
+
+    Scores are evidences by Laplace's approximation: the fall of the whitened misfit (chi-squared)
+    less the Occam factor of the parameters that were freed.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> strict = replace(DecisionPolicy(), evidence=15.0)
+        >>> next(t for t in strict.thresholds() if t.name == "evidence").unit
+        '2 ln B'
+    """
+
+    # acceptance of an effect
+    evidence: float = threshold(
+        10.0, EVIDENCE, "very strong evidence (Kass and Raftery 1995): an effect is accepted"
+    )
+    evidence_further: float = threshold(
+        10.0, EVIDENCE, "added for a further effect: remains of a strong one resemble another"
+    )
+    evidence_surface: float = threshold(
+        8.0, EVIDENCE, "added where a hull pierces the surface: laws hold to a few per cent there"
+    )
+    evidence_unposed: float = threshold(
+        14.0, EVIDENCE, "added without a pose or for late sensors: the impact fixes the trajectory"
+    )
+    evidence_arm: float = threshold(
+        50.0,
+        EVIDENCE,
+        "added on a vehicle with an arm for effects outside it: its reaction is known less well",
+    )
+    wave_model_error: float = threshold(
+        0.01, "1", "share of a wave's evidence that its first-order law leaves over"
+    )
+    exchange_gain: float = threshold(
+        1.0, EVIDENCE, "gain from which another set of as many effects replaces the chosen one"
+    )
+    trace: float = threshold(
+        0.02, "1", "share of the plausible scale below which an effect is negligible"
+    )
+    trace_of_similar: float = threshold(
+        3.0, "1", "factor on the trace for drags: an inexact law of another drag resembles them"
+    )
+    tolerances: float = threshold(
+        2.0, "sigma", "multiple of the stated tolerance that an effect must exceed"
+    )
+    # disturbance
+    disturbance_admitted: float = threshold(
+        1.6, "1", "factor on the stated disturbance within its own uncertainty of a factor of two"
+    )
+    disturbance_refused: float = threshold(
+        2.0, "1", "factor on the disturbance from which an unknown force is left over"
+    )
+    disturbance_evidence: float = threshold(
+        30.0, EVIDENCE, "evidence for that stronger disturbance, for it to count"
+    )
+    disturbance_search: float = threshold(
+        25.0, EVIDENCE, "evidence for it from which effects of unknown place or period are tried"
+    )
+    explained: float = threshold(
+        0.9, "1", "share of the excess misfit that the named effects must explain"
+    )
+    noise_floor: float = threshold(
+        0.985, "1", "misfit of noise alone per number observed: rounding lowers it by 1 to 2 %"
+    )
+    # confidence
+    temperature: float = threshold(
+        2.0, EVIDENCE, "evidence by which the odds change by e; above 2 when models are inexact"
+    )
+    indistinguishable: float = threshold(
+        3.0, EVIDENCE, "gap within which two effects cannot be told apart"
+    )
+    mentioned: float = threshold(14.0, EVIDENCE, "gap within which an effect is listed as similar")
+    unposed: float = threshold(
+        4.0, "1", "factor on confidence scales without a pose: whole runs are fitted, badly settled"
+    )
+    confidence_further: float = threshold(
+        0.6, "1", "confidence that a second or third effect needs to be reported"
+    )
+    # excitation
+    excitation: float = threshold(
+        15.0, EVIDENCE, "expected gain of a plausible effect below which a log cannot show it"
+    )
+    certain: float = threshold(
+        30.0, EVIDENCE, "evidence from which a name stands however little the log was excited"
+    )
+    response_excited: float = threshold(
+        0.5, "1", "share of the obtainable information from which feedback needs no further proof"
+    )
+    response_weak: float = threshold(
+        0.15, "1", "share of it below which feedback that fights a disturbance imitates an effect"
+    )
+    response_evidence: float = threshold(
+        30.0, EVIDENCE, "evidence asked of effects on the response between these two shares"
+    )
+    response_evidence_weak: float = threshold(
+        60.0, EVIDENCE, "evidence asked of them below the lower share"
+    )
+    # screening: effects that cannot win are not fitted in full
+    screen: float = threshold(5.0, "chi2", "linear gain below which a full fit cannot pay, alone")
+    screen_further: float = threshold(
+        14.0, "chi2", "linear gain below which a full fit cannot pay, beside other effects"
+    )
+    screen_near: float = threshold(
+        12.0, "chi2", "distance to the best linear gain within which an effect is always fitted"
+    )
+    screen_unposed: float = threshold(
+        4.0, "chi2", "linear gain below which an effect is not fitted to whole runs"
+    )
+    relinearise: float = threshold(
+        100.0, EVIDENCE, "evidence above which a fit is repeated about its own values"
+    )
+    behind: float = threshold(
+        150.0, EVIDENCE, "distance to the best rough fit beyond which a fit is not finished"
+    )
+    behind_share: float = threshold(
+        0.25, "1", "share of the best rough fit's gain that is added to that distance"
+    )
+    behind_unposed: float = threshold(60.0, EVIDENCE, "the same distance for fits of whole runs")
+    recheck_unposed: float = threshold(
+        10.0, EVIDENCE, "evidence from which nominal model and rivals are fitted again, whole runs"
+    )
+    good_fit: float = threshold(
+        1.5, "1", "misfit per degree of freedom up to which whole runs start from the nominal fit"
+    )
+    late_misfit: float = threshold(
+        1.2, "1", "misfit per degree of freedom from which late inertial sensors are considered"
+    )
+    late_gain: float = threshold(
+        100.0, "chi2", "gain of the model's own trajectory over the measured one for it to be used"
+    )
+    # cross-validation over several runs
+    parameter_price: float = threshold(
+        0.03, "log rms", "fall of the log error that each further parameter must bring"
+    )
+    standard_errors: float = threshold(
+        2.0, "standard errors", "difference of two held-out errors that is significant"
+    )
+    gross_error: float = threshold(
+        1.1, "log rms", "held-out error above the floor from which something is missing: factor 3"
+    )
+    rival_gain: float = threshold(
+        0.5, "1", "share of the best model's gain that a rival must reach to be named beside it"
+    )
+    one_speed: float = threshold(
+        0.15, "1", "spread of operating speeds below which they count as one speed"
+    )
+    # residual force
+    force_strength: float = threshold(
+        1.6, "chi2", "misfit a free force removes per number it chooses; 1 when nothing is missing"
+    )
+    force_misfit: float = threshold(
+        1.03, "1", "misfit over the noise floor from which a force is missing"
+    )
+    term_share: float = threshold(
+        0.05, "1", "share of the excess that a further term of a formula must explain"
+    )
+    term_price: float = threshold(
+        4.0, "chi2", "fall of the misfit that each coefficient of a formula must bring"
+    )
+    term_simpler: float = threshold(
+        0.02, "1", "share of the excess within which a simpler term of a formula is preferred"
+    )
+
+    def thresholds(self) -> Iterator[Threshold]:
+        """Yield every threshold with its unit and reason, in the order of declaration."""
+        for one in fields(self):
+            yield Threshold(
+                one.name, getattr(self, one.name), one.metadata["unit"], one.metadata["reason"]
+            )
+
+    @property
+    def response(self) -> tuple[tuple[float, float], ...]:
+        """Evidence asked of effects on the response, by least share of obtainable information."""
+        return (
+            (self.response_excited, 0.0),
+            (self.response_weak, self.response_evidence),
+            (0.0, self.response_evidence_weak),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchBudget:
+    """Numbers of models that the search fits at most, for a bounded run time.
+
+    Args:
+        effects: that are looked for at most.
+        survivors: candidates fitted in full after the linear screen.
+        survivors_further: the same beside effects that were accepted already.
+        spared: candidates fitted whatever their linear gain.
+        relinearised: best fits repeated about their own values.
+        paired: effects of the first round tried two by two.
+        rivals: effects tried in the place of each accepted one.
+    """
+
+    effects: int = 3
+    survivors: int = 7
+    survivors_further: int = 4
+    spared: int = 3
+    relinearised: int = 2
+    paired: int = 5
+    rivals: int = 3

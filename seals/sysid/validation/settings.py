@@ -1,0 +1,56 @@
+"""Typed settings of ``seals add`` and ``seals verify``: a diagnosed model, and its test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(kw_only=True)
+class AddSettings:
+    """A diagnosis, and the model that its effects become.
+
+    Args:
+        diagnosis: folder that ``seals diagnose`` wrote, or the file in it.
+        name: of the new model.
+        folder: in which models lie.
+        base: model whose effects the new one keeps; a name or a file, or None.
+        choose: which effect of an ambiguous answer to add, or None.
+        accept: ``formula`` to add the formula found for a force that no effect explains, or None.
+        log: log that was diagnosed, when the diagnosis does not name it or it has moved.
+        reader: plug-in that reads the log.
+        replace: whether a model of this name may be overwritten.
+    """
+
+    diagnosis: str | None = None
+    name: str = ""
+    folder: str = "models"
+    base: str | None = None
+    choose: str | None = None
+    accept: str | None = None
+    log: str | None = None
+    reader: Any = None
+    replace: bool = False
+
+
+@dataclass(kw_only=True)
+class VerifySettings:
+    """A model, a log that it never saw, and logs that it must not make worse.
+
+    Args:
+        name: of the verification, part of the run folder's name.
+        log: log folder.
+        model: the model, chosen by name or file.
+        older: further log folders of the same vehicle.
+        reader: plug-in that reads the logs.
+        out: folder of the answer, or None for the run's folder.
+        force: whether to take a model that was withdrawn.
+    """
+
+    name: str = "verify"
+    log: str | None = None
+    model: Any = None
+    older: list[str] = field(default_factory=list)
+    reader: Any = None
+    out: str | None = None
+    force: bool = False

@@ -1,0 +1,39 @@
+"""Typed settings of one session of teleoperation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from seals.run.settings import RunSettings
+from seals.schema import param
+
+
+class DeviceKind(Enum):
+    """What a person holds."""
+
+    keyboard = "keyboard"
+    joystick = "joystick"
+
+
+class Export(Enum):
+    """Formats of a demonstration beside the log."""
+
+    tensordict = "tensordict"
+
+
+@dataclass(kw_only=True)
+class TeleopSettings(RunSettings):
+    """A run that a person, or a script of keys, leads.
+
+    Args:
+        device: what the person holds.
+        script: file of key events in place of a person; the run is then as fast as it can be.
+        speed: simulated seconds in one second of the clock, for a person.
+        export: formats of the demonstration beside the log.
+    """
+
+    device: DeviceKind = DeviceKind.keyboard
+    script: str = ""
+    speed: float = param(1.0, "1", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False)
+    export: list[Export] = field(default_factory=list)

@@ -1,0 +1,279 @@
+"""``seals render``: a run folder becomes frames and a film, and goes on where it was cut off."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.build import build
+from seals.errors import ConfigError, suggestion
+from seals.registry import names
+from seals.rendering import Lens, Renderer, Scene
+from seals.rendering.optics import Optics
+from seals.run.application import short_path
+from seals.run.progress import progress
+from seals.run.settings import RunSettings
+from seals.run.surface import FOLDER as SURFACES
+from seals.schema import check_fields
+from seals.view import Replay, open_replay
+from seals.view.films.drawn import Drawn
+from seals.view.films.files import Frames, times_of
+from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.frame import Frame, Photographer
+from seals.view.films.settings import SIZES, RenderSettings
+from seals.view.films.viewpoint import Viewpoint, Way, camera_of
+from seals.view.films.water import WaterOverTime
+
+FOLDER = "render"
+"""Folder of a run that holds its films."""
+FILM = "film.mp4"
+WATER = "coastal_1"
+"""Jerlov type of water whose run names none."""
+WALLS = "basin_"
+"""Walls of a tank, which a film leaves out; its floor stays."""
+
+
+class Shooting(NamedTuple):
+    """A film before its first frame.
+
+    Args:
+        replay: of the run.
+        scene: what there is to see.
+        optics: light in the water.
+        water: over time.
+        camera: by the place of the robot.
+        lens: of the camera.
+        times: of the frames [s], shape (n,).
+    """
+
+    replay: Replay
+    scene: Scene
+    optics: Optics
+    water: WaterOverTime
+    camera: Callable[[Floats], Viewpoint]
+    lens: Lens
+    times: Floats
+
+
+def execute(config: Any) -> int | None:
+    """Draw the frames of one film that are not there yet, then the film.
+
+    Args:
+        config: composed by Hydra from the root ``render``.
+
+    Raises:
+        SealsError: the run or the renderer cannot be used; frames drawn so far are kept.
+    """
+    from omegaconf import OmegaConf
+
+    renderer = build(config.renderer, where="renderer")
+    chosen: Any = OmegaConf.to_container(config.renderer, enum_to_str=True)
+    typed: Any = OmegaConf.merge(OmegaConf.structured(RenderSettings), {**config, "renderer": None})
+    settings: Any = OmegaConf.to_object(typed)
+    _check(settings)
+    if settings.film:
+        refuse_missing()
+    shooting = prepare(settings)
+    photographer = photographer_of(renderer)
+    out = Path(settings.out) if settings.out else _folder(settings, str(chosen["_target_"]))
+    frames = Frames(out, _card(settings, chosen), replace=settings.replace)
+    try:
+        drawn = draw(shooting, photographer, frames, settings)
+    finally:
+        photographer.close()
+    count = len(shooting.times)
+    print(f"render: {drawn} frames drawn, {count - drawn} were there: {short_path(out)}")
+    for remark in shooting.water.remarks:
+        print(remark)
+    if settings.film:
+        write_film(out / FILM, [frames.path(k) for k in range(count)], settings.fps)
+        print(f"film: {short_path(out / FILM)} ({count / settings.fps:.1f} s)")
+    return None
+
+
+def prepare(settings: RenderSettings) -> Shooting:
+    """Return everything that a film of a run folder needs but the renderer.
+
+    Raises:
+        SealsError: the run cannot be used, or the camera has no place.
+    """
+    if settings.run is None:
+        raise ConfigError(
+            "run is not given.\nName the folder of a run: seals render run=runs/DAY/TIME_NAME"
+        )
+    return shooting_of(open_replay(settings.run, key="run"), settings)
+
+
+def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = None) -> Shooting:
+    """Return everything that a film needs but the renderer.
+
+    Args:
+        replay: what is filmed.
+        settings: of the film.
+        way: what a camera is to see; None for the robot's way.
+
+    Raises:
+        SealsError: the camera has no place.
+    """
+    run, end = replay.stage.settings, replay.end
+    end = end if settings.end is None else min(end, settings.end)
+    times = times_of(settings.start, end, fps=settings.fps, speed=settings.speed)
+    way = way or _way(replay, times)
+    water = WaterOverTime(_rippled(run, settings.ripples), replay.folder, way.middle)
+    kind = settings.water_type or (
+        WATER if run.optics.water_type == "none" else run.optics.water_type
+    )
+    wide, high = SIZES[settings.quality]
+    return Shooting(
+        replay,
+        without_walls(replay.stage.scene),
+        dataclasses.replace(run.optics, water_type=kind),
+        water,
+        camera_of(settings, way),
+        Lens(
+            width=settings.width or wide,
+            height=settings.height or high,
+            fov=settings.fov,
+            near=0.02,
+            far=3000.0,
+        ),
+        times,
+    )
+
+
+def photographer_of(renderer: Any) -> Photographer:
+    """Return what draws frames; renderers that know no water get it laid over.
+
+    Raises:
+        ConfigError: the viewer draws nothing.
+    """
+    if isinstance(renderer, Photographer):
+        return renderer
+    if isinstance(renderer, Renderer):
+        return Drawn(renderer)
+    raise ConfigError(
+        f"renderer '{type(renderer).__name__}' draws no frames.\n"
+        f"{suggestion('', names('viewer'), label='Installed')}"
+    )
+
+
+def draw(
+    shooting: Shooting, photographer: Photographer, frames: Frames, settings: RenderSettings
+) -> int:
+    """Draw the frames that are not there yet; return how many those were."""
+    left = [k for k in range(len(shooting.times)) if not frames.done(k)]
+    if not left:
+        return 0
+    photographer.arrange(shooting.scene, shooting.optics, settings.quality)
+    with progress("render", len(left), lambda: f"{len(left)} frames") as tell:
+        for count, k in enumerate(left, start=1):
+            light = photographer.photograph(frame_at(shooting, k, settings.port))
+            frames.write(k, settings.exposure * light)
+            tell(count)
+    return len(left)
+
+
+def frame_at(shooting: Shooting, number: int, port: float) -> Frame:
+    """Return what a frame shows.
+
+    Args:
+        shooting: the film.
+        number: of the frame.
+        port: radius of the dome before the lens [m].
+    """
+    time = float(shooting.times[number])
+    replay = shooting.replay
+    track = next(iter(replay.tracks.values())).position
+    at = np.array([np.interp(time, replay.time, track[:, k]) for k in range(3)])
+    return Frame(
+        time,
+        replay.poses([time]),
+        shooting.camera(at),
+        shooting.lens,
+        shooting.water.at(time),
+        port,
+    )
+
+
+def without_walls(scene: Scene) -> Scene:
+    """Return the scene without the walls of a tank, which would hide the water."""
+    gone = {
+        k
+        for k, name in enumerate(scene.names)
+        if name.startswith(f"world/{WALLS}") and not name.endswith("floor")
+    }
+    return scene._replace(shapes=tuple(s for s in scene.shapes if s.part not in gone))
+
+
+def _rippled(run: RunSettings, wind: float | None) -> RunSettings:
+    """The run with short waves for the eye in place of its own."""
+    if wind is None:
+        return run
+    return dataclasses.replace(run, sight=dataclasses.replace(run.sight, ripples=wind))
+
+
+def _way(replay: Replay, times: Floats) -> Way:
+    track = next(iter(replay.tracks.values())).position
+    during = (replay.time >= times[0] - 1e-9) & (replay.time <= times[-1] + 1e-9)
+    track = track[during] if during.any() else track
+    level = replay.stage.settings.environment.water_level
+    low, high = track.min(axis=0), track.max(axis=0)
+    radius = 0.5 * float(np.linalg.norm(high - low)) + _reach(replay)
+    return Way(0.5 * (low + high), radius, level)
+
+
+def _reach(replay: Replay) -> float:
+    """How far the robot reaches from its base [m]."""
+    from seals.rendering.meshes import corners_of
+
+    poses = replay.poses([replay.time[0]])
+    base, size = np.asarray(poses.position)[0, 0], 0.1
+    for shape in replay.stage.scene.shapes:
+        if shape.frame >= 0 and shape.kind != "plane":
+            points = corners_of(shape)[0] @ np.asarray(shape.rotation).T + shape.position
+            turned = points @ np.asarray(poses.rotation)[0, shape.frame].T
+            place = turned + np.asarray(poses.position)[0, shape.frame]
+            size = max(size, float(np.linalg.norm(place - base, axis=1).max()))
+    return size
+
+
+def _check(settings: RenderSettings) -> None:
+    values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(settings)}
+    check_fields(RenderSettings, values, where="")
+
+
+def _folder(settings: RenderSettings, target: str) -> Path:
+    """Folder of a film in its run's folder, named by renderer, quality and camera."""
+    kind = next((n for n in names("viewer") if target.endswith(_class_of(n))), "other")
+    camera = settings.camera if isinstance(settings.camera, str) else "own"
+    return Path(str(settings.run)) / FOLDER / f"{kind}_{settings.quality.value}_{camera}"
+
+
+def _class_of(name: str) -> str:
+    from seals import registry
+
+    return "." + registry.get("viewer", name).value.partition(":")[2]
+
+
+def _card(settings: RenderSettings, renderer: Any) -> Mapping[str, Any]:
+    """What the frames show: a film with another card is another film."""
+    folder = Path(str(settings.run))
+    kept = ("out", "film", "replace", "name")
+    card = {k: v for k, v in dataclasses.asdict(settings).items() if k not in kept}
+    card |= {"run": str(folder.resolve()), "renderer": renderer}
+    card |= {"quality": settings.quality.value, "camera": _plain(settings.camera)}
+    log = (folder / "log.parquet").stat()
+    return {**card, "log": [log.st_size, log.st_mtime_ns], "surfaces": _surfaces(folder)}
+
+
+def _surfaces(folder: Path) -> int:
+    return len(list((folder / SURFACES).glob("t_*.ply")))
+
+
+def _plain(camera: Any) -> Any:
+    return camera if isinstance(camera, str) else [float(x) for x in camera]

@@ -1,0 +1,90 @@
+"""What one frame shows, and the protocol of renderers that draw water as well."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.rendering import Lens, Poses, Scene
+from seals.rendering.optics import Optics, Surface
+from seals.view.films.settings import Quality
+from seals.view.films.viewpoint import Viewpoint
+
+Image = NDArray[np.float32]
+
+
+class WaterBody(NamedTuple):
+    """Water at one instant.
+
+    Args:
+        vertices: of its surface, world [m], shape (n, 3).
+        triangles: anticlockwise from outside, shape (m, 3).
+        closed: whether the surface closes around the water; otherwise all below it is water.
+        surface: the same as heights.
+        lower: corner of the place that it fills, east and north [m]; without end where open.
+        upper: the opposite corner [m].
+    """
+
+    vertices: Floats
+    triangles: NDArray[np.int64]
+    closed: bool
+    surface: Surface
+    lower: tuple[float, float] = (-np.inf, -np.inf)
+    upper: tuple[float, float] = (np.inf, np.inf)
+
+    def covers(self, points: Floats, time: float) -> NDArray[np.bool_]:
+        """Return whether points are under water.
+
+        Args:
+            points: world [m], shape (..., 3).
+            time: [s].
+        """
+        x, y = points[..., 0], points[..., 1]
+        inside = (x > self.lower[0]) & (x < self.upper[0])
+        inside &= (y > self.lower[1]) & (y < self.upper[1])
+        found: NDArray[np.bool_] = inside & (points[..., 2] < self.surface.height(x, y, time))
+        return found
+
+
+class Frame(NamedTuple):
+    """Everything that one picture of a film shows.
+
+    Args:
+        time: of the run [s].
+        poses: of the scene's frames, one environment.
+        view: of the camera.
+        lens: of the camera.
+        water: as it stands, or None.
+        port: radius of the dome before the lens [m].
+    """
+
+    time: float
+    poses: Poses
+    view: Viewpoint
+    lens: Lens
+    water: WaterBody | None
+    port: float
+
+
+@runtime_checkable
+class Photographer(Protocol):
+    """A renderer that draws water itself: surface, light in it, and the sky."""
+
+    def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
+        """Prepare for the frames of a film.
+
+        Raises:
+            SealsError: a package or a device is missing, or the scene cannot be drawn.
+        """
+        ...
+
+    def photograph(self, frame: Frame) -> Image:
+        """Return a frame: linear red, green, blue, one being white, shape (H, W, 3)."""
+        ...
+
+    def close(self) -> None:
+        """Release memory and devices; a second call does nothing."""
+        ...

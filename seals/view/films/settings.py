@@ -1,0 +1,78 @@
+"""Typed settings of one film: which run, seen from where, how well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from seals.schema import optional, param, vector
+
+_CHOSEN = "chosen"
+
+
+class Quality(Enum):
+    """How much work a frame is worth: a look at what there is, or a figure for print."""
+
+    draft = "draft"
+    paper = "paper"
+
+
+@dataclass(kw_only=True)
+class RenderSettings:
+    """One film of a run that has been simulated.
+
+    Args:
+        name: of the film, part of the folder's name.
+        run: folder of the run.
+        out: folder of the frames and the film; None for one in the run's folder.
+        renderer: viewer plug-in that draws.
+        quality: size and samples of the frames.
+        camera: ``side``, ``three_quarter``, ``split``, ``under_water``, or a place [x, y, z] [m].
+        look_at: what the camera looks at [m]; empty for the middle of the robot's way.
+        follow: whether the camera goes along with the robot.
+        fov: horizontal field of view [rad].
+        port: radius of the dome in front of the lens [m]: water begins where a line of sight
+            leaves it.
+        width: of a frame [pixel]; 0 for that of the quality, 480 or 1280.
+        height: of a frame [pixel]; 0 for that of the quality, 300 or 800.
+        fps: frames in a second of the film [Hz].
+        speed: simulated seconds in a second of the film [1]; below one is slow motion.
+        start: time of the first frame [s].
+        end: time after which no frame is drawn [s]; None for the end of the run.
+        water_type: Jerlov's type of the water; None for the run's own, ``coastal_1`` where it has
+            none.
+        exposure: factor on the light of the picture [1].
+        ripples: wind whose short waves lie on the water for the eye alone [m/s]; None for the
+            run's own, which are none as a rule.
+        film: whether to write the film beside the frames.
+        replace: whether frames of another film in the same folder may be removed.
+    """
+
+    name: str = "render"
+    run: str | None = None
+    out: str | None = None
+    renderer: Any = None
+    quality: Quality = Quality.draft
+    camera: Any = "three_quarter"
+    look_at: list[float] = vector((), "m", bounds=(-1e5, 1e5), source="the robot's way")
+    follow: bool = False
+    fov: float = param(0.9, "rad", bounds=(0.05, 2.5), tolerance=0.0, source=_CHOSEN, fit=False)
+    port: float = param(0.08, "m", bounds=(0.001, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    width: int = 0
+    height: int = 0
+    fps: float = param(25.0, "Hz", bounds=(0.1, 240.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    speed: float = param(1.0, "1", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    start: float = param(0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
+    end: float | None = optional("s", bounds=(0.0, 1e6), source="the end of the run")
+    water_type: str | None = None
+    exposure: float = param(1.0, "1", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    ripples: float | None = optional("m/s", bounds=(0.0, 15.0), source="the run's")
+    film: bool = True
+    replace: bool = False
+
+
+SIZES = {Quality.draft: (480, 300), Quality.paper: (1280, 800)}
+"""Width and height of a frame by quality [pixel]."""
+CAMERAS = ("side", "three_quarter", "split", "under_water")
+"""Presets of the camera."""

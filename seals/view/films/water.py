@@ -1,0 +1,158 @@
+"""The water of a run over time: a sea of waves, a tank of particles, or a window in a sea."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.rendering.optics import Surface, SurfaceGrid, SurfaceStill, ripples
+from seals.run.settings import RunSettings
+from seals.run.sight import surface_of
+from seals.run.surface import SPACING, Mesh
+from seals.view.films.frame import WaterBody
+from seals.view.films.meshes import Meshes, cut, outer, raster, tidy
+from seals.view.films.sea import Box, calmed, sea_mesh
+
+HALF = 3.0
+"""Half the edge of the place where an open sea is fine [m]."""
+INSET, BLEND = 2.0, 8.0
+"""Where a window of particles is cut, and over which width it passes into the sea, in spacings."""
+SNAP = 1.2
+"""How far from a wall the surface of the water is taken to lie on it, in spacings."""
+SUNK = 0.004
+"""How far water reaches into the floor under it [m]: two faces in one plane flicker."""
+
+
+class WaterOverTime:
+    """Gives the water at any time of a run.
+
+    Args:
+        settings: of the run.
+        folder: of the run.
+        middle: of the robot's way [m], shape (3,).
+
+    Attributes:
+        remarks: what is not as it was, in words.
+    """
+
+    def __init__(self, settings: RunSettings, folder: Path, middle: Floats) -> None:
+        """Choose what the water is made from."""
+        self.level = settings.environment.water_level
+        self.meshes = Meshes(folder)
+        self.remarks: list[str] = []
+        fluid = settings.fluid
+        self._spacing = float(getattr(fluid, SPACING.split()[0], 0.0)) if fluid is not None else 0.0
+        self._walled = fluid is not None and bool(fluid.solids(settings.environment))
+        self._waves = None if self.level is None else self._known(settings)
+        wind = settings.sight.ripples
+        self._short = ripples(wind=wind, seed=settings.seed) if wind > 0.0 else None
+        self._fine: Box = (
+            (float(middle[0]) - HALF, float(middle[0]) + HALF),
+            (float(middle[1]) - HALF, float(middle[1]) + HALF),
+        )
+        if fluid is not None and not len(self.meshes):
+            self.remarks.append(
+                "water: the run kept no surface of its particles, so the sea is drawn as its "
+                "waves alone; run it with surface=0.04"
+            )
+
+    def _known(self, settings: RunSettings) -> Surface:
+        """The surface far from particles: that of the waves, which particles in a tank lack."""
+        import dataclasses
+
+        if self._walled:
+            return SurfaceStill(level=float(settings.environment.water_level or 0.0))
+        found = surface_of(dataclasses.replace(settings, fluid=None))
+        return found if found is not None else SurfaceStill()
+
+    def at(self, time: float) -> WaterBody | None:
+        """Return the water at a time [s]; None for a run without."""
+        if self._waves is None:
+            return None
+        if not len(self.meshes):
+            vertices, triangles = sea_mesh(self._waves, time, self._fine, hole=False)
+            return WaterBody(vertices, triangles, False, self._waves)
+        _, mesh = self.meshes.nearest(time)
+        return self._tank(mesh) if self._walled else self._window(mesh, time, self._waves)
+
+    def _tank(self, mesh: Mesh) -> WaterBody:
+        """Water between walls: its sides are as flat as they."""
+        mesh = outer(mesh)
+        points = mesh.vertices.copy()
+        near = SNAP * self._spacing
+        for axis in (0, 1, 2):
+            low, high = points[:, axis].min(), points[:, axis].max()
+            points[points[:, axis] < low + near, axis] = low - (SUNK if axis == 2 else 0.0)
+            if axis < 2:
+                points[points[:, axis] > high - near, axis] = high
+        low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        surface = self._heights(mesh, low, high)
+        return WaterBody(
+            points, mesh.triangles, True, surface, (low[0], low[1]), (high[0], high[1])
+        )
+
+    def _window(self, mesh: Mesh, time: float, waves: Surface) -> WaterBody:
+        """Particles in a sea: cut inside of their ring, they pass into the sea's own surface."""
+        d = self._spacing
+        # the sides lean with the waves: take where the surface itself ends
+        top = mesh.vertices[mesh.vertices[:, 2] > (self.level or 0.0) - 2.0 * d]
+        low, high = (np.quantile(top[:, :2], q, axis=0) for q in (0.002, 0.998))
+        low, high = low + INSET * d, high - INSET * d
+        box: Box = ((float(low[0]), float(high[0])), (float(low[1]), float(high[1])))
+        inside = outer(cut(mesh, (box[0][0], box[1][0]), (box[0][1], box[1][1])))
+        points = inside.vertices.copy()
+        rim = np.min(np.concatenate([points[:, :2] - low, high - points[:, :2]], axis=1), axis=1)
+        share = np.clip(rim / (BLEND * d), 0.0, 1.0)
+        share = share * share * (3.0 - 2.0 * share)
+        if self._short is not None:
+            # what the particles are too coarse for, as on the sea around
+            points[:, 2] += self._short.height(points[:, 0], points[:, 1], time)
+        sea = calmed(waves, points[:, 0], points[:, 1], time, box)
+        points[:, 2] = share * points[:, 2] + (1.0 - share) * sea
+        around, faces = tidy(Mesh(*sea_mesh(waves, time, box, hole=True)))
+        surface = Patched(self._heights(Mesh(points, inside.triangles), low, high), box, waves)
+        return WaterBody(
+            np.concatenate([points, around]),
+            np.concatenate([inside.triangles, faces + len(points)]),
+            False,
+            surface,
+        )
+
+    def _heights(self, mesh: Mesh, low: Floats, high: Floats) -> SurfaceGrid:
+        edge = max(self._spacing, 1e-3)
+        cells = np.maximum(np.ceil((high - low) / edge).astype(int), 2)
+        heights = raster(mesh, low, edge, (int(cells[0]), int(cells[1])))
+        return SurfaceGrid(heights, (float(low[0]), float(low[1])), (edge, edge))
+
+
+class Patched:
+    """A surface with another one inside of a rectangle.
+
+    Args:
+        inner: inside.
+        box: the rectangle, east and north [m].
+        sea: outside.
+    """
+
+    def __init__(self, inner: Surface, box: Box, sea: Surface) -> None:
+        """Keep both; the level is the sea's."""
+        self.inner, self.box, self.sea = inner, box, sea
+        self.level = sea.level
+        self.reach = max(sea.reach, abs(inner.level - sea.level) + inner.reach)
+
+    def height(self, x: Array, y: Array, time: Array) -> Array:
+        """Return the height of the surface [m]."""
+        inside = self._inside(x, y)
+        return np.where(inside, self.inner.height(x, y, time), self.sea.height(x, y, time))
+
+    def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
+        """Return how the height changes along x and along y [1]."""
+        inside = self._inside(x, y)
+        (a, b), (c, d) = self.inner.slope(x, y, time), self.sea.slope(x, y, time)
+        return np.where(inside, a, c), np.where(inside, b, d)
+
+    def _inside(self, x: Array, y: Array) -> Array:
+        (x0, x1), (y0, y1) = self.box
+        return (x > x0) & (x < x1) & (y > y0) & (y < y1)

@@ -1,0 +1,31 @@
+"""Typed settings of one session of looking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.run.settings import RunSettings
+
+OWN = ("replay", "show", "sliders", "host", "port")
+"""Keys of a session that a run does not have."""
+
+
+@dataclass(kw_only=True)
+class ViewSettings(RunSettings):
+    """A run that is looked at.
+
+    Args:
+        replay: folder of a run that has been, in place of one that starts now.
+        show: viewer that shows it.
+        sliders: values of the run that can be turned by hand, ``KEY`` or ``KEY:LOW:HIGH``; empty
+            chooses coefficients of its effects.
+        host: address to listen on; the default is open to this machine alone.
+        port: to listen on, 0 for any that is free.
+    """
+
+    replay: str | None = None
+    show: Any = None
+    sliders: list[str] = field(default_factory=list)
+    host: str = "127.0.0.1"
+    port: int = 8080

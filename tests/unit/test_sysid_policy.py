@@ -1,0 +1,50 @@
+"""Decision thresholds live in one place, with unit and reason, and are used."""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import fields
+from pathlib import Path
+
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
+
+SYSID = Path(__file__).parents[2] / "seals" / "sysid"
+POLICY = SYSID / "decision" / "policy.py"
+
+
+def test_every_threshold_has_a_unit_and_a_reason() -> None:
+    """No threshold stands without its unit and why it has its size."""
+    for one in DecisionPolicy().thresholds():
+        assert one.unit, one.name
+        assert len(one.reason.split()) >= 5, one.name
+
+
+def test_every_threshold_is_used() -> None:
+    """A threshold that no decision reads would be a promise that changes nothing."""
+    paths = (path for path in SYSID.rglob("*.py") if path != POLICY)
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    names = [f.name for f in (*fields(DecisionPolicy), *fields(SearchBudget))]
+    # these three are read through `DecisionPolicy.response`
+    names = [n for n in names if not n.startswith("response_")] + ["response"]
+    unused = [n for n in names if not re.search(rf"\b\w*(?:policy|budget|_POLICY)\.{n}\b", text)]
+    assert unused == []
+
+
+def test_decisions_have_no_thresholds_of_their_own() -> None:
+    """The modules that decide compare with fields of the policy, not with numbers of their own."""
+    found = []
+    for path in (*(SYSID / "decision").glob("*.py"), SYSID / "naming.py"):
+        if path == POLICY:
+            continue
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            value = node.value if isinstance(node, ast.Assign) else None
+            if isinstance(value, ast.Constant) and isinstance(value.value, float):
+                found.append(f"{path.name}:{node.lineno}")
+    assert found == [f"naming.py:{line}" for line in _settled()]
+
+
+def _settled() -> list[int]:
+    """Line of the one number of the search that decides nothing: convergence of a repeated fit."""
+    lines = (SYSID / "naming.py").read_text(encoding="utf-8").splitlines()
+    return [k for k, line in enumerate(lines, start=1) if line.startswith("_SETTLED = ")]
