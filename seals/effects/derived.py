@@ -110,7 +110,8 @@ def unit_scale(meta: Parameter, *, mass: float, length: float, gravity: float) -
     if powers is None:
         return min(10.0 * meta.tolerance or 1.0, most)
     clock = math.sqrt(length / gravity)
-    return min(_SHARE * mass ** powers[0] * length ** powers[1] * clock ** powers[2], most)
+    size: float = _SHARE * mass ** powers[0] * length ** powers[1] * clock ** powers[2]
+    return min(size, most)
 
 
 def strengths_of(law: type[Effect]) -> tuple[str, ...]:

@@ -77,7 +77,8 @@ def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
         speeds: typical speeds along the body axes [m/s], shape (3,).
     """
     rotors = vehicle.commands == "rotor_speed_cmd"
-    media = (MediumKind.air,) if vehicle.environment.water_level is None else (MediumKind.water,)
+    dry = vehicle.environment.water_level is None
+    media: tuple[MediumKind, ...] = (MediumKind.air if dry else MediumKind.water,)
     if vehicle.has_water and rotors:
         media = (MediumKind.water, MediumKind.air)
     return Subject(

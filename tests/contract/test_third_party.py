@@ -10,8 +10,11 @@ from pathlib import Path
 import pytest
 
 from seals.cli.main import main
+from seals.compare.application import settings_of
 from seals.config.compose import compose
+from seals.robot.build import build_robot
 from seals.run.build import build_run
+from seals.sysid.rivals.candidates import library_of
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
 
@@ -74,3 +77,16 @@ def test_its_plugins_keep_the_contract(coral: Path) -> None:
     assert report.scenes[0].moved > 0.02
     assert check_effect("joint_water_drag", steps=(0.004, 0.001)).scenes[0].moved > 1e-3
     assert check_robot("reef_buoy").mass == 2.0
+
+
+def test_its_effects_are_compared_on_several_runs(coral: Path) -> None:
+    """A comparison of runs in water tries the stranger's force and fault, sized by their units."""
+    found = compose(
+        ["experiment=slocum_glider", "rivals=[sway_by_yaw,gyroscope_scale]"], root="compare"
+    )
+    settings = settings_of(found)
+    library = library_of(settings, build_robot(settings.robot))
+    keys = {c.name: c.keys for c in library.candidates}
+    assert keys["sway_by_yaw"] == ("more_sway_by_yaw_water.derivative",)
+    assert len(keys["gyroscope_scale"]) == 3
+    assert 0.0 < library.keys["more_sway_by_yaw_water.derivative"].scale < 1e3
