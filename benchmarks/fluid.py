@@ -102,27 +102,27 @@ def walls(inside: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
 
 def build(args: argparse.Namespace) -> Any:
     """Return the water of the chosen size."""
-    from seals.plugins.fluids.pbd import solver
+    from seals.plugins.fluids.solvers.pbf import pipeline
 
     if args.fine:
-        solver.FINE_CPU = solver.FINE_CUDA = args.fine
-    from seals.plugins.fluids.pbd.engine import Engine
-    from seals.plugins.fluids.pbd.settings import Kernel, PbdSettings, Search
-    from seals.plugins.fluids.pbd.water import ParticleWater
+        pipeline.FINE_CPU = pipeline.FINE_CUDA = args.fine
+    from seals.plugins.fluids.solvers.pbf.engine import Engine
+    from seals.plugins.fluids.solvers.pbf.settings import Kernel, PbfSettings, Search
+    from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
     spacing, counts = SIZES[args.size]
     inside = np.round(TANK / spacing) * spacing
     inside[1] = counts[1] * spacing
     points, samples = block(counts, spacing), walls(inside, spacing)
     plain = {"evenness": 0.0, "calming": 0.0, "viscosity": 30.0} if args.plain else {}
-    settings = PbdSettings(
+    settings = PbfSettings(
         iterations=args.iterations,
         kernel=Kernel(args.kernel),
         search=Search(args.variant),
         deterministic=args.deterministic,
         **plain,
     )
-    water = ParticleWater(
+    water = SolverPbf(
         spacing=spacing,
         lower=np.full(3, -spacing),
         upper=inside + spacing,
@@ -133,15 +133,15 @@ def build(args: argparse.Namespace) -> Any:
         engine=Engine(device=args.device, threads=args.threads, cache=False),
     )
     water.add_boundary(body=0, points=samples)
-    water.fill(points, trusted=True)
+    water.add_particles(points, trusted=True)
     return water
 
 
 def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str, float]:
     """Return the shortest time of each stage of a substep [ms]."""
-    from seals.plugins.fluids.pbd.store import buffers
+    from seals.plugins.fluids.solvers.pbf.fields import buffers
 
-    solver = water.solver
+    pipeline = water.pipeline
     found: dict[str, list[float]] = {}
 
     def timed(name: str, call: Callable[..., object], *given: object) -> None:
@@ -151,13 +151,13 @@ def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str,
         found.setdefault(name, []).append(1e3 * (time.perf_counter() - start))
 
     for _ in range(repeats):
-        timed("sort", solver.sorting.begin)
-        timed("neighbours", solver.sorting.survey)
-        for sweep, (gain, memory) in enumerate(solver.schedule):
+        timed("sort", pipeline.sorting.begin)
+        timed("neighbours", pipeline.sorting.survey)
+        for sweep, (gain, memory) in enumerate(pipeline.schedule):
             src, dst = buffers(sweep)
-            timed("multipliers", solver.pressure.multipliers, src, gain, memory)
-            timed("displace", solver.pressure.displace, src, dst)
-        timed("close", solver.finish.close, buffers(len(solver.schedule))[0])
+            timed("multipliers", pipeline.pressure.multipliers, src, gain, memory)
+            timed("displace", pipeline.pressure.displace, src, dst)
+        timed("close", pipeline.finish.close, buffers(len(pipeline.schedule))[0])
     return {name: round(min(times), 3) for name, times in found.items()}
 
 
@@ -165,7 +165,7 @@ def measure(args: argparse.Namespace) -> dict[str, Any]:
     """Run the case and return its figures."""
     begin = time.perf_counter()
     water = build(args)
-    from seals.plugins.fluids.pbd.language import ti
+    from seals.plugins.fluids.solvers.pbf.language import ti
 
     built = time.perf_counter()
     step = STEP_50K * water.spacing / SIZES["50k"][0]
@@ -176,18 +176,18 @@ def measure(args: argparse.Namespace) -> dict[str, Any]:
     wall, cpu = [], time.process_time()
     for _ in range(args.steps):
         start = time.perf_counter()
-        water.solver.substep(static_changed=False)
+        water.pipeline.substep(static_changed=False)
         ti.sync()
         wall.append(time.perf_counter() - start)
     cpu = (time.process_time() - cpu) / args.steps
     start = time.perf_counter()
     for _ in range(args.steps):
-        water.solver.substep(static_changed=False)
+        water.pipeline.substep(static_changed=False)
     ti.sync()
     flow = (time.perf_counter() - start) / args.steps
     best = min(*wall, flow)
     count = water.count
-    listed = "list" if water.solver.particles.longest else "cells"
+    listed = "list" if water.pipeline.particles.longest else "cells"
     once, each = FLOOR[listed]
     return {
         "case": "seals-pbd",

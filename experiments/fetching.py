@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,8 +10,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import folder_of, markdown, parser_of
 from seals.experiments.frames import View, draw_frames, stage_times, write_sheet
-from seals.experiments.trials import Outcome, read_rows, run_trials, summary
+from seals.experiments.trials import Outcome, run_trials, summary
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
@@ -41,14 +40,11 @@ def command_line(
     Returns:
         An exit code: 0 when a single run, or nine in ten of the seeds, succeeded.
     """
-    parser = argparse.ArgumentParser(prog=f"python -m seals.experiments.{name}")
+    parser = parser_of(name)
     parser.add_argument("--seeds", type=int, default=0, help="run so many seeds; 0: one run")
     parser.add_argument("--first", type=int, default=0, help="first seed")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
     given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
+    out = folder_of(given, name)
 
     def words(seed: int) -> list[str]:
         return [f"experiment={name}", f"seed={seed}", *vary(seed), *given.overrides]
@@ -182,25 +178,9 @@ def write_table(path: Path, record: Record, outcome: Outcome) -> None:
     """Write the stages and the outcome as a table in Markdown."""
     starts = [*record.stages.starts, (float(record.log.time[-1]), "")]
     rows = [
-        f"| {name} | {time:.2f} | {after - time:.2f} |"
+        (name, f"{time:.2f}", f"{after - time:.2f}")
         for (time, name), (after, _) in itertools.pairwise(starts)
     ]
-    word = "done" if outcome.success else f"failed: {outcome.reason}"
-    more = [f"| {key} | {value:.4g} | |" for key, value in (outcome.measures or {}).items()]
-    text = [
-        "| stage | start [s] | time [s] |",
-        "|---|---|---|",
-        *rows,
-        *more,
-        f"| outcome | {word} | |",
-    ]
-    path.write_text("\n".join(text) + "\n", encoding="utf-8")
-
-
-def table_of(path: Path) -> str:
-    """Return the table of trials as text in Markdown."""
-    rows = read_rows(path)
-    names = ["seed", "success", "reason", "tries", "seconds", "object_height_m"]
-    lines_ = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
-    lines_ += ["| " + " | ".join(row.get(name, "") for name in names) + " |" for row in rows]
-    return "\n".join([*lines_, "", summary(rows)])
+    rows += [(key, f"{value:.4g}", "") for key, value in (outcome.measures or {}).items()]
+    rows.append(("outcome", "done" if outcome.success else f"failed: {outcome.reason}", ""))
+    path.write_text(markdown(("stage", "start [s]", "time [s]"), rows), encoding="utf-8")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import folder_of, parser_of
 from seals.logs import Log
 from seals.report.figures import Chart, Series
 from seals.run.application import run_into
@@ -23,13 +22,8 @@ AXES = ("x", "y", "z")
 
 def options(name: str, arguments: Sequence[str] | None) -> tuple[Path, list[str]]:
     """Return the folder to write to and the overrides that were given on the command line."""
-    parser = argparse.ArgumentParser(prog=f"python -m seals.experiments.{name}")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
-    given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    folder = Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
-    return given.out or folder, list(given.overrides)
+    given = parser_of(name).parse_args(arguments)
+    return folder_of(given, name), list(given.overrides)
 
 
 def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dict[str, Record]:
@@ -51,12 +45,6 @@ def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dic
             raise record.error
         records[name] = record
     return records
-
-
-def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"
 
 
 def deviations(log: Log, place: Floats, name: str, *, after: float = 0.0) -> Chart:

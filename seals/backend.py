@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
 from seals.effects.evaluation import Evaluation
@@ -75,13 +75,24 @@ class Dynamics(NamedTuple):
     sudden: bool = False
 
 
+class BodyOptions:
+    """Defaults of what a body may have; a base of bodies, or read by `options_of`."""
+
+    implicit: ClassVar[bool] = False
+    """Whether it takes joint drives implicitly; to others they are part of ``joint_force``."""
+
+    def middle_speed(self) -> Floats | None:
+        """Return the generalised velocity at the middle of the last step, shape (1, n), or None.
+
+        None where it is not known: after a start or a contact, and in first-order steps.
+        """
+        return None
+
+
 class RigidBody(Protocol):
     """One robot in a backend's scene.
 
-    A body that takes joint drives implicitly says so by an attribute ``implicit`` that is true; to
-    others they are part of ``joint_force``. A body that keeps velocities at half steps may have a
-    method ``middle_speed`` that returns the generalised velocity at the middle of the last step,
-    shape (1, n), or None where there was none.
+    What a body may have beside these, and the defaults: `BodyOptions`.
     """
 
     robot: RobotModel

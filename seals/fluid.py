@@ -63,7 +63,7 @@ class BodyStates(NamedTuple):
     acceleration: Floats
 
 
-class Books(NamedTuple):
+class MomentumBalance(NamedTuple):
     """Linear momentum over the last step, world axes [N s], shape (3,) each.
 
     before + gravity + sources = after + bodies + walls, up to the rounding of the fluid.
@@ -131,8 +131,8 @@ class Fluid(Protocol):
         """
         ...
 
-    def fill(self, states: BodyStates) -> None:
-        """Put the fluid at rest around the bodies, at time zero; earlier steps are forgotten."""
+    def initialise(self, states: BodyStates) -> None:
+        """Fill the domain at rest around the bodies, at time zero; the state is reset."""
         ...
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
@@ -148,12 +148,12 @@ class Fluid(Protocol):
         """Return surface and flow at points (N, 3), as known from the last step."""
         ...
 
-    def books(self) -> Books | None:
-        """Return the momentum of the last step; None before the first."""
+    def momentum_balance(self) -> MomentumBalance | None:
+        """Return the momentum balance of the last step; None before the first."""
         ...
 
-    def figures(self) -> Mapping[str, float]:
-        """Return what a person wants to watch: particles, compression, losses; unit in the name."""
+    def diagnostics(self) -> Mapping[str, float]:
+        """Return diagnostics by name: particles, compression, losses; unit in the name."""
         ...
 
     def particles(self) -> tuple[Floats, Floats]:

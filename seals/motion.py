@@ -10,7 +10,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
-from seals.arrays import Array
+from seals.arrays import Array, namespace
 
 
 class MediumKind(Enum):
@@ -103,6 +103,30 @@ class Joints(NamedTuple):
 
     position: Array
     velocity: Array
+
+
+def by_joint(values: Array, joints: Joints) -> Array:
+    """Turn one number a row, rows joint by joint, into one number a joint.
+
+    Args:
+        values: of the links that the joints move, shape (J N, 1); (1, 1) for all.
+        joints: of N bodies.
+
+    Returns:
+        Values of shape (N, J), or (1, 1).
+
+    Example:
+        >>> import numpy as np
+        >>> still = np.zeros((2, 3))
+        >>> by_joint(np.arange(6.0)[:, None], Joints(still, still))
+        array([[0., 2., 4.],
+               [1., 3., 5.]])
+    """
+    bodies, count = joints.velocity.shape
+    if values.shape[0] == 1:
+        return values
+    xp = namespace(values)
+    return xp.permute_dims(xp.reshape(values, (count, bodies)), (1, 0))
 
 
 class Inputs(NamedTuple):

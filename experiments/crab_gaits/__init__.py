@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import datetime
 import functools
 from collections.abc import Sequence
 from pathlib import Path
 
+from seals.experiments.command import folder_of, markdown, parser_of
 from seals.experiments.crab_gaits.cases import CASES, GAITS, Case
 from seals.experiments.crab_gaits.figure import draw_falls
 from seals.experiments.crab_gaits.reaching import TASKS, reach
 from seals.experiments.crab_gaits.walks import Walk, walked
-from seals.experiments.flights import markdown
 from seals.experiments.trials import Outcome, run_trials
 
 HEAD = ("gait", "speed [m/s]", "body lengths/s", "cost of transport", "Froude", "on the ground")
@@ -21,8 +20,7 @@ HEAD = ("gait", "speed [m/s]", "body lengths/s", "cost of transport", "Froude", 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
     given = _parsed(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_crab_gaits"
+    out = folder_of(given, "crab_gaits")
     if given.tune:
         from seals.experiments.crab_gaits.tuning import tune
 
@@ -46,8 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.crab_gaits")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_crab_gaits when left out")
+    parser = parser_of("crab_gaits", "as for seals run; seals render for films")
     parser.add_argument("--seeds", type=int, default=0, help="walks of every case, as a table")
     parser.add_argument("--only", nargs="*", default=[], choices=[*CASES], help="some cases")
     parser.add_argument("--tune", choices=sorted(GAITS), help="gait whose parameters to optimise")
@@ -55,7 +52,6 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--budget", type=int, default=300, help="walks of the optimiser")
     parser.add_argument("--seed", type=int, default=0, help="of the optimiser")
     parser.add_argument("--film", nargs="*", metavar="GAIT", help="film gaits, all when none named")
-    parser.add_argument("overrides", nargs="*", help="as for seals run; seals render for films")
     return parser.parse_args(arguments)
 
 

@@ -1,8 +1,5 @@
 """``python -m seals.experiments.crab_gaits``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.crab_gaits import main
-from seals.experiments.ending import ended
-
-sys.exit(ended(main))
+run_main("seals.experiments.crab_gaits")

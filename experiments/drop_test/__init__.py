@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.experiments.fetching import vertical
 from seals.experiments.frames import View, draw_frames, write_sheet
 from seals.logs import Log
@@ -76,13 +74,10 @@ SMOOTH = 0.012
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.drop_test")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
+    parser = parser_of("drop_test")
     parser.add_argument("--water", choices=("fossen", "particles"), default="fossen")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
     given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_drop_test_aam"
+    out = folder_of(given, "drop_test_aam")
     words = [*(PARTICLES if given.water == "particles" else OVERRIDES), *FELT, *given.overrides]
     settings = build_run(compose(words))
     record = run_into(out, settings, overrides=words)
@@ -91,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = measures(record.log) | landing(record.log, floor)
     if record.fluid:
         found |= entry(record.log, record.ledger.of("particles")) | books(record.fluid)
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, figure_table(found))
     marks = (Mark(at=0.0, label="water", level=True), Mark(at=bottom, label="bottom", level=True))
     log = record.log
     carried = lines("What the floor carried", "force [N]", log.time, {"floor": floor})
@@ -111,7 +106,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     times[f"{log.time[-1]:g} s"] = float(log.time[-1])
     pictures = draw_frames(log, settings, list(times.values()), View(pitch=-6.0))
     write_sheet(out / "stages.png", dict(zip(times, pictures, strict=True)))
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0
 
 
@@ -217,9 +211,3 @@ def books(figures: Mapping[str, Floats]) -> dict[str, float]:
         "books gap [1]": "largest gap of momentum in a step [1]",
     }
     return {words: float(np.nanmax(figures[name])) for name, words in names.items()}
-
-
-def table(found: dict[str, float]) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [f"| {name} | {value:.4g} |" for name, value in found.items()]
-    return "\n".join(["| figure | value |", "|---|---|", *rows]) + "\n"

@@ -1,8 +1,5 @@
 """``python -m seals.experiments.drop_test``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.drop_test import main
-from seals.experiments.ending import ended
-
-sys.exit(ended(main))
+run_main("seals.experiments.drop_test")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.motion import Inputs
 from seals.multibody.kinematics import Kinematics
 from seals.report.figures import lines
@@ -64,17 +63,11 @@ class Balance(NamedTuple):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.flight_energy")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
-    given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_flight_energy"
-    out.mkdir(parents=True, exist_ok=True)
+    given = parser_of("flight_energy").parse_args(arguments)
+    out = folder_of(given, "flight_energy")
     balance = fly(build_run(compose([*OVERRIDES, *given.overrides])))
-    (out / "table.md").write_text(table(figures(balance)), encoding="utf-8")
+    show_table(out, figure_table(figures(balance)))
     draw(out / "figure.png", balance)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0
 
 
@@ -175,12 +168,6 @@ def figures(b: Balance) -> dict[str, float]:
 
 def _over(power: Floats, time: Floats) -> float:
     return float(np.trapezoid(power, time))
-
-
-def table(found: dict[str, float]) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [f"| {name} | {value:.4g} |" for name, value in found.items()]
-    return "\n".join(["| figure | value |", "|---|---|", *rows]) + "\n"
 
 
 def draw(path: Path, b: Balance) -> None:

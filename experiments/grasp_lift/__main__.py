@@ -1,8 +1,5 @@
 """``python -m seals.experiments.grasp_lift``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.grasp_lift import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.grasp_lift")

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.experiments.flights import AXES, deviations, flown, forces, markdown, options
+from seals.experiments.command import markdown, show_table
+from seals.experiments.flights import AXES, deviations, flown, forces, options
 from seals.logs import Log
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
@@ -34,14 +35,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     records = flown(out, "hover_arm", {n: [*words, *overrides] for n, words in CASES.items()})
     logs = {name: record.log for name, record in records.items()}
     found = {name: largest(log) for name, log in logs.items()}
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, table(found))
     place = start_of(logs["sweep"])
     charts = [deviations(later(log), place, titled(name)) for name, log in logs.items()]
     write_picture(out / "figure.png", [*charts, joints(logs["sweep"])])
     ledger = records["sweep"].ledger
     picture = [forces(ledger, 2, "Forces along z of the body"), forces(ledger, 4, "Pitch torques")]
     write_picture(out / "ledger.png", picture)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0 if kept(found) else 1
 
 

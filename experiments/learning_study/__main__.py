@@ -1,8 +1,5 @@
 """``python -m seals.experiments.learning_study``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.learning_study import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.learning_study")

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.experiments.command import markdown
 from seals.experiments.open_sea.tow import START, Tow
 
 SETTLED = 2.0
@@ -139,7 +140,7 @@ def _jumps(tow: Tow, late: Floats) -> Floats:
 def table(found: Measured) -> str:
     """Return the figures as a table in Markdown."""
     rows = [
-        f"| {name} | {value:.4g} | {'' if np.isnan(bound) else f'{bound:.4g}'} |"
+        (name, f"{value:.4g}", "" if np.isnan(bound) else f"{bound:.4g}")
         for name, (value, bound) in found.figures.items()
     ]
-    return "\n".join(["| figure | value | bound |", "|---|---|---|", *rows]) + "\n"
+    return markdown(("figure", "value", "bound"), rows)

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
-from seals.plugins.fluids.moving_domain.outer import Outer
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.robot.pieces import Piece
 from seals.run.settings import RunSettings
 
@@ -135,15 +135,15 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
     body = FluidBody("robot/ball", (ball,) if radius else ())
     fluid.open(Surrounding(settings.environment, settings.wave, (), settings.time.step), [body])
     course = Way(speed, DIP * radius)
-    fluid.fill(course.at(0.0))
+    fluid.initialise(course.at(0.0))
     rows, twins = _followed(fluid, course, settings.time.step, way, ball=radius > 0.0)
     columns: Any = [np.array(column) for column in zip(*rows, strict=True)]
-    parcel, figures, end = fluid.parcel, fluid.figures(), float(columns[0][-1])
+    domain, figures, end = fluid.simulation, fluid.diagnostics(), float(columns[0][-1])
     shot = fluid.particles()[0]
     east = np.linspace(shot[:, 0].min() - 2.0, shot[:, 0].max() + 2.0, 400)
-    sea = np.stack([east, parcel.outer.elevation(np.stack([east, 0.0 * east], 1), end)])
-    samples = parcel.water.boundary.count
-    spacing = parcel.box.spacing
+    sea = np.stack([east, domain.outer.elevation(np.stack([east, 0.0 * east], 1), end)])
+    samples = domain.water.boundary_count
+    spacing = domain.box.spacing
     fluid.close()
     return Tow(
         **dict(zip(Tow._fields, columns, strict=False)),
@@ -155,7 +155,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
         radius=radius,
         depth=course.depth,
         amplitude=0.5 * height,
-        encounter=_encounter(parcel.outer, course, end),
+        encounter=_encounter(domain.outer, course, end),
         spacing=spacing,
         samples=samples,
         step=settings.time.step,
@@ -170,18 +170,18 @@ def _followed(
     twins: list[Floats] = []
     steps = round((way / course.speed + 0.5 * START) / step)
     due = np.linspace(0.2, 0.95, TWINS) * steps
-    parcel = fluid.parcel
+    domain = fluid.simulation
     for k in range(steps):
         time = k * step
         state = course.at(time)
         if ball and len(twins) < TWINS and k >= due[len(twins)] and moves(fluid, state, time):
             twins.append(twin(fluid, course, time, step))
-        shifts, begin = parcel.shifts, clock.process_time()
+        shifts, begin = domain.shifts, clock.process_time()
         force = fluid.exchange(state, time, step)[0, :3] / step
         cost = clock.process_time() - begin
-        books = fluid.books()
-        assert books is not None
-        gap = float(np.abs(books.gap).max()) / max(books.gross, 1e-12)
+        balance = fluid.momentum_balance()
+        assert balance is not None
+        gap = float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12)
         points = line_of(fluid, time + step)
         rows.append(
             (
@@ -189,20 +189,20 @@ def _followed(
                 float(state.position[0, 0]),
                 force,
                 np.asarray(fluid.surface(points).elevation)[:, 0],
-                parcel.heights.at(points),
-                parcel.outer.elevation(points, time + step),
-                parcel.shifts > shifts,
+                domain.heights.at(points),
+                domain.outer.elevation(points, time + step),
+                domain.shifts > shifts,
                 cost,
                 gap,
-                parcel.water.count,
+                domain.water.count,
             )
         )
         if k % max(1, steps // 20) == 0:
-            print(f"{rows[-1][1]:5.1f} m, {parcel.water.count:,} particles", flush=True)
+            print(f"{rows[-1][1]:5.1f} m, {domain.water.count:,} particles", flush=True)
     return rows, twins
 
 
-def _encounter(outer: Outer, course: Way, end: float) -> float:
+def _encounter(outer: OuterSea, course: Way, end: float) -> float:
     """How often the surface over the ball goes up through the mean level, times 2 pi [rad/s]."""
     time = np.arange(START, end, 0.01)
     level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
@@ -214,29 +214,29 @@ def _encounter(outer: Outer, course: Way, end: float) -> float:
 
 def line_of(fluid: FluidWindow, time: float) -> Floats:
     """Points along the window beside the ball, inside of the ring [m], shape (POINTS, 3)."""
-    parcel = fluid.parcel
-    box, rim = parcel.box, (parcel.box.ring + 1) * parcel.box.spacing
+    domain = fluid.simulation
+    box, rim = domain.box, (domain.box.ring + 1) * domain.box.spacing
     rest = np.zeros((POINTS, 3))
     rest[:, 0] = np.linspace(box.lower[0] + rim, box.upper[0] - rim, POINTS)
     rest[:, 1] = box.upper[1] - rim
-    rest[:, 2] = parcel.outer.level
-    return parcel.outer.places(rest, time)
+    rest[:, 2] = domain.outer.level
+    return domain.outer.places(rest, time)
 
 
 def moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
     """Whether the window will move in the next step."""
-    parcel = fluid.parcel
-    return parcel.box.cells_to(parcel.outer.rest(state.position[:1], time)[0]) != (0, 0)
+    domain = fluid.simulation
+    return domain.box.cells_to(domain.outer.rest(state.position[:1], time)[0]) != (0, 0)
 
 
 def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
     """Return what a shift changes in the force, from one and the same water [N], (APART, 3)."""
-    kept, parcel = fluid.snapshot(), fluid.parcel
+    kept, domain = fluid.snapshot(), fluid.simulation
     forces = []
     for still in (False, True):
         # a window that is told to stay: one large cell
         if still:
-            parcel.box = parcel.box._replace(cell=math.ceil(1e3 / parcel.box.spacing))
+            domain.box = domain.box._replace(cell=math.ceil(1e3 / domain.box.spacing))
         found = [
             fluid.exchange(course.at(t), t, step)[0, :3] / step
             for t in time + step * np.arange(APART)

@@ -9,7 +9,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.experiments.flights import AXES, deviations, flown, forces, markdown, options
+from seals.experiments.command import markdown, show_table
+from seals.experiments.flights import AXES, deviations, flown, forces, options
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
@@ -57,11 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     records = flown(out, "oval_crossing", {n: [*w, *overrides] for n, w in CASES.items()})
     guide = build_run(compose(["experiment=oval_crossing", *overrides])).guide
     found = {name: score(record.log, guide) for name, record in records.items()}
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, table(found))
     write_picture(out / "figure.png", figures(records, guide))
     ledger = records["true_model"].ledger
     write_picture(out / "ledger.png", [forces(ledger, 2, "Forces along z of the body, all laps")])
-    print((out / "table.md").read_text(encoding="utf-8"))
     good = all(s.rms <= WITHIN and s.laps >= guide.laps for s in found.values())
     return 0 if good else 1
 

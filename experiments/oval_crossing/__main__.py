@@ -1,8 +1,5 @@
 """``python -m seals.experiments.oval_crossing``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.oval_crossing import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.oval_crossing")

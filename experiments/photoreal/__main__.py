@@ -1,8 +1,5 @@
 """``python -m seals.experiments.photoreal``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.photoreal import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.photoreal")

@@ -1,8 +1,5 @@
 """``python -m seals.experiments.sea_air_land``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.sea_air_land import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.sea_air_land")

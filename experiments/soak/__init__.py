@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import numpy as np
 
 from seals.config.compose import compose
 from seals.errors import ConfigError
-from seals.experiments.flights import markdown
+from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.experiments.soak.flight import OVERRIDES
 from seals.experiments.soak.running import soaked
 from seals.report.figures import Chart, Mark, Series
@@ -29,21 +27,17 @@ WARM = 20_000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line; 0 when all bounds are kept."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.soak")
-    parser.add_argument("--out", type=Path, help="folder; one that was cut off is taken up there")
+    parser = parser_of("soak", out="folder, also of a soak to resume; runs/DATE/TIME_soak")
     parser.add_argument("--steps", type=int, default=MILLION, help="of the engine")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
     given = parser.parse_args(arguments)
     if given.steps < 1:
         raise ConfigError(f"--steps {given.steps} is not allowed.\nAllowed: one step or more.")
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_soak"
+    out = folder_of(given, "soak")
     settings = build_run(compose([*OVERRIDES, *given.overrides]))
     rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, table(found))
     draw(out / "figure.png", rows)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0 if kept(found) else 1
 
 

@@ -1,8 +1,5 @@
 """``python -m seals.experiments.soak``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.soak import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.soak")

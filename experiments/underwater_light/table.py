@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from seals.experiments.command import markdown
 from seals.rendering.optics import WATERS, Optics
 
 HEAD = (
@@ -22,5 +23,4 @@ def table() -> str:
         values = (*medium.direct, *medium.veiling, *medium.diffuse)
         reach = ", ".join(f"{math.log(10.0) / beta:.1f}" for beta in medium.direct)
         rows.append([name, *(f"{value:.3g}" for value in values), reach])
-    lines = ["| " + " | ".join(cells) + " |" for cells in (HEAD, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(HEAD), *lines[1:]]) + "\n"
+    return markdown(HEAD, rows)

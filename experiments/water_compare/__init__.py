@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
@@ -58,18 +57,13 @@ class Both(NamedTuple):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.water_compare")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="of the scenario; fluid.* for the particles")
-    given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_water_compare"
+    overrides = "of the scenario; fluid.* for the particles"
+    given = parser_of("water_compare", overrides).parse_args(arguments)
+    out = folder_of(given, "water_compare")
     records = {name: _run(out / name, name, given.overrides) for name in WATERS}
     both = together(records)
-    found = differences(both)
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, table(differences(both)))
     draw(out / "figure.png", both)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0
 
 
@@ -148,5 +142,5 @@ def draw(path: Path, both: Both) -> None:
 
 def table(found: Mapping[str, tuple[float, float]]) -> str:
     """Return the figures as a table in Markdown."""
-    rows = [f"| {name} | {a:.4g} | {b:.4g} |" for name, (a, b) in found.items()]
-    return "\n".join(["| figure | fossen | particles |", "|---|---|---|", *rows]) + "\n"
+    rows = [(name, f"{a:.4g}", f"{b:.4g}") for name, (a, b) in found.items()]
+    return markdown(("figure", "fossen", "particles"), rows)

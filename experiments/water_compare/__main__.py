@@ -1,8 +1,5 @@
 """``python -m seals.experiments.water_compare``."""
 
-import sys
+from seals.experiments.command import run_main
 
-from seals.experiments.ending import ended
-from seals.experiments.water_compare import main
-
-sys.exit(ended(main))
+run_main("seals.experiments.water_compare")

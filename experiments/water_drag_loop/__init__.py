@@ -7,8 +7,6 @@ it down, and tows in particles that nothing was fitted to judge it.
 
 from __future__ import annotations
 
-import argparse
-import datetime
 import json
 import subprocess
 import sys
@@ -21,6 +19,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.config.overlay import load_overlay, read_overlay
 from seals.errors import ConfigError
+from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.experiments.water_drag_loop.measured import Nominal, nominal_of, write_measurement
 from seals.experiments.water_drag_loop.tank import Tank, towed_in_particles
 from seals.experiments.water_drag_loop.textbook import (
@@ -67,12 +66,8 @@ class Judged(NamedTuple):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the loop from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.water_drag_loop")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="of the fluid, as for seals run")
-    given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_water_drag_loop"
+    given = parser_of("water_drag_loop", "of the fluid, as for seals run").parse_args(arguments)
+    out = folder_of(given, "water_drag_loop")
     out.mkdir(parents=True, exist_ok=True)
     tank = Tank()
     shown = [
@@ -89,13 +84,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     if codes["diagnose"] != NAMED or codes["add"]:
         _write(out, nominal, [], {}, codes)
-        print((out / "table.md").read_text(encoding="utf-8"))
         return 1
     term = below_the_grid(out / "models" / "towed.yaml")
     judged = [_judged(s, tank, given.overrides, term) for s in JUDGED]
     _write(out, nominal, judged, term, codes)
     _draw(out / "figure.png", judged)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0 if all(j.error(j.helped) <= HALF * j.error(j.bare) for j in judged) else 1
 
 
@@ -185,10 +178,7 @@ def _write(
         found[f"unseen tow, {words}: error in speed, rms [m/s]"] = (
             f"{bare:.3g} -> {helped:.3g} ({helped / bare - 1.0:+.0%})"
         )
-    shown = {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in found.items()}
-    rows = [f"| {name} | {value} |" for name, value in shown.items()]
-    text = "\n".join(["| figure | value |", "|---|---|", *rows]) + "\n"
-    (out / "table.md").write_text(text, encoding="utf-8")
+    show_table(out, figure_table(found))
 
 
 def _draw(path: Path, judged: list[Judged]) -> None:

@@ -19,7 +19,7 @@ from seals.experiments.water_validation import (
 )
 from seals.experiments.water_validation.case import Case, Grade, Outcome
 from seals.experiments.water_validation.page import Result, write_page
-from seals.plugins.fluids.tank.settings import Device
+from seals.plugins.fluids.coupling import Device
 
 CASES: tuple[Case, ...] = (
     hydrostatics.CASE,

@@ -149,10 +149,10 @@ def _followed(world: World, steps: int) -> Drift:
         felt = (now - before) / step + world.environment.gravity
         rows.append((world.time, body.read().position[2] - level, felt))
         before = now
-        books = fluid.books()
-        assert books is not None
-        gaps.append(float(np.abs(books.gap).max()) / max(books.gross, 1e-12))
-    figures = fluid.figures()
+        balance = fluid.momentum_balance()
+        assert balance is not None
+        gaps.append(float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12))
+    figures = fluid.diagnostics()
     world.close()
     time, height, felt_ = np.array(rows).T
     count, spacing = int(figures["particles"]), float(figures["spacing [m]"])

@@ -9,10 +9,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.experiments.water_validation.case import Grade
-from seals.plugins.fluids.pbd.engine import Engine
-from seals.plugins.fluids.pbd.settings import PbdSettings
-from seals.plugins.fluids.pbd.water import ParticleWater
 from seals.plugins.fluids.sampling import box_walls
+from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
 HERE = Grade(quick=True)
 
@@ -23,8 +23,8 @@ def filled_box(
     inside: Callable[[Floats], Any],
     *,
     grade: Grade = HERE,
-    physics: PbdSettings | None = None,
-) -> ParticleWater:
+    physics: PbfSettings | None = None,
+) -> SolverPbf:
     """Return a box with floor and four walls, filled with water at rest where ``inside`` says.
 
     Args:
@@ -41,21 +41,21 @@ def filled_box(
     places = places[np.asarray(inside(places), dtype=bool)]
     walls = box_walls(np.zeros(3), high, spacing)
     margin = 3.0 * spacing
-    water = ParticleWater(
+    water = SolverPbf(
         spacing=spacing,
         lower=np.full(3, -margin),
         upper=high + margin,
         capacity=len(places),
         boundary_capacity=len(walls.points),
         bodies=0,
-        settings=physics or PbdSettings(),
+        settings=physics or PbfSettings(),
         engine=Engine(device=grade.device.value, threads=grade.threads),
     )
     water.add_boundary(body=0, points=walls.points)
-    water.fill(places)
+    water.add_particles(places)
     return water
 
 
-def advance(water: ParticleWater, step: float) -> None:
+def advance(water: SolverPbf, step: float) -> None:
     """Advance by a step, in as many substeps as the speed of sound asks for."""
     water.advance(step, substeps=water.substeps(step))

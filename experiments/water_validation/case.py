@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from seals.plugins.fluids.tank.settings import Device
+from seals.plugins.fluids.coupling import Device
 from seals.report.figures import Chart
 
 

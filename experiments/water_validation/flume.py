@@ -42,15 +42,15 @@ def run(grade: Grade) -> Outcome:
     states = BodyStates(
         none, np.zeros((0, 3, 3)), none, none, np.zeros(0), np.zeros((0, 3, 3)), none
     )
-    fluid.fill(states)
+    fluid.initialise(states)
     places = np.stack([np.linspace(0.7, 1.6, 12) * length, np.zeros(12)], axis=1)
     time, rows = [], []
     for n in range(round(8.0 * PERIOD / STEP)):
         fluid.exchange(states, n * STEP, STEP)
         time.append((n + 1) * STEP)
-        rows.append(fluid.pool.heights.at(places))
+        rows.append(fluid.simulation.heights.at(places))
     t, eta = np.array(time), np.array(rows)
-    count, d = fluid.pool.water.count, fluid.pool.basin.spacing
+    count, d = fluid.simulation.water.count, fluid.simulation.basin.spacing
     fluid.close()
     late = t > 5.0 * PERIOD
     coming, going = _split(t[late], eta[late], places[:, 0], k)

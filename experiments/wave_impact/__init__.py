@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
+from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
@@ -44,19 +43,14 @@ OVERRIDES = (
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.wave_impact")
-    parser.add_argument("--out", type=Path, help="folder; runs/DATE/TIME_NAME when left out")
-    parser.add_argument("overrides", nargs="*", help="as for seals run")
-    given = parser.parse_args(arguments)
-    stamp = datetime.datetime.now().astimezone()
-    out = given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_wave_impact"
+    given = parser_of("wave_impact").parse_args(arguments)
+    out = folder_of(given, "wave_impact")
     words = [*OVERRIDES, *given.overrides]
     settings = build_run(compose(words))
     record = run_into(out, settings, overrides=words)
     found = measures(record.log, record.fluid)
-    (out / "table.md").write_text(table(found), encoding="utf-8")
+    show_table(out, figure_table(found, 3))
     draw(out / "figure.png", record.log, record.fluid, found)
-    print((out / "table.md").read_text(encoding="utf-8"))
     return 0
 
 
@@ -102,9 +96,3 @@ def draw(path: Path, log: Log, figures: Mapping[str, Floats], found: Mapping[str
             lines("Velocity in body axes", "[m/s]", log.time, speed, marks=passes),
         ],
     )
-
-
-def table(found: Mapping[str, float]) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [f"| {name} | {value:.3g} |" for name, value in found.items()]
-    return "\n".join(["| figure | value |", "|---|---|", *rows]) + "\n"

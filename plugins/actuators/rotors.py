@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.effects.effect import Effect, Parameters
+from seals.effects.effect import ActuatorOptions, Effect, Parameters
 from seals.errors import ConfigError
 from seals.motion import Drives, Inputs
 from seals.plugins.actuators.layout import check_first, numbers, unit_axes, vectors
@@ -27,7 +27,7 @@ _SIGNS = {
 
 
 @dataclass(kw_only=True)
-class Rotors(Effect):
+class Rotors(ActuatorOptions, Effect):
     """Rotors or propellers fixed to a link, driven by their speed.
 
     Equation:

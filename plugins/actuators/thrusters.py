@@ -8,13 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.effects.effect import Effect, Parameters
+from seals.effects.effect import ActuatorOptions, Effect, Parameters
 from seals.motion import Drives, Inputs
 from seals.plugins.actuators.layout import check_first, numbers, unit_axes, vectors
 
 
 @dataclass(kw_only=True)
-class Thrusters(Effect):
+class Thrusters(ActuatorOptions, Effect):
     """Thrusters fixed to a link whose electronics turn a commanded force into speed.
 
     Equation:

@@ -14,6 +14,7 @@ from seals.control.allocation import Allocation, Saturation, has_rank
 from seals.control.attitude import attitude_error, cross3, lean_for
 from seals.control.filters import Lag
 from seals.control.limbs import joint_targets, stowed
+from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
 from seals.schema import param
 
@@ -39,7 +40,7 @@ class Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Station:
+class Station(ControllerOptions):
     """Velocity and attitude control with forces in every direction; the vehicle stays level.
 
     Equation:

@@ -37,7 +37,7 @@ def machine() -> Machine:
 
 if __name__ == "__main__":
     made = machine()
-    write(made, Path(__file__).parent)
+    write(made, Path(__file__).parent, shared=Path(__file__).parents[1] / "aam")
     print(hulls(made))
     print(table(made))
     print("hubs", FRAME.hubs())

@@ -15,12 +15,13 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Attributes of an inertia in a URDF."""
 
 
-def write(machine: Machine, folder: Path) -> None:
+def write(machine: Machine, folder: Path, shared: Path | None = None) -> None:
     """Write ``NAME.urdf`` and the folder ``meshes`` beside it.
 
     Args:
         machine: what to write.
         folder: of the robot.
+        shared: folder of a robot beside it; a mesh that it has already is named there.
     """
     meshes = folder / "meshes"
     meshes.mkdir(exist_ok=True)
@@ -30,7 +31,7 @@ def write(machine: Machine, folder: Path) -> None:
     for name, colour in machine.colours.items():
         lines.append(f'  <material name="{name}"><color rgba="{_row(colour)}"/></material>')
     for link in machine.links:
-        lines += _link(link, meshes)
+        lines += _link(link, meshes, shared)
     for joint in machine.joints:
         lines += _joint(joint)
     text = "\n".join([*lines, "</robot>", ""])
@@ -63,7 +64,7 @@ def table(machine: Machine) -> str:
     return "\n".join(rows)
 
 
-def _link(link: Link, meshes: Path) -> Iterator[str]:
+def _link(link: Link, meshes: Path, shared: Path | None) -> Iterator[str]:
     if not link.pieces:
         # stated, because engines give a link without inertia a mass of their own
         none = " ".join(f'{name}="0"' for name in MOMENTS)
@@ -84,20 +85,21 @@ def _link(link: Link, meshes: Path) -> Iterator[str]:
     yield "    </inertial>"
     for colour in dict.fromkeys(piece.colour for piece in link.pieces if piece.colour):
         name = f"{link.stem or link.name}_{colour}.obj"
-        _save([piece for piece in link.pieces if piece.colour == colour], meshes / name)
-        yield f'    <visual><geometry><mesh filename="meshes/{name}"/></geometry>'
+        pieces = [piece for piece in link.pieces if piece.colour == colour]
+        file = _save(pieces, meshes / name, shared)
+        yield f'    <visual><geometry><mesh filename="{file}"/></geometry>'
         yield f'      <material name="{colour}"/></visual>'
-    yield from _touching(link, meshes)
+    yield from _touching(link, meshes, shared)
     yield "  </link>"
 
 
-def _touching(link: Link, meshes: Path) -> Iterator[str]:
+def _touching(link: Link, meshes: Path, shared: Path | None) -> Iterator[str]:
     """Collision geometry and how it rubs."""
     solid = [piece for piece in link.pieces if piece.solid]
     if link.hull_mesh and solid:
         name = f"{link.stem or link.name}_convex.obj"
-        _save(solid, meshes / name, convex=True)
-        yield f'    <collision><geometry><mesh filename="meshes/{name}"/></geometry></collision>'
+        file = _save(solid, meshes / name, shared, convex=True)
+        yield f'    <collision><geometry><mesh filename="{file}"/></geometry></collision>'
     else:
         for piece in solid:
             place = f'<origin xyz="{_row(piece.centre)}" rpy="{_row(angles(piece.turn))}"/>'
@@ -143,8 +145,8 @@ def _shape(piece: Piece) -> str:
     return "{" + ", ".join(entries) + "}"
 
 
-def _save(pieces: Sequence[Piece], path: Path, *, convex: bool = False) -> None:
-    """Write pieces as one OBJ file, millimetres rounded to hundredths."""
+def _save(pieces: Sequence[Piece], path: Path, shared: Path | None, *, convex: bool = False) -> str:
+    """Write pieces as one OBJ file, millimetres rounded to hundredths; return its name."""
     import trimesh
 
     joined: Any = trimesh.util.concatenate([piece.mesh() for piece in pieces])
@@ -152,7 +154,12 @@ def _save(pieces: Sequence[Piece], path: Path, *, convex: bool = False) -> None:
         joined = joined.convex_hull
     lines = [f"v {_row(point, digits=5)}" for point in joined.vertices]
     lines += ["f " + " ".join(str(i + 1) for i in face) for face in joined.faces]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    text = "\n".join(lines) + "\n"
+    same = None if shared is None else shared / "meshes" / path.name
+    if same is not None and same.is_file() and same.read_text(encoding="utf-8") == text:
+        return f"../{same.parent.parent.name}/meshes/{path.name}"
+    path.write_text(text, encoding="utf-8")
+    return f"meshes/{path.name}"
 
 
 def _row(values: Any, join: str = " ", digits: int = 6) -> str:

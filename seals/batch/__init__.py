@@ -3,6 +3,4 @@
 from seals.batch.model import BatchDynamics
 from seals.batch.state import Rates, TwinState
 
-"""Older name of `BatchDynamics`."""
-
 __all__ = ["BatchDynamics", "Rates", "TwinState"]

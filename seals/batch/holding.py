@@ -18,7 +18,7 @@ def hold(
     """Return robot and effects with the joints held at given values.
 
     Links that no effect names become part of others; effects of joints are left out, for nothing
-    moves there.
+    moves there. The others are given the held joints.
 
     Args:
         robot: with a free base.
@@ -35,4 +35,6 @@ def hold(
     }
     named = {link for effect in still.values() for link in effect.links if link not in EVERYWHERE}
     whole = fused(robot, joints, named)
-    return whole, bind_effects(still, whole.links)
+    bound = bind_effects(still, whole.links)
+    bound.held = tuple(float(x) for x in joints)
+    return whole, bound

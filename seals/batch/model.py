@@ -15,9 +15,10 @@ from seals.batch.slopes import Ahead, FusedSlopes
 from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
-from seals.effects.evaluation import Evaluator, rows_of
+from seals.effects.evaluation import Evaluator
 from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
+from seals.effects.rows import rows_of
 from seals.environment.build import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
@@ -85,7 +86,12 @@ class BatchDynamics:
         )
         links = len(robot.links)
         self.evaluator = Evaluator(
-            self.effects, surroundings, links=links, batch=batch, folded=True
+            self.effects,
+            surroundings,
+            links=links,
+            batch=batch,
+            joint_links=robot.tree.child,
+            folded=True,
         )
         change = nominal_change(self.effects, robot, like, batch)
         if change is not None:

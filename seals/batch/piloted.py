@@ -17,10 +17,11 @@ from seals.batch.state import TwinState
 from seals.control.batched import BatchController, View
 from seals.control.batched_gauge import BatchThrust, BatchWater
 from seals.control.plant import build_plant
+from seals.control.protocols import ControllerOptions
 from seals.effects.binding import EffectSet
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import ConfigError
 from seals.motion import Inputs
+from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import Fused
 from seals.world.drivetrain import response_of
@@ -206,13 +207,8 @@ class PilotedTwin:
 def _batched(
     settings: PilotedSettings, plant: Any, joints: Sequence[float], like: Array
 ) -> BatchController:
-    make = getattr(settings.controller, "batched", None)
-    if make is None:
-        raise ConfigError(
-            f"controller {type(settings.controller).__name__} has no form over a batch.\n"
-            "Give it batched(plant, joints, like), as the cascade has, or use backend=pybullet."
-        )
-    found: BatchController = make(plant, np.asarray(joints, dtype=float), like)
+    controller = options_of(settings.controller, ControllerOptions)
+    found: BatchController = controller.batched(plant, np.asarray(joints, dtype=float), like)
     return found
 
 

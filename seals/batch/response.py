@@ -95,7 +95,13 @@ class Response:
         """
         twin = self.twin
         batch, links = twin.batch, len(twin.robot.links)
-        evaluator = Evaluator(effects, twin.evaluator.surroundings, links=links, batch=batch)
+        evaluator = Evaluator(
+            effects,
+            twin.evaluator.surroundings,
+            links=links,
+            batch=batch,
+            joint_links=twin.robot.tree.child,
+        )
         evaluator.fed = bool(twin.effects.supplies)
         motion = self.posture.motion
         memory = {**effects.zero_memory(batch), **twin.memory}

@@ -11,9 +11,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.effects.effect import Effect, MediumKind
+from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
+from seals.plugin_options import options_of
 from seals.schema import check_value, parameters_of
 from seals.untrusted_io import read_plain_yaml, refuse_references
 
@@ -101,7 +102,7 @@ class Change:
 
         if type(effect) is not get("effect", self.effect).load() or effect.correction:
             return False
-        medium: MediumKind | None = getattr(effect, "medium", None)
+        medium = options_of(effect, EffectOptions).medium
         if self.medium is not None and medium is not None and medium.value != self.medium:
             return False
         return self.links is None or tuple(effect.links) == self.links

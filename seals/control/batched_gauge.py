@@ -11,7 +11,7 @@ from seals.arrays import Array, as_like, namespace, some
 from seals.control.plant import ROTOR, Plant
 from seals.control.thrust import KNOWN, SLOW, WET
 from seals.effects.binding import BoundEffect, EffectSet
-from seals.effects.evaluation import rows_of
+from seals.effects.rows import rows_of
 from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
 from seals.multibody.rows import take, take_motion

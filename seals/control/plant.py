@@ -8,9 +8,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.binding import EffectSet
+from seals.effects.effect import ActuatorOptions
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
+from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 
 ROTOR, THRUSTER = "rotor", "thruster"
@@ -113,9 +115,10 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         word = ROTOR if "reaction_coefficient" in constants else THRUSTER
         backward = -_row(constants, "backward", -1.0)
         table["reverse"][columns] = np.where(backward > 0.0, backward, 1.0)
-        table["fall"][columns] = getattr(b.effect, "fall", b.hooks.lag)
+        own = options_of(b.effect, ActuatorOptions)
+        table["fall"][columns] = b.hooks.lag if own.fall is None else own.fall
         lowest = -b.hooks.limit if word == THRUSTER else np.zeros(b.hooks.count)
-        table["low"][columns] = getattr(b.effect, "low", lowest)
+        table["low"][columns] = lowest if own.low is None else own.low
         for k in range(count)[columns]:
             kind[k], link[k] = word, carrier
     _refuse_gaps(kind)

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.control.plant import Plant
+from seals.errors import ConfigError
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 STILL = np.zeros(3)
@@ -141,12 +142,39 @@ class Order(NamedTuple):
     joints: Floats
 
 
+class ControllerOptions:
+    """Defaults of what a controller may have; a base of controllers, or read by `options_of`."""
+
+    weighs: ClassVar[bool] = True
+    """Whether it asks for mass properties, buoyancy and limits of drives; situations hold those of
+    the start otherwise, as for gaits."""
+
+    def leg_phase(self, memory: Any) -> Floats:
+        """Return the phase of every leg in its cycle, shape (N,), from the memory."""
+        return NO_LEGS
+
+    def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
+        """Return the controller over a batch of robots whose joints are held.
+
+        Args:
+            plant: the robot in its surroundings.
+            joints: held joint values [rad or m], shape (J,).
+            like: array whose library, type and device to use.
+
+        Raises:
+            ConfigError: there is no such form.
+        """
+        raise ConfigError(
+            f"controller {type(self).__name__} has no form over a batch.\n"
+            "Give it batched(plant, joints, like), as the cascade has, or use backend=pybullet."
+        )
+
+
 @runtime_checkable
 class Controller(Protocol):
     """Turns what a guide wants into commands: a keyword-only dataclass with explicit memory.
 
-    A controller that asks for no mass properties, buoyancy and limits of drives, as gaits do, may
-    say so by an attribute ``weighs`` that is False: its situations hold those of the start.
+    What a controller may have beside these, and the defaults: `ControllerOptions`.
 
     Attributes:
         rate: calls a second [Hz].

@@ -16,6 +16,7 @@ from seals.effects.effect import (
     Actuation,
     DriveLoads,
     Effect,
+    EffectOptions,
     FlowField,
     Inertia,
     JointDriven,
@@ -27,7 +28,9 @@ from seals.effects.effect import (
     Supply,
     Timed,
 )
+from seals.effects.hooks import arguments_of
 from seals.errors import ConfigError, suggestion
+from seals.plugin_options import options_of
 from seals.schema import parameters_of, vector_groups
 
 
@@ -56,12 +59,21 @@ class BoundEffect:
 
 
 class EffectSet:
-    """The effects of a scene in the order of the configuration, sorted by hook."""
+    """The effects of a scene in the order of the configuration, sorted by hook.
+
+    Args:
+        bound: effects on their links.
+
+    Attributes:
+        held: places of the joints of a robot that moves as one body [rad or m], which its effects
+            are given in place of the state's; None for joints that move.
+    """
 
     def __init__(self, bound: Sequence[BoundEffect]) -> None:
         """Sort bound effects by the hooks they define."""
         self.bound = tuple(bound)
         self._as_bound = True
+        self.held: tuple[float, ...] | None = None
         self.flows = self._having(FlowField)
         self.inertias = self._having(Inertia)
         self.loads = self._having(Loads)
@@ -81,6 +93,10 @@ class EffectSet:
 
     def _having(self, hook: type) -> tuple[BoundEffect, ...]:
         return tuple(b for b in self.bound if has_hook(b.effect, hook))
+
+    def having(self, hook: str) -> tuple[BoundEffect, ...]:
+        """Return the effects that define a hook, by its name."""
+        return tuple(b for b in self.bound if has_hook(b.effect, _HOOKS[hook]))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -139,6 +155,14 @@ class EffectSet:
         return other
 
 
+_HOOKS: dict[str, type] = {
+    "flow": FlowField,
+    "inertia": Inertia,
+    "loads": Loads,
+    "joint_loads": JointLoads,
+    "drive_loads": DriveLoads,
+}
+
 _KINDS = (
     "flows",
     "inertias",
@@ -185,11 +209,22 @@ def bind_effects(
     bound = []
     for name, effect in effects.items():
         chosen = _link_indices(name, effect.links, links)
-        kind = getattr(effect, "medium", None)
+        kind = options_of(effect, EffectOptions).medium
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
+        _check_hooks(name, effect)
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
     refuse_double_counting(bound, links, others)
     return EffectSet(bound)
+
+
+def _check_hooks(name: str, effect: Effect) -> None:
+    """Refuse hooks that name what they cannot be given."""
+    for hook, kind in _HOOKS.items():
+        if has_hook(effect, kind):
+            try:
+                arguments_of(effect, hook)
+            except ConfigError as cause:
+                raise ConfigError(f"effects.{name}: {cause}") from cause
 
 
 def refuse_double_counting(

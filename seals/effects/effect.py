@@ -36,8 +36,21 @@ Parameters: TypeAlias = Mapping[str, Array]
 """
 
 
+class EffectOptions:
+    """Defaults of what an effect may state; a subclass of `Effect` makes fields of them."""
+
+    medium: MediumKind | None = None
+    """Medium in which it acts; None for an effect that knows no medium, such as gravity."""
+
+    sensors: Sequence[str] = ()
+    """Names of the sensors of which it is a fault; none for all inertial ones."""
+
+    order: ClassVar[int] = 0
+    """Place among the effects that change a reading: those of lower order act first."""
+
+
 @dataclass(kw_only=True)
-class Effect:
+class Effect(EffectOptions):
     """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.
 
     A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new
@@ -50,11 +63,17 @@ class Effect:
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
 
     - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
+    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
+      on the joints.
+
+    These five take what they name, in any order, of ``motion, medium, joints, inputs, memory,
+    params`` (and ``drives``). Joints have a row for every row of the motion, or one for all. In
+    ``joint_loads``, motion and medium are those of the links that the joints move, rows joint by
+    joint (J N, k), whatever ``links`` says; `seals.motion.by_joint` turns a column of them into
+    (N, J). Arguments of other names are given by their order as above.
 
     Hooks of other signatures, given with each:
 
-    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
-      on the joints.
     - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
       before its limit, with its slopes, so that steps can take it implicitly.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
@@ -280,6 +299,26 @@ class Timed(Protocol):
     def timing(params: Parameters) -> Timing:
         """Change of delays and lags."""
         ...
+
+
+class ActuatorOptions:
+    """Defaults of what an actuator may state; a base of actuators, or read by `options_of`."""
+
+    voltage_power: ClassVar[float] = 1.0
+    """Power of the battery's voltage to which the drives' limits are proportional [1]."""
+
+    @property
+    def fall(self) -> Floats | None:
+        """Time constants while a drive slows down [s], shape (n,); None for those of its lag."""
+        return None
+
+    @property
+    def low(self) -> Floats | None:
+        """Least commands of the drives, rad/s or N, shape (n,); None for the usual ones.
+
+        These are zero for rotors and the negative limit for thrusters.
+        """
+        return None
 
 
 @runtime_checkable

@@ -10,10 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, as_like, namespace
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
+from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
 from seals.effects.rigid import weight_of
+from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
 from seals.environment.surroundings import Surroundings
 from seals.environment.waves import carried
@@ -29,7 +31,7 @@ from seals.motion import (
     Motion,
     Wrench,
 )
-from seals.multibody.rows import picked, take
+from seals.multibody.rows import picked, take, take_motion
 
 Memory = Mapping[str, Array]
 
@@ -66,6 +68,7 @@ class Evaluator:
         surroundings: of all rows.
         links: number of links.
         batch: rows per link.
+        joint_links: the link that each joint moves, J of them.
         implicit: whether joint drives are taken implicitly, by their slopes.
         folded: whether changes of the rigid inertia are part of the bodies already; otherwise they
             are evaluated as added inertia with a weight.
@@ -81,10 +84,11 @@ class Evaluator:
         *,
         links: int,
         batch: int,
+        joint_links: tuple[int, ...] = (),
         folded: bool = False,
         implicit: bool = False,
     ) -> None:
-        """Find the rows of each effect once."""
+        """Find the rows of each effect and the arguments of its hooks once."""
         self.implicit = implicit
         self.fed = False
         self.effects, self.surroundings = effects, surroundings
@@ -92,6 +96,13 @@ class Evaluator:
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
+        self._joint_links = joint_links
+        self._joint_rows = rows_of(joint_links, links, batch) if joint_links else slice(0, 0)
+        self._picks = {
+            (b.name, hook): _Call(pick_of(b.effect, hook), names_any(b.effect, hook, wanted))
+            for hook, wanted in _DEAR.items()
+            for b in effects.having(hook)
+        }
         self._arms: dict[str, tuple[Array, Array, Array]] = {}
         self._bodies: dict[tuple[int, ...], tuple[Body, Body]] = {}
         # a batch is wet somewhere; one robot in the air does without half of its effects
@@ -113,15 +124,17 @@ class Evaluator:
         The surroundings are sampled unless ``sample`` holds them already.
         """
         new: dict[str, Array] = dict(memory)
+        if self.effects.held is not None:
+            joints = self._held(motion)
         if self.effects.supplies and not self.fed:
             inputs = inputs._replace(voltage=self.supplied(memory))
         sample = self.surroundings.sample(motion) if sample is None else sample
         if self.effects.flows:
-            sample = self._with_flows(sample, motion, inputs, memory, new)
+            sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
         loads, joint_loads = [], []
         dry = bool(self._drying) and is_dry(sample)
-        inertias = self._inertias(motion, sample, inputs, memory, new, seen, dry)
+        inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.nominals:
             rows, part, medium = self._seen(b, motion, sample, seen)
@@ -130,12 +143,13 @@ class Evaluator:
             loads.append((b, rows, wrench))
         for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            wrench, kept = b.hooks.loads(part, medium, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            wrench, kept = b.hooks.loads(*self._given(b, "loads", given))
             loads.append((b, rows, wrench))
             _keep(new, b, kept)
         if self.effects.actuators and inputs.drive is not None:
             for b in self.effects.actuators:
-                loads += self._driven(b, motion, sample, inputs, memory, new, seen, running)
+                loads += self._driven(b, motion, sample, joints, inputs, memory, new, seen, running)
         for b in self.effects.supplies:
             new[b.name] = b.hooks.supply(
                 power_of(running, memory[b.name]), inputs, memory[b.name], b.params
@@ -144,7 +158,10 @@ class Evaluator:
             (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
         ]
         for b in self.effects.joint_others if self.implicit else self.effects.joint_loads:
-            force, kept = b.hooks.joint_loads(joints, inputs, memory.get(b.name), b.params)
+            wanted = self._picks[b.name, "joint_loads"]
+            part, medium = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            force, kept = b.hooks.joint_loads(*wanted.pick(given))
             joint_loads.append((b, force))
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new, joint_drives, running)
@@ -153,6 +170,7 @@ class Evaluator:
         self,
         motion: Motion,
         sample: Sample,
+        joints: Joints,
         inputs: Inputs,
         memory: Memory,
         new: dict[str, Array],
@@ -166,7 +184,8 @@ class Evaluator:
                 out.append(self._dry[b.name])
                 continue
             rows, part, medium = self._seen(b, motion, sample, seen)
-            added, kept = b.hooks.inertia(part, medium, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            added, kept = b.hooks.inertia(*self._given(b, "inertia", given))
             out.append((b, rows, added, medium))
             _keep(new, b, kept)
             if dry and b.name in self._drying:
@@ -185,6 +204,7 @@ class Evaluator:
         actuator: BoundEffect,
         motion: Motion,
         sample: Sample,
+        joints: Joints,
         inputs: Inputs,
         memory: Memory,
         new: dict[str, Array],
@@ -207,23 +227,31 @@ class Evaluator:
             if b.links == actuator.links:
                 rows, part, medium = self._seen(b, motion, sample, seen)
                 own = memory.get(b.name)
-                wrench, kept = b.hooks.drive_loads(drives, part, medium, inputs, own, b.params)
+                given = (drives, part, medium, joints, inputs, own, b.params)
+                wrench, kept = b.hooks.drive_loads(*self._given(b, "drive_loads", given))
                 _keep(new, b, kept)
                 out.append((b, rows, wrench))
         return out
 
-    def _with_flows(
-        self, sample: Sample, motion: Motion, inputs: Inputs, memory: Memory, new: dict[str, Array]
+    def _with_flows(  # noqa: PLR0917  one instant of the scene
+        self,
+        sample: Sample,
+        motion: Motion,
+        joints: Joints,
+        inputs: Inputs,
+        memory: Memory,
+        new: dict[str, Array],
     ) -> Sample:
         """Add the flow effects to the velocity of water and air."""
         flows: dict[MediumKind, Array] = {}
         seen: dict[Any, Any] = {}
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            velocity, kept = b.hooks.flow(part, medium, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            velocity, kept = b.hooks.flow(*self._given(b, "flow", given))
             _keep(new, b, kept)
             if rows is not None:
-                velocity = _spread(velocity, rows, motion.position)
+                velocity = spread(velocity, rows, motion.position)
             both = (MediumKind.water, MediumKind.air)
             for kind in [k for k in both if b.kind in (k, None, MediumKind.any)]:
                 flows[kind] = flows[kind] + velocity if kind in flows else velocity
@@ -252,6 +280,32 @@ class Evaluator:
             pair = seen[key] = (part[0], part[1].view(b.kind))
         return rows, *pair
 
+    def _given(self, b: BoundEffect, hook: str, given: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Arguments of a hook on links; the joints repeat for every link of the effect."""
+        wanted = self._picks[b.name, hook]
+        if wanted.dear and len(b.links) > 1:
+            at = _JOINTS[hook]
+            given = (*given[:at], _repeated(given[at], len(b.links)), *given[at + 1 :])
+        return wanted.pick(given)
+
+    def _at_joints(
+        self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]
+    ) -> tuple[Motion, Medium]:
+        """Motion and medium of the links that the joints move, rows joint by joint."""
+        key = ("joints", b.kind)
+        pair: tuple[Motion, Medium] | None = seen.get(key)
+        if pair is None:
+            rows = self._joint_rows
+            pair = seen[key] = take_motion(motion, rows), take(sample, rows).view(b.kind)
+        return pair
+
+    def _held(self, motion: Motion) -> Joints:
+        """Joints of a robot that moves as one body: held places, at rest."""
+        place = motion.velocity[:1, 0:1] * 0.0 + as_like(
+            [list(self.effects.held or ())], motion.velocity
+        )
+        return Joints(place, place * 0.0)
+
     def _part(
         self, links: tuple[int, ...], rows: Any, motion: Motion, sample: Sample
     ) -> tuple[Motion, Sample]:
@@ -263,6 +317,32 @@ class Evaluator:
             kept = self._bodies[links] = (motion.body, take(motion.body, rows))
         chosen = picked(motion[:-1], rows)
         return Motion._make((*chosen, kept[1])), take(sample, rows)
+
+
+class _Call(NamedTuple):
+    """Arguments of one hook, and whether it names those that cost something to make."""
+
+    pick: Pick
+    dear: bool
+
+
+_DEAR = {
+    "flow": ("joints",),
+    "inertia": ("joints",),
+    "loads": ("joints",),
+    "drive_loads": ("joints",),
+    "joint_loads": ("motion", "medium"),
+}
+"""Arguments of the hooks that are made only where they are named."""
+_JOINTS = {hook: names.index("joints") for hook, names in ARGUMENTS.items()}
+
+
+def _repeated(joints: Joints, times: int) -> Joints:
+    """Joints of every body once for each of its links, rows link by link."""
+    if joints.position.shape[0] == 1:
+        return joints
+    xp = namespace(joints.position)
+    return Joints(*(xp.concat([x] * times, axis=0) for x in joints))
 
 
 def vanishes_dry(b: BoundEffect) -> bool:
@@ -318,35 +398,6 @@ def _still(medium: Medium) -> Medium:
     return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 
-def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
-    """Rows of some links in link-by-link order.
-
-    None stands for all; contiguous links make a slice, and so do evenly spaced ones of one robot,
-    such as one link of every leg; others make an index array.
-    """
-    if len(links) == count:
-        return None
-    if links == tuple(range(links[0], links[0] + len(links))):
-        return slice(links[0] * batch, (links[-1] + 1) * batch)
-    apart = links[1] - links[0]
-    if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
-        return slice(links[0], links[-1] + 1, apart)
-    return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
-
-
 def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:
     if b.effect.memory_size:
         new[b.name] = kept
-
-
-def _spread(velocity: Array, rows: Any, like: Array) -> Array:
-    """A flow on some rows as a flow on all rows, zero elsewhere."""
-    xp = namespace(like)
-    index = np.arange(like.shape[0])
-    inside = np.zeros((like.shape[0], 1))
-    inside[index[rows]] = 1.0
-    if velocity.shape[0] == 1:
-        return velocity * xp.asarray(inside, dtype=like.dtype)
-    source = np.zeros(like.shape[0], dtype=np.int64)
-    source[index[rows]] = np.arange(velocity.shape[0])
-    return xp.take(velocity, xp.asarray(source), axis=0) * xp.asarray(inside, dtype=like.dtype)

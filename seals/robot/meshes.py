@@ -1,8 +1,9 @@
-"""The mesh files that a URDF names: there, inside the robot's folder, and of sane size."""
+"""Mesh files that a URDF names: present, inside the robot's folder, and of sane size."""
 
 from __future__ import annotations
 
 import os
+from importlib import resources
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -38,7 +39,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
             name = str(mesh.filename)
             where = f"URDF {path}: link '{link.name}': mesh '{name}'"
             target = (folder / _relative(name)).resolve()
-            if not target.is_relative_to(folder):
+            if not target.is_relative_to(_root(folder)):
                 raise RobotError(
                     f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below."
                 )
@@ -54,6 +55,12 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 raise RobotError(f"{where} does not exist.\n{advice}")
             refuse_huge_mesh(where, target)
             refuse_strange_format(target, where)
+
+
+def _root(folder: Path) -> Path:
+    """Return the folder that holds a robot's meshes: robots that come with SEALS share theirs."""
+    shipped = Path(str(resources.files("seals.robots"))).resolve()
+    return shipped if folder.is_relative_to(shipped) else folder
 
 
 def refuse_huge_mesh(where: str, target: Path) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from seals.effects.effect import Effect, MediumKind
+from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.errors import ConfigError
 from seals.fluid import Fluid
+from seals.plugin_options import options_of
 from seals.robot.robot_file import read_robot
 from seals.run.settings import RunSettings
 
@@ -30,7 +31,7 @@ def resting_effects(settings: RunSettings) -> tuple[str, ...]:
 
 def owned(effect: Effect, fluid: Fluid) -> bool:
     """Whether an effect of water belongs to a fluid."""
-    in_water = getattr(effect, "medium", None) in (MediumKind.water, None)
+    in_water = options_of(effect, EffectOptions).medium in (MediumKind.water, None)
     shared = set(effect.accounts_for) & set(fluid.accounts_for)
     return in_water and bool(shared) and not effect.correction
 

@@ -27,10 +27,10 @@ class FluidBook:
         """Record the present."""
         if self._fluid is None:
             return
-        row = dict(self._fluid.figures())
-        books = self._fluid.books()
-        if books is not None:
-            row[GAP] = float(np.abs(books.gap).max()) / max(books.gross, 1e-12)
+        row = dict(self._fluid.diagnostics())
+        balance = self._fluid.momentum_balance()
+        if balance is not None:
+            row[GAP] = float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12)
         self._rows.append(row)
 
     def columns(self, rows: int) -> dict[str, Floats]:

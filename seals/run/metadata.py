@@ -10,9 +10,11 @@ import numpy as np
 
 from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
+from seals.effects.effect import EffectOptions
 from seals.environment.surroundings import WaterColumn
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
+from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
 from seals.robot.whole_body import whole_body
@@ -25,6 +27,7 @@ from seals.run.equipment_metadata import (
 )
 from seals.run.settings import RunSettings
 from seals.schema import parameters_of, vars_of
+from seals.sensors.options import SensorOptions
 
 NOISE_FIELDS = {
     "specific_force": "accelerometer_noise",
@@ -176,12 +179,13 @@ def _solids(settings: RunSettings) -> dict[str, Any]:
 
 def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
     """Whether an effect is a fault of sensors that are not inertial: no law of the vehicle."""
-    named = [n for n in getattr(effect, "sensors", ()) if n in sensors]
+    named = [n for n in options_of(effect, EffectOptions).sensors if n in sensors]
     return bool(named) and not any("specific_force" in sensors[n].channels() for n in named)
 
 
 def _effect(name: str, effect: Any) -> dict[str, Any]:
-    medium = getattr(getattr(effect, "medium", None), "value", "any")
+    kind = options_of(effect, EffectOptions).medium
+    medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
     return {
         "name": found["name"],
@@ -204,7 +208,7 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
     sigma = float(density) * math.sqrt(sensor.rate) if density else None
     told: Mapping[str, float] = sensor.sigmas() if hasattr(sensor, "sigmas") else {}
     sigma = told.get(channel, sigma) or RESOLVED.get(channel)
-    late = float(getattr(sensor, "latency", 0.0))
+    late = float(options_of(sensor, SensorOptions).latency)
     out = {"sigma": sigma} if sigma else {}
     return {**out, "latency": late} if late else out
 

@@ -12,12 +12,14 @@ from seals.environment.ground import solids_of
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.fluid import SeaOfFluid
+from seals.plugin_options import options_of
 from seals.registry import names
 from seals.rendering import Poses, Renderer, Watch
 from seals.rendering.gather import build_scene
 from seals.rendering.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
 from seals.run.immersed import surroundings
 from seals.run.settings import RunSettings
+from seals.sensors.options import SensorOptions
 from seals.world import Actor
 
 FLUID = 1.0
@@ -58,7 +60,7 @@ def open_eyes(settings: RunSettings, actors: Mapping[str, Actor]) -> Watch | Non
 
 def sees(sensor: Any) -> bool:
     """Return whether a sensor takes pictures."""
-    return bool(getattr(sensor, "sees", False))
+    return options_of(sensor, SensorOptions).sees
 
 
 def renderer_of(viewer: Any) -> Renderer:

@@ -135,6 +135,6 @@ class Surfaces:
         if fluid is None or not passed(now, world.step_size, self.every):
             return
         places = fluid.particles()[0]
-        spacing = fluid.figures().get(SPACING)
+        spacing = fluid.diagnostics().get(SPACING)
         if len(places) and spacing is not None:
             write_ply(file_of(self.folder, now, ".ply"), surface_of(places, spacing))

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.schema import param
+from seals.sensors.options import SensorOptions
 
 
 @dataclass(kw_only=True)
-class Carried:
+class Carried(SensorOptions):
     """Base of sensors: the link that carries it, and late and lost readings.
 
     The world acts on these fields, see `seals.sensors.delivery`; a sensor itself never looks at
@@ -35,6 +36,3 @@ class Carried:
 
     inertial: ClassVar[bool] = False
     """Whether it reads ``specific_force`` or ``spin_rate``; they are zero for it otherwise."""
-
-    idles: ClassVar[bool] = False
-    """Whether it does nothing while no reading is due; it is not called then."""

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from seals.arrays import Floats
+from seals.plugin_options import options_of
+from seals.sensors.options import SensorOptions
 
 INSTANT = 1e-9
 """Times closer than this are one [s]."""
@@ -51,9 +53,10 @@ class Delivery:
 
     def __init__(self, sensor: Any, *, delay: float = 0.0) -> None:
         """Find the chances of losing one reading, and the next."""
-        self.latency, self.delay = float(getattr(sensor, "latency", 0.0)), max(delay, 0.0)
-        share = float(getattr(sensor, "dropout", 0.0))
-        length = float(getattr(sensor, "outage", 0.0)) * sensor.rate
+        own = options_of(sensor, SensorOptions)
+        self.latency, self.delay = float(own.latency), max(delay, 0.0)
+        share = float(own.dropout)
+        length = float(own.outage) * sensor.rate
         self._first = self._next = share
         if 0.0 < share < 1.0 and length > 0.0:
             # neither chance may be above one

@@ -66,15 +66,9 @@ class Felt(NamedTuple):
 class Sensor(Protocol):
     """A sensor: a keyword-only dataclass with explicit memory and a random state passed in.
 
-    `seals.sensors` holds bases with all that sensors share. Attributes that a sensor may have:
-
-    - ``inertial``: false for one that reads neither ``specific_force`` nor ``spin_rate``; they are
-      zero for it then.
-    - ``idles``: true for one that does nothing while no reading is due; it is not called then.
-    - ``latency``, ``dropout``, ``outage``: see `seals.sensors.carried.Carried`.
-    - ``sees``: true for a camera; it gets an ``eye`` where the run has a renderer.
-    - ``bind(outfit)``: told once what the robot has, before ``channels`` is asked.
-    - ``sigmas()``: standard deviation of a reading by channel, without drift and bias, for the log.
+    `seals.sensors` holds bases with all that sensors share. What a sensor may have beside these,
+    and the defaults: `seals.sensors.options.SensorOptions`; and ``sigmas()``, the standard
+    deviation of a reading by channel, without drift and bias, for the log.
     """
 
     link: str

@@ -15,7 +15,8 @@ from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.posture import Posture
 from seals.control.actuator_response import JITTER, respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
-from seals.effects.effect import Effect, Measure, Timed
+from seals.effects.effect import Effect, JointLoads, Measure, Timed
+from seals.effects.hooks import names_any, pick_of
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
 from seals.schema import parameters_of
@@ -74,7 +75,7 @@ class Plant:
         self.waves = get("wave", "still").load()()
         self._airy = get("wave", "airy").load()
         effects = library.effects
-        self._stiff = {n for n, e in effects.items() if e.stiff}
+        self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
             n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
         }
@@ -269,7 +270,8 @@ class Plant:
         joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
         torque = np.zeros_like(rates)
         for b in bound.joint_loads:
-            torque = torque + b.hooks.joint_loads(joints, inputs, None, b.params)[0]
+            given = (None, None, joints, inputs, None, b.params)
+            torque = torque + b.hooks.joint_loads(*pick_of(b.effect, "joint_loads")(given))[0]
         return torque
 
     def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
@@ -290,9 +292,16 @@ class Plant:
         bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
             given, like, len(state.spin)
         )
-        for b in sorted(bound.measures, key=lambda b: getattr(b.effect, "order", 0)):
+        for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
+
+
+def of_joints_alone(effect: Effect) -> bool:
+    """Whether a law's torque follows from the joints alone, not from motion and medium."""
+    return has_hook(effect, JointLoads) and not names_any(
+        effect, "joint_loads", ("motion", "medium")
+    )
 
 
 def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:

@@ -302,7 +302,7 @@ def _effect(
     law = get("effect", name).load()
     options = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
     # a log tells a medium of every effect, though some know of none
-    if "medium" in entry and hasattr(law, "medium"):
+    if "medium" in entry and law.medium is not None:
         options["medium"] = MediumKind(entry["medium"])
     if name == "thrust_in_water":
         options["water_level"] = environment.water_level

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from seals.arrays import Array
+from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.motion import Drives, Reading, Timing
+from seals.effects.hooks import pick_of
+from seals.motion import Drives, Joints, Reading, Timing
 from seals.testing.instants import Instant
 
 DRIVEN = ("actuation", "drive_loads")
@@ -41,12 +42,26 @@ def call_hook(
     }
     if hook in plain:
         return law(*plain[hook], params), memory
-    lead = {
-        "joint_loads": (now.joints,),
-        "drive_loads": (now.drives, now.motion, now.medium),
-    }.get(hook, (now.motion, now.medium))
-    output, kept = law(*lead, now.inputs, memory, params)
+    motion, medium = now.motion, now.medium
+    if hook == "joint_loads":
+        motion, medium = (_by_joints(x, now.joints) for x in (motion, medium))
+    given: tuple[Any, ...] = (motion, medium, now.joints, now.inputs, memory, params)
+    given = (now.drives, *given) if hook == "drive_loads" else given
+    output, kept = law(*pick_of(effect, hook)(given))
     return output, kept
+
+
+def _by_joints(bundle: Any, joints: Joints) -> Any:
+    """Rows of a bundle once for every joint; fields of one row stand for all."""
+
+    def tiled(x: Any) -> Any:
+        if isinstance(x, tuple):
+            return type(x)._make(tiled(part) for part in x)  # type: ignore[attr-defined]
+        if x is None or x.shape[0] == 1:
+            return x
+        return namespace(x).concat([x] * joints.velocity.shape[1], axis=0)
+
+    return tiled(bundle)
 
 
 def nothing(hook: str, instant: Instant) -> Any:

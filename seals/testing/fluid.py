@@ -33,7 +33,7 @@ class FluidReport:
     Args:
         name: of the fluid.
         lift: mean force on a cube held under water against its displaced weight [1].
-        gap: largest part of the impulses exchanged in a step that the books do not hold [1].
+        gap: largest gap of the momentum balance, over the impulses exchanged in a step [1].
         kept: largest difference of a run taken up from a snapshot, against the lift [1].
         level: largest distance of the surface at rest from the level [m].
     """
@@ -47,7 +47,7 @@ class FluidReport:
     def table(self) -> str:
         """Return the figures as text."""
         return (
-            f"{self.name}: lift {self.lift:.3f} of the displaced weight, books within "
+            f"{self.name}: lift {self.lift:.3f} of the displaced weight, momentum within "
             f"{self.gap:.1e}, snapshot {self.kept:.1e}, surface within {self.level * 1e3:.1f} mm"
         )
 
@@ -55,9 +55,9 @@ class FluidReport:
 def check_fluid(fluid: str | type, *, values: Mapping[str, Any] | None = None) -> FluidReport:
     """Check that a fluid keeps the contract of its kind.
 
-    It must lift a held cube by the weight of the water it displaces, within a tenth; keep books of
-    all momentum, to 1e-4 of what is exchanged in a step; go on from a snapshot; start over when it
-    is filled again; work without any body; and know its surface.
+    It must lift a held cube by the weight of the water it displaces, within a tenth; balance its
+    momentum to 1e-4 of what is exchanged in a step; continue from a snapshot; start over when it is
+    initialised again; work without any body; and know its surface.
 
     Args:
         fluid: name of an installed fluid, or its class.
@@ -107,20 +107,25 @@ class _FluidCheck:
         still = registry.get("wave", "still").load()()
         around = Surrounding(self.environment, still, (), STEP)
         made.open(around, [FluidBody("it/cube", (cube,))][:bodies])
-        made.fill(_held(bodies))
+        made.initialise(_held(bodies))
         return made
 
     def held(self) -> tuple[float, float, float]:
-        """Hold a cube under water; compare lift, books and surface."""
+        """Hold a cube under water; compare lift, momentum balance and surface."""
         made = self.opened(1)
         lifts, gaps = [], []
         for k in range(150):
             impulses = made.exchange(_held(1), k * STEP, STEP)
             fit = impulses.shape == (1, 6) and bool(np.isfinite(impulses).all())
             require(fit, self.name, f"returns {impulses}", "Return finite impulses (K, 6).")
-            books = made.books()
-            require(books is not None, self.name, "keeps no books", "Return Books after a step.")
-            gaps.append(float(np.abs(books.gap).max()) / max(books.gross, 1e-12))
+            balance = made.momentum_balance()
+            require(
+                balance is not None,
+                self.name,
+                "returns no momentum balance",
+                "Return a MomentumBalance after a step.",
+            )
+            gaps.append(float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12))
             lifts.append(impulses[0, 2] / STEP)
         lift, gap = float(np.mean(lifts[75:])) / self.weight, max(gaps)
         places = np.array([[x, y, 0.0] for x in (-0.15, 0.15) for y in (-0.15, 0.15)])
@@ -151,14 +156,14 @@ class _FluidCheck:
                 last = made.exchange(_held(1), k * STEP, STEP)
             ends.append(last)
             made.restore(kept)
-        made.fill(_held(1))
+        made.initialise(_held(1))
         again = made.exchange(_held(1), 0.0, STEP)
         made.close()
         scale = self.weight * STEP
         apart = float(np.abs(ends[1] - ends[0]).max()) / scale
         require(apart < 1e-2, self.name, f"goes on {apart:.1e} otherwise", "Keep all that changes.")
         over = float(np.abs(again - first).max()) / scale
-        require(over < 1e-2, self.name, f"starts over {over:.1e} otherwise", "Forget in fill.")
+        require(over < 1e-2, self.name, f"starts over {over:.1e} otherwise", "Reset in initialise.")
         return apart
 
     def alone(self) -> None:

@@ -65,13 +65,13 @@ class Case(NamedTuple):
 
 def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
     """Return the cases in which an effect can matter."""
-    kind = getattr(effect, "medium", MediumKind.any)
+    kind = effect.medium or MediumKind.any
     if set(hooks) <= set(QUIET):
         return ()
     if "drives" in hooks or set(hooks) & set(DRIVEN):
         return (Case(("air",) if kind is MediumKind.air else ("surface", "air"), False),)
     if hooks == ("joint_loads",):
-        return (Case(("air",), True),)
+        return (Case(("surface",) if kind is MediumKind.water else ("air",), True),)
     return {
         MediumKind.water: (Case(("surface",), False), Case(("surface",), True)),
         MediumKind.air: (Case(("air",), False), Case(("air",), True)),
@@ -89,7 +89,7 @@ def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
         effect: under test.
         size: mass of a link against a kilogramme [1].
     """
-    options = {"medium": getattr(effect, "medium", MediumKind.any), "links": ["*"]}
+    options = {"medium": effect.medium or MediumKind.any, "links": ["*"]}
     drag = {
         f"coefficient_{axis}": share * size
         for axis, share in zip("xyz", (0.5, 0.6, 0.7), strict=True)

@@ -10,8 +10,10 @@ import numpy as np
 
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
+from seals.plugin_options import options_of
 from seals.sensors.around import Around
 from seals.sensors.board import Board, Outfit
+from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import Felt, Sensor
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
@@ -73,9 +75,7 @@ def check_sensor(
 
     def make(**more: Any) -> Sensor:
         made: Sensor = cls(**{**(values or {}), **more})
-        bind = getattr(made, "bind", None)
-        if bind is not None:
-            bind(OUTFIT)
+        options_of(made, SensorOptions).bind(OUTFIT)
         return made
 
     made = make()
@@ -113,7 +113,7 @@ def _check_due(name: str, sensor: Sensor, seed: int) -> str:
         "Draw when due only.",
     )
     require(
-        not getattr(sensor, "idles", False) or after is memory,
+        not options_of(sensor, SensorOptions).idles or after is memory,
         name,
         "says that it idles, and changes its memory when no reading is due",
         "Return the memory as it is, or leave 'idles' false.",

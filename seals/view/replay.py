@@ -98,11 +98,19 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
             f"resume={place}"
         )
     stage, log = build_stage(settings), read_native(place)
-    tracks = {
+    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks_of(log, stage))
+
+
+def tracks_of(log: Log, stage: Stage) -> dict[str, Track]:
+    """Return the motion of all actors of a stage by name.
+
+    Raises:
+        ConfigError: the log has no column of an actor.
+    """
+    return {
         name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
         for name, robot in stage.robots.items()
     }
-    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks)
 
 
 def _track(log: Log, robot: RobotModel, lead: str) -> Track:

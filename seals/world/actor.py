@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.backend import Backend, Configuration, Dynamics
+from seals.backend import Backend, BodyOptions, Configuration, Dynamics
 from seals.control import Order
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
@@ -21,6 +21,7 @@ from seals.motion import Inputs, Joints, Wrench
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics, Moving
 from seals.multibody.rows import link_motion
+from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.sensors.around import Around
 from seals.sensors.board import Board, spins
@@ -35,6 +36,7 @@ from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
+_NO_JOINTS = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
 
 
 class Actor:
@@ -85,12 +87,14 @@ class Actor:
         surroundings = build_surroundings(
             robot, environment, waves, exact_of(robot, environment), like=np.zeros(1)
         )
-        self.servos = Servoing(effects, robot, implicit=getattr(self.body, "implicit", False))
+        self._options = options_of(self.body, BodyOptions)
+        self.servos = Servoing(effects, robot, implicit=self._options.implicit)
         self.evaluator = Evaluator(
             effects,
             surroundings,
             links=len(robot.links),
             batch=1,
+            joint_links=robot.tree.child,
             implicit=self.servos.implicit,
         )
         self._bodies = robot.bodies(np.zeros(1))
@@ -119,7 +123,6 @@ class Actor:
         )
         self._before: Moving | None = None
         self._now: tuple[Kinematics, Moving] | None = None
-        self._no_joints = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
@@ -149,7 +152,7 @@ class Actor:
         """Evaluate the effects into the ledger and hand the sum to the backend."""
         kinematics, moving = self._now or self.look()
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
-        joints = self._no_joints
+        joints = _NO_JOINTS
         if self.robot.tree.joints:
             lead = 0 if self.robot.tree.fixed_base else 6
             joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
@@ -179,7 +182,7 @@ class Actor:
         assert self.immersion is not None
         if self._due is None:
             return self.immersion.placed(self.body.poses())
-        middle = getattr(self.body, "middle_speed", lambda: None)()
+        middle = self._options.middle_speed()
         contact = self.body.contact_wrenches()
         return self.immersion.states(self._due[0], middle, contact, self._assembly, step)
 

@@ -9,8 +9,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.binding import EffectSet
+from seals.effects.effect import ActuatorOptions
 from seals.errors import ConfigError
 from seals.motion import Timing
+from seals.plugin_options import options_of
 
 INSTANT = 1e-9
 """Times closer than this are one [s]: ten thousand steps of 0.1 ms stay on their grid."""
@@ -224,9 +226,11 @@ def response_of(effects: EffectSet) -> Response:
     for a in actuators:
         columns = slice(a.first, a.first + a.count)
         lag[columns] = np.maximum(a.lag + change.lag, 0.0)
-        fall[columns] = np.maximum(getattr(a, "fall", a.lag) + change.lag, 0.0)
+        own = options_of(a, ActuatorOptions)
+        slow = a.lag if own.fall is None else own.fall
+        fall[columns] = np.maximum(slow + change.lag, 0.0)
         limit[columns] = a.limit
-        power[columns] = getattr(a, "voltage_power", 1.0)
+        power[columns] = own.voltage_power
     return Response(lag, limit, max(float(change.command_delay), 0.0), fall, power)
 
 

@@ -12,12 +12,13 @@ from seals.arrays import Floats
 from seals.control import Aim, Controller, Guide, Order, Plant, Situation
 from seals.control.estimate import Estimate, Estimator
 from seals.control.gauge import MassGauge, MassNow, WaterGauge
-from seals.control.protocols import NO_LEGS, Buoyancy
+from seals.control.protocols import Buoyancy, ControllerOptions
 from seals.control.thrust import Reach, ThrustGauge
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
 from seals.multibody.kinematics import Kinematics, Moving
+from seals.plugin_options import options_of
 
 
 class Seen(NamedTuple):
@@ -87,7 +88,7 @@ class Pilot:
         self._step = step
         self._kept = NEW
         # a gait asks for none of these, and weighing costs more than walking
-        self._weighs = getattr(controller, "weighs", True)
+        self._options = options_of(controller, ControllerOptions)
         self._weighed: tuple[MassNow, float, Buoyancy, Reach] | None = None
         self.bodies: Mapping[str, Floats] = {}
 
@@ -129,7 +130,7 @@ class Pilot:
         guide, controller, aim = kept.guide, kept.controller, kept.aim
         fresh = controller is None
         controller = self.controller.start() if fresh else controller
-        situation = self._situation(seen, kept, getattr(controller, "phase", NO_LEGS))
+        situation = self._situation(seen, kept, self._options.leg_phase(controller))
         guide = self.guide.start(situation) if fresh else guide
         if aim is None or kept.calls % self._guide_every == 0:
             aim, guide = self.guide.aim(situation, guide)
@@ -186,7 +187,7 @@ class Pilot:
 
     def _weigh(self, seen: Seen) -> tuple[MassNow, float, Buoyancy, Reach]:
         """Mass properties, submersion, buoyancy and reach of the drives, now or at the start."""
-        if self._weighs or self._weighed is None:
+        if self._options.weighs or self._weighed is None:
             self._weighed = (
                 self._mass.now(seen.kinematics),
                 *self._water.now(seen.kinematics, seen.sample),

@@ -39,7 +39,7 @@ class ReadingChain:
     def __init__(self, effects: EffectSet, name: str = "") -> None:
         """Sort the errors and sum the delays."""
         acting = [b for b in effects.measures if acts_on(b, name, inertial=True)]
-        self.errors = sorted(acting, key=lambda b: getattr(b.effect, "order", 0))
+        self.errors = sorted(acting, key=lambda b: b.effect.order)
         self.delay = max(_delay(effects, name, inertial=True), 0.0)
 
     def report(
@@ -99,7 +99,7 @@ class Faults:
 
     def __init__(self, effects: EffectSet, sensors: Mapping[str, Sensor]) -> None:
         """Sort faults by sensor."""
-        named = [b for b in effects.bound if getattr(b.effect, "sensors", None)]
+        named = [b for b in effects.bound if b.effect.sensors]
         for b in named:
             _refuse_unknown(b, sensors)
         inertial = {n for n, s in sensors.items() if s.channels().keys() >= set(CHANNELS)}
@@ -133,7 +133,7 @@ def acts_on(b: BoundEffect, name: str, *, inertial: bool) -> bool:
 
 
 def _chosen(b: BoundEffect) -> list[str]:
-    return list(getattr(b.effect, "sensors", None) or [])
+    return list(b.effect.sensors)
 
 
 def _delay(effects: EffectSet, name: str, *, inertial: bool) -> float:

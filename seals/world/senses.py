@@ -12,11 +12,13 @@ from seals.backend import RigidBody
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.multibody.kinematics import Kinematics, Moving
+from seals.plugin_options import options_of
 from seals.rendering.eye import Eye, Watch
 from seals.robot.model import RobotModel
 from seals.sensors.around import Around
 from seals.sensors.board import Board, outfit_of
 from seals.sensors.delivery import NEW, Delivery, Line, Values
+from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import NOBODY, Felt, Sensor
 from seals.sensors.rays import Shape
 from seals.world.readings import Faults, Past
@@ -79,14 +81,13 @@ class Senses:
         self.around, self.board = around, board
         self.meet(NOBODY, ())
         outfit = outfit_of(robot, effects)
-        for sensor in self.sensors.values():
-            bind = getattr(sensor, "bind", None)
-            if bind is not None:
-                bind(outfit)
+        options = {n: options_of(s, SensorOptions) for n, s in self.sensors.items()}
+        for sensor in options.values():
+            sensor.bind(outfit)
         self._carriers = {n: carrier_of(n, s, robot) for n, s in self.sensors.items()}
         # accelerations are found for those that do not say they need none
-        self._inertial = {n: getattr(s, "inertial", True) for n, s in self.sensors.items()}
-        self._idles = {n: getattr(s, "idles", False) for n, s in self.sensors.items()}
+        self._inertial = {n: o.inertial for n, o in options.items()}
+        self._idles = {n: o.idles for n, o in options.items()}
         self.eyes: dict[str, Eye] = {}
         faults = Faults(effects, self.sensors)
         self._chains, self._askew = faults.chains, faults.turns
@@ -109,7 +110,8 @@ class Senses:
 
     def open_eyes(self, watch: Watch) -> None:
         """Give every camera its view of the scene."""
-        self.eyes = {n: Eye(watch) for n, s in self.sensors.items() if getattr(s, "sees", False)}
+        seeing = (n for n, s in self.sensors.items() if options_of(s, SensorOptions).sees)
+        self.eyes = {n: Eye(watch) for n in seeing}
 
     def _forget(self) -> None:
         for eye in self.eyes.values():

@@ -106,7 +106,9 @@ class World:
             _check(name, configurations[name])
             actor.reset(configurations[name], self.rng)
         if self.fluid is not None:
-            self.fluid.fill(joined([a.immersed(self.step_size) for a in self.actors.values()]))
+            self.fluid.initialise(
+                joined([a.immersed(self.step_size) for a in self.actors.values()])
+            )
 
     def step(self) -> None:
         """Advance by one step."""

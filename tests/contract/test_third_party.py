@@ -72,4 +72,5 @@ def test_its_plugins_keep_the_contract(coral: Path) -> None:
     scene = Case(("surface",), False)
     report = check_effect("vortex_shedding", steps=(0.004, 0.001), cases=[scene])
     assert report.scenes[0].moved > 0.02
+    assert check_effect("joint_water_drag", steps=(0.004, 0.001)).scenes[0].moved > 1e-3
     assert check_robot("reef_buoy").mass == 2.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.environment.waves import Sea
-from seals.fluid import BodyStates, Books, FluidBody, Surrounding
+from seals.fluid import BodyStates, FluidBody, MomentumBalance, Surrounding
 from seals.plugins.fluids.sampling import Samples, sample_pieces
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,7 @@ class StillWater:
         self.around = around
         self.samples = [sample_pieces(body.pieces, self.spacing) for body in bodies]
 
-    def fill(self, states: BodyStates) -> None:
+    def initialise(self, states: BodyStates) -> None:
         """Forget."""
         self.calls, self.filled = 0, states
 
@@ -65,11 +65,11 @@ class StillWater:
         """Flat, a centimetre up so that it can be told from the level."""
         return Sea(np.full((len(position), 1), 0.01), None, None, None, None)
 
-    def books(self) -> Books | None:
+    def momentum_balance(self) -> MomentumBalance | None:
         """None kept."""
         return None
 
-    def figures(self) -> Mapping[str, float]:
+    def diagnostics(self) -> Mapping[str, float]:
         """Calls."""
         return {"calls": float(self.calls)}
 

@@ -12,16 +12,15 @@ from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
 from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy
+from seals.plugins.fluids.coupling import HeightField, clear_of, refuse_large
 from seals.plugins.fluids.sampling import Samples
 from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.tank.basin import (
     Basin,
     build_basin,
-    clear_of,
-    refuse_large,
     walls_of,
 )
-from seals.plugins.fluids.tank.heights import HeightField
+from seals.plugins.fluids.tank.forcing import apply_beach, apply_wind
 from seals.plugins.fluids.tank.paddle import Paddle, board_of
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
@@ -30,7 +29,6 @@ from seals.plugins.fluids.tank.settings import (
     SeaState,
     WindSettings,
 )
-from seals.plugins.fluids.tank.zones import blown, calm
 
 G = 9.81
 
@@ -225,10 +223,10 @@ def test_a_beach_calms_the_same_at_any_step() -> None:
     """A sponge acts at its end only, vertical motion twice as fast, alike in one step or ten."""
     tank, beach = basin(), BeachSettings(length=0.4, rate=5.0)
     places, start = tank.lattice(), np.ones((len(tank.lattice()), 3))
-    one = calm(beach, tank, places, start, 0.1)
+    one = apply_beach(beach, tank, places, start, 0.1)
     ten = start
     for _ in range(10):
-        ten = calm(beach, tank, places, ten, 0.01)
+        ten = apply_beach(beach, tank, places, ten, 0.01)
     assert one == pytest.approx(ten)
     clear = places[:, 0] < tank.upper[0] - 0.4
     assert (one[clear] == 1.0).all()
@@ -240,7 +238,7 @@ def test_wind_gives_stress_times_area() -> None:
     tank, wind = basin(), WindSettings(stress_x=0.2, stress_y=-0.1)
     places = tank.lattice()
     over = np.full(len(places), 0.3)
-    moved = blown(wind, tank, over, places, np.zeros_like(places), 0.01 / 1000.0)
+    moved = apply_wind(wind, tank, over, places, np.zeros_like(places), 0.01 / 1000.0)
     given = 1000.0 * tank.spacing**3 * moved.sum(axis=0)
     assert given == pytest.approx([0.2 * 0.5 * 0.01, -0.1 * 0.5 * 0.01, 0.0])
     assert (moved[places[:, 2] < 0.25] == 0.0).all()

@@ -16,8 +16,8 @@ from seals.experiments.open_sea.measures import measures
 from seals.experiments.open_sea.tow import Tow, towed
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.moving_domain.box import Box
-from seals.plugins.fluids.moving_domain.level import Keeper
-from seals.plugins.fluids.moving_domain.outer import Outer
+from seals.plugins.fluids.moving_domain.level import LevelController
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import (
     refuse_astray,
     refuse_ground,
@@ -85,7 +85,7 @@ SEAS = [
 @pytest.mark.parametrize("wave", SEAS, ids=["airy", "finite depth", "jonswap"])
 def test_displacement_is_the_integral_of_the_velocity(wave: Any) -> None:
     """The rate of the displacement at a place of rest is the velocity there."""
-    outer, eps = Outer(wave, 0.3, (0.4, -0.2)), 1e-5
+    outer, eps = OuterSea(wave, 0.3, (0.4, -0.2)), 1e-5
     rest = np.random.default_rng(1).uniform(-3.0, 0.3, (40, 3))
     rate = (outer.places(rest, 1.7 + eps) - outer.places(rest, 1.7 - eps)) / (2.0 * eps)
     assert rate == pytest.approx(outer.velocity(rest, 1.7), abs=1e-7)
@@ -94,7 +94,7 @@ def test_displacement_is_the_integral_of_the_velocity(wave: Any) -> None:
 @pytest.mark.parametrize("wave", SEAS, ids=["airy", "finite depth", "jonswap"])
 def test_places_of_rest_are_found_again(wave: Any) -> None:
     """A place of rest, carried by waves and current, is found from where it is."""
-    outer = Outer(wave, 0.3, (0.4, -0.2))
+    outer = OuterSea(wave, 0.3, (0.4, -0.2))
     rest = np.random.default_rng(2).uniform(-3.0, 0.3, (40, 3))
     found = outer.rest(outer.places(rest, 5.0), 5.0)
     assert found == pytest.approx(rest, abs=2e-3)
@@ -102,7 +102,7 @@ def test_places_of_rest_are_found_again(wave: Any) -> None:
 
 def test_the_carried_surface_is_that_of_the_wave() -> None:
     """Water of the surface at rest makes a wave of Stokes: its crest is second order higher."""
-    outer = Outer(WaveAiry(amplitude=0.1, period=2.0), 0.0, (0.0, 0.0))
+    outer = OuterSea(WaveAiry(amplitude=0.1, period=2.0), 0.0, (0.0, 0.0))
     rest = np.zeros((200, 3))
     rest[:, 0] = np.linspace(0.0, 6.0, 200)
     places = outer.places(rest, 0.8)
@@ -113,7 +113,7 @@ def test_the_carried_surface_is_that_of_the_wave() -> None:
 
 def test_carried_water_keeps_its_volume_to_third_order() -> None:
     """The displacement of a regular wave squeezes by less than the cube of its steepness."""
-    outer, eps = Outer(WaveSea(height=0.2, period=2.0), 0.0, (0.0, 0.0)), 1e-5
+    outer, eps = OuterSea(WaveSea(height=0.2, period=2.0), 0.0, (0.0, 0.0)), 1e-5
     rest = np.random.default_rng(3).uniform(-2.0, -0.01, (60, 3))
     columns = [
         (outer.places(rest + s, 1.0) - outer.places(rest - s, 1.0)) / (2.0 * eps)
@@ -125,7 +125,7 @@ def test_carried_water_keeps_its_volume_to_third_order() -> None:
 
 def test_a_current_carries_waves_along() -> None:
     """In axes that go with the current the sea is the same."""
-    still, moving = (Outer(SEAS[0], 0.0, (u, 0.0)) for u in (0.0, 0.7))
+    still, moving = (OuterSea(SEAS[0], 0.0, (u, 0.0)) for u in (0.0, 0.7))
     east = np.linspace(0.0, 5.0, 30)[:, None] * [1.0, 0.0, 0.0]
     later = moving.elevation(east + np.array([0.7 * 3.0, 0.0, 0.0]), 3.0)
     assert later == pytest.approx(still.elevation(east, 3.0))
@@ -143,7 +143,7 @@ def test_an_irregular_sea_repeats_with_its_seed() -> None:
 
 def test_the_keeper_takes_what_is_too_much_from_the_top_of_the_ring() -> None:
     """A window with too much water loses its highest particles of the ring, and no others."""
-    keeper, rest = Keeper(0.1), box().lattice()
+    keeper, rest = LevelController(0.1), box().lattice()
     more = np.concatenate([rest, rest[rest[:, 2] > -D] + [0.0, 0.0, D]])
     change = keeper.change(box(), more, 0.0, 0.1)
     assert len(change.gone)
@@ -157,8 +157,8 @@ def test_the_keeper_fills_what_a_body_left() -> None:
     rest = box().lattice()
     fewer = rest[np.linalg.norm(rest + np.array([0.0, 0.0, 0.4]), axis=1) > 0.3]
     gone = (len(rest) - len(fewer)) * D**3
-    assert not len(Keeper(0.1).change(box(), fewer, gone, 0.1).come)
-    come = Keeper(0.1).change(box(), fewer, 0.0, 0.1).come
+    assert not len(LevelController(0.1).change(box(), fewer, gone, 0.1).come)
+    come = LevelController(0.1).change(box(), fewer, 0.0, 0.1).come
     assert len(come)
     assert (box().weight(come) > 0.0).all()
     assert (come[:, 2] > 0.0).all()
@@ -183,14 +183,14 @@ def test_the_window_ends_at_the_floor() -> None:
 
 def test_waves_that_particles_cannot_follow_are_refused() -> None:
     """Waves of few spacings, and waves that would go through the floor."""
-    short = Outer(WaveSea(height=0.01, period=0.5), 0.0, (0.0, 0.0))
+    short = OuterSea(WaveSea(height=0.01, period=0.5), 0.0, (0.0, 0.0))
     with pytest.raises(ConfigError, match=r"shortest wave of 0.39 m is 3.9 spacings long"):
         refuse_sea(short, box(), floor=None)
     long = WaveSea(height=0.1, period=3.0)
     with pytest.raises(ConfigError, match=r"stands still.*\n.*wave=sea wave.depth=0.8"):
-        refuse_sea(Outer(long, 0.0, (0.0, 0.0)), box(), floor=-0.8)
+        refuse_sea(OuterSea(long, 0.0, (0.0, 0.0)), box(), floor=-0.8)
     fit = WaveSea(height=0.1, period=3.0, depth=0.8)
-    refuse_sea(Outer(fit, 0.0, (0.0, 0.0)), box(), floor=-0.8)
+    refuse_sea(OuterSea(fit, 0.0, (0.0, 0.0)), box(), floor=-0.8)
 
 
 def test_what_does_not_fit_into_the_window_is_refused() -> None:
@@ -214,8 +214,8 @@ def test_a_wave_without_orbits_is_refused() -> None:
             return SEAS[0].at(position, time, level)
 
     with pytest.raises(ConfigError, match="must know how far its waves"):
-        Outer(Bare(), 0.0, (0.0, 0.0))
-    assert math.isinf(Outer(WaveStill(), 0.0, (0.0, 0.0)).shortest)
+        OuterSea(Bare(), 0.0, (0.0, 0.0))
+    assert math.isinf(OuterSea(WaveStill(), 0.0, (0.0, 0.0)).shortest)
 
 
 def test_a_steep_sea_is_refused() -> None:

@@ -10,7 +10,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
-from seals.experiments.ending import ended
+from seals.experiments.command import ended
 from seals.run.build import build_run
 from seals.run.conflicting_settings import contradictions
 from seals.run.unused_settings import oversights

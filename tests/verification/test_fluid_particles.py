@@ -58,9 +58,9 @@ def heights(world: World, steps: int) -> Floats:
     for _ in range(steps):
         world.step()
         assert world.fluid is not None
-        books = world.fluid.books()
-        assert books is not None
-        gap = float(np.abs(books.gap).max()) / books.gross
+        balance = world.fluid.momentum_balance()
+        assert balance is not None
+        gap = float(np.abs(balance.gap).max()) / balance.gross
         rows.append((float(world.actors["robot"].body.read().position[2]), gap))
     return np.array(rows)
 
@@ -75,7 +75,7 @@ def test_a_ball_floats_and_no_momentum_is_lost(tmp_path: Path) -> None:
     world = world_of(f"robot={ball(tmp_path, mass)}", "initial.position=[0,0,0.01]")
     found = heights(world, 200)
     assert found[:, 1].max() < 1e-4
-    figures = world.fluid.figures()  # type: ignore[union-attr]
+    figures = world.fluid.diagnostics()  # type: ignore[union-attr]
     level = (figures["particles"] * 0.04**3 + mass / 1000.0) / 0.56**2 - 0.4
     assert found[-100:, 0].mean() - level == pytest.approx(0.0, abs=0.1 * 2.0 * radius)
     world.close()
@@ -106,7 +106,7 @@ def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
         world = world_of(f"robot={ball(tmp_path, 4.2)}", *words)
         assert world.actors["robot"].body.read().position[2] == -0.2
         heights(world, 5)
-        energies.append(world.fluid.pool.water.kinetic_energy())  # type: ignore[union-attr]
+        energies.append(world.fluid.simulation.water.kinetic_energy())  # type: ignore[union-attr]
         world.close()
     assert energies[1] < 0.3 * energies[0]
 

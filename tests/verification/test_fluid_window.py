@@ -53,10 +53,10 @@ def test_still_water_in_a_window_stays_at_rest_and_level(closing: list[FluidWind
     """No particle comes or goes, nothing flows, the surface stays within a tenth of a spacing."""
     fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4])
     closing.append(fluid)
-    fluid.fill(held((0.0, 0.0, -0.2)))
+    fluid.initialise(held((0.0, 0.0, -0.2)))
     for k in range(120):
         fluid.exchange(held((0.0, 0.0, -0.2)), k * STEP, STEP)
-    figures, speed = fluid.figures(), fluid.particles()[1]
+    figures, speed = fluid.diagnostics(), fluid.particles()[1]
     assert figures["particles"] == 14 * 14 * 8
     assert figures["particles come"] == figures["particles gone"] == 0
     assert np.abs(speed.mean(axis=0)).max() < 2e-3
@@ -73,16 +73,16 @@ def test_a_current_passes_through_a_window_that_stays(closing: list[FluidWindow]
     fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4], current=[1.0, 0.0])
     closing.append(fluid)
     place = (0.0, 0.0, -0.2)
-    fluid.fill(held(place))
+    fluid.initialise(held(place))
     pushed = []
     for k in range(160):
         impulses = fluid.exchange(held(place), k * STEP, STEP)
         assert not impulses.any()
-        books = fluid.books()
-        assert books is not None
-        pushed.append(books.walls[:2] / STEP)
+        balance = fluid.momentum_balance()
+        assert balance is not None
+        pushed.append(balance.walls[:2] / STEP)
     places, speed = fluid.particles()
-    figures = fluid.figures()
+    figures = fluid.diagnostics()
     assert figures["shifts of the window"] == 15
     assert speed.mean(axis=0) == pytest.approx([1.0, 0.0, 0.0], abs=0.01)
     assert np.abs(places[:, :2]).max() < 0.35 + 1.5 * 0.05
@@ -96,15 +96,15 @@ def test_momentum_and_counts_add_up_on_a_tow_through_waves(closing: list[FluidWi
     """Books hold what the ring, the shifts and the level give and take; so does the count."""
     fluid = opened(WaveSea(height=0.08, period=1.2), BALL, size=[0.9, 0.9, 0.4], current=[0.2, 0.1])
     closing.append(fluid)
-    fluid.fill(held((0.0, 0.0, -0.2), 1.0))
-    start, gaps, sources = fluid.figures()["particles"], [], []
+    fluid.initialise(held((0.0, 0.0, -0.2), 1.0))
+    start, gaps, sources = fluid.diagnostics()["particles"], [], []
     for k in range(120):
         fluid.exchange(held((k * STEP, 0.0, -0.2), 1.0), k * STEP, STEP)
-        books = fluid.books()
-        assert books is not None
-        gaps.append(np.abs(books.gap).max() / books.gross)
-        sources.append(np.abs(books.sources).max() / books.gross)
-    figures = fluid.figures()
+        balance = fluid.momentum_balance()
+        assert balance is not None
+        gaps.append(np.abs(balance.gap).max() / balance.gross)
+        sources.append(np.abs(balance.sources).max() / balance.gross)
+    figures = fluid.diagnostics()
     assert figures["shifts of the window"] >= 8
     assert max(gaps) < 1e-5
     assert max(sources) > 1e-2
@@ -118,13 +118,13 @@ def test_the_surface_of_the_window_follows_the_outer_sea(closing: list[FluidWind
     """Two periods of a wave, the window moving along: rms within a tenth of the amplitude."""
     fluid = opened(WaveSea(height=0.2, period=2.0), NOTHING, size=[1.2, 0.8, 0.6])
     closing.append(fluid)
-    fluid.fill(held((0.0, 0.0, -0.1)))
+    fluid.initialise(held((0.0, 0.0, -0.1)))
     places = np.array([[x, 0.0, 0.0] for x in (-0.2, -0.1, 0.0, 0.1, 0.2)])
     off = []
     for k in range(800):
         x = 0.5 * k * STEP
         fluid.exchange(held((x, 0.0, -0.1)), k * STEP, STEP)
         at = places + np.array([x, 0.0, 0.0])
-        outer = fluid.parcel.outer.elevation(at, (k + 1) * STEP)
+        outer = fluid.simulation.outer.elevation(at, (k + 1) * STEP)
         off.append(np.asarray(fluid.surface(at).elevation)[:, 0] - outer)
     assert np.sqrt(np.mean(np.square(off))) < 0.1 * 0.1

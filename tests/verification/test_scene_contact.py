@@ -59,7 +59,7 @@ def test_contact_is_reported_only_when_the_engine_has_a_contact() -> None:
         reading = actor.readings["pad"]
         assert reading is not None
         points = run.backend._engine.getContactPoints(
-            bodyA=actor.body.body, physicsClientId=run.backend._client
+            bodyA=actor.body.engine.body, physicsClientId=run.backend._client
         )
         force = sum(point[9] for point in points)
         assert reading["contact"][0] == float(force >= 1e-6)
@@ -129,7 +129,8 @@ def test_the_surface_of_a_link_comes_from_its_urdf_or_from_the_run() -> None:
     for more, expected in (([], 1.0), (["+objects.top.friction=0.3"], 0.3)):
         world = build_world(settings("+objects.top={robot: cube, position: [0, 0, 1]}", *more))
         body = world.actors["top"].body
-        info = body._p.getDynamicsInfo(body.body, -1, physicsClientId=body._client)
+        engine = body.engine
+        info = engine._p.getDynamicsInfo(engine.body, -1, physicsClientId=engine._client)
         world.close()
         assert info[1] == pytest.approx(expected)
         assert info[6] == pytest.approx(0.0005)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.backend import Configuration, Dynamics, LinkPoses
+from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
+from seals.coupling import HalfStep, ImplicitDrives
 from seals.environment.ground import ground_height
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
@@ -26,20 +27,18 @@ class State(NamedTuple):
         position: base origin, world [m], shape (3,).
         quaternion: q_WB_xyzw, shape (4,).
         joints: [rad or m], shape (J,).
-        now: generalised velocity at the current time, shape (n,).
-        middle: half a step earlier, shape (n,); None after a start.
+        speed: generalised velocity, shape (n,).
         change: generalised acceleration of the last step, shape (n,); None after a start.
     """
 
     position: Floats
     quaternion: Floats
     joints: Floats
-    now: Floats
-    middle: Floats | None = None
+    speed: HalfStep
     change: Floats | None = None
 
 
-class FreeBody:
+class FreeBody(BodyOptions):
     """A robot that touches nothing; it takes joint drives implicitly.
 
     Args:
@@ -47,19 +46,20 @@ class FreeBody:
         ground: surroundings whose ground it must not reach; None to let it through.
     """
 
-    implicit = True
+    implicit: ClassVar[bool] = True
 
     def __init__(self, robot: RobotModel, *, ground: EnvironmentSettings | None) -> None:
         """Place the robot at the origin, at rest."""
         self.robot, self._ground = robot, ground
         self._lead = 0 if robot.tree.fixed_base else 6
+        self._drives = ImplicitDrives(self._lead)
         self._assembly = Assembly(robot.spatial_inertia[None])
         self._untouched = np.zeros((len(robot.links), 6)), np.zeros(len(robot.links))
         for zeros in self._untouched:
             zeros.setflags(write=False)
         upright = np.array([0.0, 0.0, 0.0, 1.0])
         joints = np.zeros(robot.tree.joints)
-        self._state = State(np.zeros(3), upright, joints, np.zeros(robot.degrees))
+        self._state = State(np.zeros(3), upright, joints, HalfStep(np.zeros(robot.degrees)))
         self._poses: tuple[Floats, Floats] | None = None
         self._change = np.zeros(robot.degrees)
 
@@ -67,7 +67,7 @@ class FreeBody:
         """Place the robot; memory of earlier steps is forgotten."""
         c = Configuration(*(np.array(x, dtype=float) for x in configuration))
         speed = np.concatenate([c.velocity, c.spin, c.rates]) if self._lead else c.rates
-        self._set(State(c.position, c.quaternion, c.joints, speed))
+        self._set(State(c.position, c.quaternion, c.joints, HalfStep(speed)))
 
     def _set(self, state: State) -> None:
         self._state, self._poses = state, None
@@ -84,8 +84,9 @@ class FreeBody:
         """Return where the robot is and how it moves."""
         s = self._state
         still = np.zeros(3)
-        linear, spin = (s.now[:3], s.now[3:6]) if self._lead else (still, still)
-        return Configuration(s.position, s.quaternion, linear, spin, s.joints, s.now[self._lead :])
+        now = s.speed.now
+        linear, spin = (now[:3], now[3:6]) if self._lead else (still, still)
+        return Configuration(s.position, s.quaternion, linear, spin, s.joints, now[self._lead :])
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
@@ -93,11 +94,11 @@ class FreeBody:
         if self._poses is None:
             turn = matrix_of(s.quaternion[None])
             self._poses = forward(self.robot.tree, s.position[None], turn, s.joints[None])
-        return LinkPoses(*self._poses, s.now[None])
+        return LinkPoses(*self._poses, s.speed.now[None])
 
     def middle_speed(self) -> Floats | None:
         """Return the generalised velocity at the middle of the last step, shape (1, n), or None."""
-        middle = self._state.middle
+        middle = self._state.speed.middle
         return None if middle is None else middle[None]
 
     def joint_positions(self) -> Floats:
@@ -114,30 +115,12 @@ class FreeBody:
         matrix, right = self._assembly.system(d.kinematics, total, load, d.joint_force)
         if d.armature is not None:
             matrix = heavier(matrix, d.armature[None])
-        if d.joint_drive is None:
+        last = self._state.change
+        acting = self._drives.over_step(d, step, None if last is None else last[self._lead :])
+        if acting is None:
             self._change = solved(matrix[0], right[0])
         else:
-            self._change = self._driven(matrix, right, d, step)
-
-    def _driven(self, matrix: Floats, right: Floats, d: Dynamics, step: float) -> Floats:
-        """Accelerations with joint drives at the end of the step, or at its two middles.
-
-        Equation:
-            force - kp h^2 a / 2 - kd h (a - a_last) between half-step velocities; after a start
-            force - kp (h v + h^2 a) - kd h a.
-        """
-        drive, s = d.joint_drive, self._state
-        assert drive is not None
-        if s.change is None:
-            force = drive.force - drive.stiffness * step * s.now[None, self._lead :]
-            share = 1.0
-        else:
-            force = drive.force + drive.damping * (step * s.change[self._lead :])
-            share = 0.5
-        gain = step * drive.damping + share * step * step * drive.stiffness
-        gain = gain + np.zeros_like(drive.force)
-        found: Floats = driven(matrix, right, drive._replace(force=force), gain)[0][0]
-        return found
+            self._change = driven(matrix, right, acting.drive, acting.gain)[0][0]
 
     def advance(self, step: float) -> None:
         """Move by one step.
@@ -146,10 +129,10 @@ class FreeBody:
             PhysicsError: the motion is not finite, or the robot has reached the ground.
         """
         s, change = self._state, self._change
-        kick = step * change
-        middle = s.now + 0.5 * kick if s.middle is None else s.middle + kick
-        now = middle + 0.5 * kick
-        if not np.isfinite(now).all():
+        speed = s.speed.kicked(step * change)
+        middle = speed.middle
+        assert middle is not None
+        if not np.isfinite(speed.now).all():
             raise PhysicsError(
                 f"the motion of robot '{self.robot.name}' is not finite.\n"
                 "Take a smaller time.step, or check forces and masses."
@@ -160,7 +143,7 @@ class FreeBody:
             turned = multiply(exponential(step * middle[None, 3:6]), quaternion[None])
             quaternion = normalised(turned)[0]
         joints = s.joints + step * middle[self._lead :]
-        self._set(State(position, quaternion, joints, now, middle, change))
+        self._set(State(position, quaternion, joints, speed, change))
         if self._ground is not None:
             self._refuse_ground(self._ground)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.backend import RigidBody
+from seals.coupling import CoupledBody
 from seals.environment.ground import Solid, solids_of
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import MissingExtra, PhysicsError
@@ -57,8 +58,9 @@ class BackendPybullet:
         """Keep the engine closed until `open`."""
         self._engine: Any = None
         self._client = -1
-        self._bodies: list[PybulletBody] = []
+        self._bodies: list[CoupledBody] = []
         self._ground: list[int] = []
+        self._scene = _Scene()
 
     def open(self, environment: EnvironmentSettings, step: float) -> None:
         """Start an empty scene with ground or bottom."""
@@ -84,7 +86,8 @@ class BackendPybullet:
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene."""
-        body = PybulletBody(self._engine, self._client, robot, second_order=self.second_order)
+        engine = PybulletBody(self._engine, self._client, robot)
+        body = CoupledBody(engine, robot, second_order=self.second_order)
         self._bodies.append(body)
         return body
 
@@ -96,7 +99,7 @@ class BackendPybullet:
 
     def snapshot(self) -> Any:
         """Return the engine's own state and the middle velocities."""
-        state = _State(self._engine, self._client)
+        state = self._saved()
         return state, [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
@@ -131,27 +134,37 @@ class BackendPybullet:
         if not whole(path):
             raise ValueError(f"{path.name} was cut short")
         self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
-        return _State(self._engine, self._client), bodies
+        return self._saved(), bodies
+
+    def _saved(self) -> _State:
+        """The engine's state, saved inside the engine."""
+        return _State(self._engine, self._client, self._scene)
 
     def close(self) -> None:
         """Disconnect; a second call does nothing."""
         if self._client >= 0:
             self._engine.disconnect(physicsClientId=self._client)
+        self._scene = _Scene()
         self._client = -1
         self._bodies.clear()
         self._ground.clear()
 
 
+class _Scene:
+    """Stands for one open scene: the engine gives numbers of clients and states out again."""
+
+
 class _State:
     """A state saved inside the engine, given back when nobody holds it any more."""
 
-    def __init__(self, engine: Any, client: int) -> None:
+    def __init__(self, engine: Any, client: int, scene: _Scene) -> None:
         self.number = engine.saveState(physicsClientId=client)
-        weakref.finalize(self, _forget, engine, client, self.number)
+        weakref.finalize(self, _forget, engine, client, self.number, weakref.ref(scene))
 
 
-def _forget(engine: Any, client: int, number: int) -> None:
-    if engine.isConnected(physicsClientId=client):
+def _forget(engine: Any, client: int, number: int, scene: weakref.ReferenceType[_Scene]) -> None:
+    """Remove a saved state, unless its scene was closed."""
+    if scene() is not None and engine.isConnected(physicsClientId=client):
         engine.removeState(number, physicsClientId=client)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.allocation import Saturation
+from seals.control.protocols import ControllerOptions
 from seals.schema import param, vector
 
 _RANGE = (0.0, 1e4)
@@ -57,7 +58,7 @@ class Gains(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class CascadeSettings:
+class CascadeSettings(ControllerOptions):
     """What can be set of the cascade.
 
     Gains are divided by mass and inertia; two numbers are for air and for water, with submersion

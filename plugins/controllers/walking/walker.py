@@ -13,6 +13,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Aim, Order, Plant, Situation
+from seals.control.protocols import NO_LEGS, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
@@ -75,7 +76,7 @@ class Manner(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Walker(ABC):
+class Walker(ControllerOptions, ABC):
     """Makes the velocity that a guide wants by stepping; see its kinds.
 
     Args:
@@ -146,6 +147,10 @@ class Walker(ABC):
         """Return legs that stand in the order of the gait."""
         phase = self.order(self.manner({}))
         return Pace(phase, Walk(0.0, 0.0, 0.0), math.nan, 0.0, self.lowest)
+
+    def leg_phase(self, memory: Pace | None) -> Floats:
+        """Return the phase of every leg in its cycle, shape (N,)."""
+        return NO_LEGS if memory is None else memory.phase
 
     def command(self, situation: Situation, aim: Aim, memory: Pace) -> tuple[Order, Pace]:
         """Return the joint values of the coming period."""

@@ -1,20 +1,17 @@
-"""What basin and window share: bodies as samples, their place in the engine, the account."""
+"""Coupling of particles with bodies, shared by tank and moving domain."""
 
-from seals.plugins.fluids.coupling.account import account, shown
-from seals.plugins.fluids.coupling.bodies import Immersed, add_samples
+from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of
+from seals.plugins.fluids.coupling.fluid import Device, ParticleFluid
+from seals.plugins.fluids.coupling.heights import HeightField
+from seals.plugins.fluids.coupling.simulation import Simulation, refuse_large
 
-__all__ = ["ACCOUNTS", "Immersed", "account", "add_samples", "shown"]
-
-ACCOUNTS = (
-    "buoyancy",
-    "centre of buoyancy",
-    "added mass",
-    "slamming",
-    "linear drag",
-    "quadratic drag",
-    "angular drag",
-    "lift",
-    "radiation damping",
-    "steady current",
-)
-"""Phenomena in water that particles account for."""
+__all__ = [
+    "Device",
+    "HeightField",
+    "Immersed",
+    "ParticleFluid",
+    "Simulation",
+    "add_samples",
+    "clear_of",
+    "refuse_large",
+]

@@ -1,21 +1,29 @@
-"""Bodies in particles: as the samples that push, and as the places that hold no water."""
+"""Bodies in the fluid: boundary samples of their surfaces, and the volume they displace."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+from scipy.spatial import cKDTree
+
+from seals.arrays import Floats
 from seals.fluid import BodyStates, FluidBody
 from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
+from seals.plugins.fluids.solver import ParticleSolver
+
+CLEAR = 0.95
+"""Least initial distance of water from a sample of a body, in cube roots of its volume [1]."""
 
 
 class Immersed:
-    """The bodies of a fluid, sampled once.
+    """Bodies immersed in a fluid, sampled once.
 
     Args:
         bodies: in the order of their states.
         spacing: of the fluid [m].
-        thin: what pieces thinner than a spacing stand for.
+        thin: treatment of pieces thinner than a spacing.
 
     Attributes:
         names: of the bodies.
@@ -27,7 +35,7 @@ class Immersed:
     """
 
     def __init__(self, bodies: Sequence[FluidBody], spacing: float, thin: Any) -> None:
-        """Look whether the fluid can see the robots, and sample them."""
+        """Check that the spacing resolves the robots, and sample them."""
         robots: dict[str, list[Any]] = {}
         for body in bodies:
             robots.setdefault(body.name.partition("/")[0], []).extend(body.pieces)
@@ -46,11 +54,11 @@ class Immersed:
         return sum(len(samples.points) for samples in self.samples)
 
     def surfaces(self, states: BodyStates) -> Samples:
-        """Return the surfaces in the world."""
+        """Return the samples of all surfaces, world axes."""
         return joined(_placed(self.samples, states))
 
     def volumes(self, states: BodyStates) -> Samples:
-        """Return the volumes in the world."""
+        """Return the samples of all volumes, world axes."""
         return joined(_placed(self.filled, states))
 
 
@@ -59,20 +67,36 @@ def _placed(samples: Sequence[Samples], states: BodyStates) -> list[Samples]:
     return [s.placed(place, turn) for s, place, turn in pairs]
 
 
-def add_samples(water: Any, body: int, samples: Samples) -> None:
-    """Hand samples to the engine, with the volumes that they stand for.
+def add_samples(solver: ParticleSolver, body: int, samples: Samples) -> None:
+    """Add the samples of a body, with the volumes that they displace, to a solver.
 
     Args:
-        water: the engine, a `ParticleWater`.
-        body: number of the body there.
-        samples: in its axes.
+        solver: of the fluid.
+        body: its number there.
+        samples: in body axes.
+    """
+    if len(samples.points):
+        solver.add_boundary(
+            body=body, points=samples.points, volumes=samples.volumes, bulk=samples.thick
+        )
+
+
+def clear_of(places: Floats, samples: Samples, spacing: float) -> Floats:
+    """Return the places outside of the samples [m], shape (n, 3).
+
+    Args:
+        places: candidate positions of particles [m], shape (n, 3).
+        samples: of all bodies, world axes.
+        spacing: of the fluid [m].
     """
     if not len(samples.points):
-        return
-    water.add_boundary(body=body, points=samples.points)
-    if (samples.thick < 1.0).any():
-        # what is thin has no surface that the engine could weigh: its volume counts
-        weights, thick = water.boundary.weights, samples.thick
-        own = samples.volumes / water.spacing**3
-        weights[body] = thick * weights[body] + (1.0 - thick) * own
-        water.boundary.stale = True
+        return places
+    near = cKDTree(samples.points).query_ball_point(places, CLEAR * spacing)
+    # a sample of little volume displaces little water
+    radius = CLEAR * np.cbrt(np.minimum(samples.volumes, spacing**3))
+    inside = np.zeros(len(places), dtype=bool)
+    for k, found in enumerate(near):
+        if found:
+            apart = np.linalg.norm(samples.points[found] - places[k], axis=1)
+            inside[k] = bool((apart < radius[found]).any())
+    return places[~inside]

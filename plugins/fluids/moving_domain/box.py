@@ -1,4 +1,4 @@
-"""The window at rest: a box of whole spacings that moves by whole cells."""
+"""Box of the moving domain in Lagrangian coordinates: whole spacings, moved by whole cells."""
 
 from __future__ import annotations
 
@@ -49,6 +49,11 @@ class Box(NamedTuple):
         out: Floats = 0.5 * (self.lower + self.upper)
         return out
 
+    @property
+    def depth(self) -> float:
+        """Depth of the water at rest [m]."""
+        return self.spacing * self.counts[2]
+
     def cells_to(self, place: Floats) -> tuple[int, int]:
         """Return by how many cells the box should move for a place to be in its middle cell."""
         off = (place - self.middle)[:2] / (self.cell * self.spacing)
@@ -61,7 +66,7 @@ class Box(NamedTuple):
         return self._replace(lower=self.lower + way)
 
     def holds(self, rest: Floats, *, slack: float = 0.0) -> Marks:
-        """Whether places of rest lie between its sides, shape (n,)."""
+        """Return a mask of the places of rest between its sides, shape (n,)."""
         plan = rest[:, :2]
         low, high = self.lower[:2] - slack, self.upper[:2] + slack
         found: Marks = np.all((plan >= low) & (plan < high), axis=1)
@@ -73,10 +78,9 @@ class Box(NamedTuple):
             low + self.spacing * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.counts, strict=True)
         ]
-        depth = self.spacing * self.counts[2]
         # what lies below is compressed by what lies above
         up = axes[2] - self.lower[2]
-        axes[2] = axes[2] - self.squeeze * up * (depth - 0.5 * up)
+        axes[2] = axes[2] - self.squeeze * up * (self.depth - 0.5 * up)
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
     def weight(self, rest: Floats) -> Floats:

@@ -1,30 +1,23 @@
-"""Water as particles in a window that goes with the robot through an open sea."""
+"""Water as particles in a moving domain that follows the robot through an open sea."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, Floats
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
-from seals.environment.surroundings import WaterColumn
-from seals.environment.waves import Sea
 from seals.errors import ConfigError
-from seals.fluid import BodyStates, Books, FluidBody, Surrounding
-from seals.plugins.fluids.coupling import ACCOUNTS
+from seals.fluid import FluidBody, Surrounding
+from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.moving_domain.box import Box
-from seals.plugins.fluids.moving_domain.outer import Outer
-from seals.plugins.fluids.moving_domain.parcel import Parcel
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
-from seals.plugins.fluids.pbd.settings import PbdSettings
-from seals.plugins.fluids.sampling import Thin
-from seals.plugins.fluids.tank.settings import Device
+from seals.plugins.fluids.moving_domain.simulation import MovingDomain
 from seals.schema import param, vector
 
 _CHOSEN = "chosen"
@@ -33,8 +26,8 @@ MACH = 10.0
 
 
 @dataclass(kw_only=True)
-class FluidWindow:
-    """Water as particles in a window that goes with the robot through an open sea.
+class FluidWindow(ParticleFluid):
+    """Water as particles in a moving domain that follows the robot through an open sea.
 
     Equation:
         Water as in `FluidParticles`. Sides and floor are where the outer sea has carried them,
@@ -49,16 +42,16 @@ class FluidWindow:
         freeboard: height of the sides above the water [m].
         ring: width of the relaxation ring, in spacings.
         cell: by which the window moves, in spacings, once the robot has come so far.
-        rate: at the sides [1/s].
-        lag: in which a wrong amount of water in the window fades [s].
+        rate: of relaxation at the sides [1/s].
+        lag: time constant of the level controller [s].
         current: east and north [m/s].
-        substeps: of the fluid in a step of the world; 0 takes as many as its speed of sound asks.
-        physics: numbers of the fluid itself; density and gravity are those of the environment.
+        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        physics: options of the solver; density and gravity are those of the environment.
         device: cpu or cuda.
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
-        thin: what parts of bodies thinner than a spacing stand for: their volume, or a layer.
-        look: time between two looks at the surface [s].
+        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        look: time between two updates of the surface [s].
 
     Assumptions:
         The outer sea is that of ``wave``: sums of linear waves, undisturbed by the robot. The
@@ -85,7 +78,6 @@ class FluidWindow:
         'window'
     """
 
-    spacing: float = param(0.05, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
     size: list[float] = vector((2.0, 1.6, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
     ring: int = 5
@@ -95,34 +87,14 @@ class FluidWindow:
     )
     lag: float = param(0.1, "s", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)
-    substeps: int = 0
-    physics: PbdSettings = field(default_factory=PbdSettings)
-    device: Device = Device.cpu
-    threads: int = 0
-    most: int = 2_000_000
-    thin: Thin = Thin.volume
-    look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
 
     name: ClassVar[str] = "window"
-    accounts_for: ClassVar[tuple[str, ...]] = ACCOUNTS
 
     def __post_init__(self) -> None:
-        """Refuse counts that mean nothing; nothing is allocated yet."""
-        if self.substeps < 0 or self.most < 1 or self.cell < 1:
-            raise ConfigError(
-                f"substeps={self.substeps}, most={self.most}, cell={self.cell} are not allowed.\n"
-                "Allowed: substeps 0 (chosen by the speed of sound) or more, most and cell 1 or "
-                "more."
-            )
-        self._parcel: Parcel | None = None
-        self._time = 0.0
-
-    @property
-    def parcel(self) -> Parcel:
-        """The water itself, once opened."""
-        if self._parcel is None:
-            raise ConfigError("the window of water is not open.\nIt opens with its world.")
-        return self._parcel
+        """Check the counts; nothing is allocated yet."""
+        super().__post_init__()
+        if self.cell < 1:
+            raise ConfigError(f"cell={self.cell} is not allowed.\nAllowed: 1 or more.")
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return nothing: an open sea has no walls."""
@@ -155,55 +127,7 @@ class FluidWindow:
         box = self.box(e)
         refuse_ground(e, around.solids)
         level = float(e.water_level or 0.0)
-        outer = Outer(around.waves, level, (self.current[0], self.current[1]))
+        outer = OuterSea(around.waves, level, (self.current[0], self.current[1]))
         refuse_sea(outer, box, floor=e.tank_bottom)
-        column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
-        physics = dataclasses.replace(
-            self.physics,
-            density=float(column.density[0]),
-            gravity=e.gravity,
-            sound_speed=self._sound(e.gravity, box.spacing * box.counts[2]),
-        )
-        self._parcel = Parcel(self, box, outer, physics, bodies)
-
-    def fill(self, states: BodyStates) -> None:
-        """Put the water of the outer sea around the bodies, as it moves at time zero."""
-        self._time = 0.0
-        self.parcel.fill(states)
-
-    def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
-        """Advance; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
-        self._time = time + step
-        return self.parcel.exchange(states, time, step)
-
-    def surface(self, position: Array) -> Sea:
-        """Return the surface over points: of the particles inside, of the outer sea outside."""
-        heights = self.parcel.surface(np.asarray(position, dtype=float), self._time)
-        return Sea(heights[:, None], None, None, None, None)
-
-    def books(self) -> Books | None:
-        """Return the momentum of the last step."""
-        return self.parcel.last
-
-    def figures(self) -> Mapping[str, float]:
-        """Return particles, those that came and went, shifts and compression."""
-        return self.parcel.figures()
-
-    def particles(self) -> tuple[Floats, Floats]:
-        """Return places and velocities."""
-        return self.parcel.water.positions(), self.parcel.water.velocities()
-
-    def snapshot(self) -> Any:
-        """Return a copy of everything that changes."""
-        return self._time, self.parcel.snapshot()
-
-    def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
-        self._time, parcel = kept
-        self.parcel.restore(parcel)
-
-    def close(self) -> None:
-        """Free the memory."""
-        if self._parcel is not None:
-            self._parcel.water.close()
-            self._parcel = None
+        physics = self._physics(e, sound_speed=self._sound(e.gravity, box.depth))
+        self._simulation = MovingDomain(self, box, outer, physics, bodies)

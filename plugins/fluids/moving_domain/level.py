@@ -1,4 +1,4 @@
-"""Holds the water of the window at the amount that belongs to it, by whole particles."""
+"""Level control of the moving domain: the amount of water is held by whole particles."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ MOST = 0.1
 
 
 class Change(NamedTuple):
-    """Particles that have to go or to come.
+    """Particles to remove and to add.
 
     Args:
-        gone: rows of those that go, shape (m,).
-        come: places of rest at which some come [m], shape (m, 3).
+        gone: rows of those to remove, shape (m,).
+        come: places of rest of those to add [m], shape (m, 3).
     """
 
     gone: Any
     come: Floats
 
 
-class Keeper:
-    """Counts the water of the window.
+class LevelController:
+    """Integral controller of the amount of water.
 
     A body that dives into the window lifts its surface, which an open sea would not do; a body that
     leaves it lowers the surface; a body under way leaves a trough behind, and less water goes at
     the rear than comes in front. So particles and the volume that bodies take below the surface
-    have to make up the box together. What is too much goes from the highest places of the ring,
-    what is missing comes to its lowest.
+    have to make up the box together. Excess is removed at the highest places of the ring, a deficit
+    is added at its lowest.
 
     Args:
-        lag: in which a wrong amount fades [s].
+        lag: time constant of the correction [s].
     """
 
     def __init__(self, lag: float) -> None:
-        """Start with the right amount."""
+        """Start without a deficit."""
         self.lag, self.owed = lag, 0.0
 
     def change(self, box: Box, rest: Floats, taken: float, step: float) -> Change:

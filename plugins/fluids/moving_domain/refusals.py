@@ -1,4 +1,4 @@
-"""What a window cannot follow, said before anything is allocated."""
+"""Checks of the moving domain, before anything is allocated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.environment.ground import Solid
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.moving_domain.box import Box
-from seals.plugins.fluids.moving_domain.outer import Outer
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.sampling import Samples
 
 THINNEST = 4
@@ -49,7 +49,7 @@ def refuse_box(spacing: float, size: tuple[float, float, float], ring: int) -> N
 
 
 def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> None:
-    """Refuse what stands still in a sea that the window goes through.
+    """Refuse static solids in the water: the domain would run into them.
 
     Raises:
         ConfigError: names it.
@@ -64,7 +64,7 @@ def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> 
             )
 
 
-def refuse_sea(outer: Outer, box: Box, *, floor: float | None) -> None:
+def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
     """Refuse waves that the particles cannot follow.
 
     Args:

@@ -1,4 +1,4 @@
-"""The face that a solid shows to the fluid: one layer, finer than the fluid's lattice.
+"""Surface layer of a solid: one layer of samples, finer than the fluid's lattice.
 
 The layer lies half a spacing behind the surface. Were its samples a spacing apart, the density
 that they add would change by a third from place to place along a flat wall, and a fluid that slides

@@ -142,7 +142,7 @@ def _filled(
 
 
 def _near_surface(full: Any, index: Any, layers: int) -> Any:
-    """Whether cells lie within some layers, also across corners, of one that is not full."""
+    """Return a mask of cells within some layers, also across corners, of one that is not full."""
     if layers >= max(full.shape):
         return np.ones(len(index), dtype=bool)
     deep = np.pad(full, layers)

@@ -1,4 +1,4 @@
-"""Samples of whole bodies, and the refusal of a spacing that is too coarse for them."""
+"""Samples of bodies, and the check that the spacing resolves them."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ LAYERS = 2.0
 
 
 class Thin(enum.Enum):
-    """What samples of a piece thinner than a spacing stand for."""
+    """Treatment of pieces thinner than a spacing."""
 
     volume = "volume"
-    """Its own volume: buoyancy is right, the flow passes through in part."""
+    """By their volume: exact buoyancy, partly permeable."""
     block = "block"
-    """A layer a spacing thick: nothing passes, more is displaced."""
+    """As a layer one spacing thick: impermeable, but displaces more."""
 
 
 def sample_pieces(
@@ -53,7 +53,7 @@ def sample_pieces(
     Args:
         pieces: of the body; where they overlap, the volumes add up as they do in a hull.
         spacing: of the fluid [m].
-        thin: what pieces thinner than a spacing stand for.
+        thin: treatment of pieces thinner than a spacing.
         layers: under the surface; deeper ones are left out.
     """
     return joined([_sampled(piece, spacing, thin, layers) for piece in pieces])
@@ -126,7 +126,7 @@ def thickness(piece: Piece) -> float:
 
 
 def refuse_coarse(name: str, pieces: Sequence[Piece], spacing: float) -> None:
-    """Refuse a spacing at which a body is not a solid to the fluid.
+    """Refuse a spacing that does not resolve a body.
 
     The piece with the largest volume must be `LAYERS` spacings thick; a body of sheets alone
     passes, since a sheet is always a layer.

@@ -1,4 +1,4 @@
-"""Points that stand for a solid in a particle fluid, each with the volume it takes."""
+"""Boundary samples of a solid in a particle fluid, each with the volume it displaces."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Samples(NamedTuple):
 
     Args:
         points: [m], shape (b, 3).
-        volumes: that each keeps free of fluid [m^3], shape (b,).
-        bulk: how far a sample is part of a thick solid, whose surface is all that the fluid sees,
-            1, or of a thin one that has nothing but its volume, 0; shape (b,). None for 1.
+        volumes: displaced by each sample [m^3], shape (b,).
+        bulk: 1 for samples of thick solids, weighed by area; 0 for those of thin ones, weighed
+            by volume; blended between; shape (b,). None for 1.
     """
 
     points: Floats

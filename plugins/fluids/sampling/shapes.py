@@ -15,10 +15,10 @@ from seals.arrays import Floats
 from seals.plugins.fluids.sampling.samples import Samples
 
 SEEN = 1
-"""Layers that the fluid is given: it takes one for all that lies behind it."""
+"""Layers of boundary samples: one stands for all that lies behind it."""
 
 ALL = 1_000_000
-"""Layers of a body that is filled."""
+"""Layers that fill the whole body."""
 _GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 

@@ -1,4 +1,4 @@
-"""Solids that stand still in the fluid: obstacles and shores, as far as they lie in its basin."""
+"""Boundary samples of static solids, obstacles and shores, inside a basin."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def sample_solid(solid: Solid, spacing: float, lower: Floats, upper: Floats) -> 
         found = sample_sphere(solid.size[0], spacing)
     else:
         found = sample_cylinder(solid.size, spacing)
-    # what blocks may take a full cell: nothing floats on it
+    # a static obstacle may displace a full cell: no buoyancy depends on it
     found = Samples(found.points, np.maximum(found.volumes, spacing**3))
     placed = found.placed(solid.position, turn)
     inside = ((placed.points > lower) & (placed.points < upper)).all(axis=1)

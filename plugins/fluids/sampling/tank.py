@@ -1,4 +1,4 @@
-"""Walls and floors as layers of samples behind the face that the fluid touches."""
+"""Boundary samples of walls and floors, behind the face that the fluid touches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.samples import Samples, joined
 
 WALL = 1
-"""Layers of a wall: the fluid takes one for all that lies behind it."""
+"""Layers of a wall: one stands for all that lies behind it."""
 
 SIDES = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 """Sides of a box, in order of axis and end."""

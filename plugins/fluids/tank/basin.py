@@ -1,4 +1,4 @@
-"""Sizes of the basin that holds the particles: lattice of the water, walls, room above it."""
+"""Basin geometry: lattice of the water at rest, walls, wave maker's board."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from seals.arrays import Floats
 from seals.environment.ground_settings import ObstacleSettings, SolidType
-from seals.errors import ConfigError, PhysicsError
+from seals.errors import ConfigError
 from seals.plugins.fluids.sampling import PITCH, Samples, box_walls
 from seals.plugins.fluids.sampling.tank import SIDES, WALL
 
@@ -18,8 +17,6 @@ FEWEST = 6
 """Least spacings along each side: below it there is no water between two walls."""
 SLAB = 0.5
 """Thickness of walls as solids [m]: more than a body sinks in within one step."""
-CLEAR = 0.95
-"""Distance to a sample of a body, in spacings of its volume, at which water may stand at first."""
 
 
 class Basin(NamedTuple):
@@ -53,7 +50,7 @@ class Basin(NamedTuple):
         return float(self.upper[2] - self.lower[2])
 
     def domain(self, reach: float = 0.0) -> tuple[Floats, Floats]:
-        """Corners of the room that particles and samples may be in [m].
+        """Corners of the solver's domain [m].
 
         Args:
             reach: further room on all sides.
@@ -140,9 +137,9 @@ def build_basin(
     behind: float,
     open_sides: Collection[str],
 ) -> Basin:
-    """Return a basin whose depth is met exactly and whose sides are whole spacings.
+    """Return a basin of exact depth whose sides are whole spacings.
 
-    The spacing gives way: the nearest one that divides the depth is taken.
+    The nearest spacing that divides the depth is taken.
 
     Args:
         spacing: wanted [m].
@@ -205,40 +202,3 @@ def _slab(place: Sequence[float], edges: Sequence[float]) -> ObstacleSettings:
     return ObstacleSettings(
         type=SolidType.box, size=[float(x) for x in edges], position=[float(x) for x in place]
     )
-
-
-def clear_of(places: Floats, samples: Samples, spacing: float) -> Floats:
-    """Return the places that do not lie in the samples [m], shape (n, 3).
-
-    Args:
-        places: [m], shape (n, 3).
-        samples: of all bodies, in the world.
-        spacing: of the fluid [m].
-    """
-    if not len(samples.points):
-        return places
-    tree = cKDTree(samples.points)
-    reach = CLEAR * spacing
-    near = tree.query_ball_point(places, reach)
-    # a sample of little volume keeps little room free
-    radius = CLEAR * np.cbrt(np.minimum(samples.volumes, spacing**3))
-    gone = np.zeros(len(places), dtype=bool)
-    for k, found in enumerate(near):
-        if found:
-            apart = np.linalg.norm(samples.points[found] - places[k], axis=1)
-            gone[k] = bool((apart < radius[found]).any())
-    return places[~gone]
-
-
-def refuse_large(count: int, boundary: int, most: int) -> None:
-    """Refuse more particles than the user allows, before memory runs out.
-
-    Raises:
-        PhysicsError: says how many there would be and what to change.
-    """
-    if count + boundary > most:
-        raise PhysicsError(
-            f"the basin holds {count:,} particles and {boundary:,} boundary samples.\n"
-            f"Allowed by fluid.most: {most:,}; take a coarser fluid.spacing or a smaller "
-            f"fluid.size, or raise fluid.most (about {1.6e-6 * (count + boundary):.2g} GB)."
-        )

@@ -1,4 +1,4 @@
-"""The motion of a wave maker."""
+"""Motion of a wave maker: linear wave-maker theory, and Goring's solitary wave."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 from seals.plugins.fluids.tank.settings import Maker, MakerSettings, SeaState
 
 STEEPEST = 0.3
-"""Steepness k a above which linear wave-maker theory says nothing [1]."""
+"""Steepness k a above which linear wave-maker theory is not valid [1]."""
 SHALLOWEST = 0.7
 """Largest solitary wave over depth; at 0.78 it breaks [1]."""
 _TAIL = 3.8
@@ -93,7 +93,7 @@ class Paddle:
         return float(3.5 * math.sqrt(0.5 * (self._stroke**2).sum()))
 
     def stroke(self, time: float) -> Stroke:
-        """Return where the paddle is at ``time`` [s]; negative is away from the water."""
+        """Return displacement and rate at ``time`` [s]; negative is away from the water."""
         t = time - self.settings.start
         if t <= 0.0:
             return Stroke(0.0, 0.0)
@@ -133,7 +133,7 @@ class Paddle:
 
 
 def _ramped(place: float, speed: float, t: float, ramp: float) -> Stroke:
-    """A motion that comes up smoothly."""
+    """Multiply a motion by a smooth start-up ramp."""
     if ramp <= 0.0 or t >= ramp:
         return Stroke(place, speed)
     u = t / ramp

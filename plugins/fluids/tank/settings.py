@@ -1,4 +1,4 @@
-"""What a user may choose about the scene of the particle water."""
+"""Options of the tank: wave maker, beach, tide, wind."""
 
 from __future__ import annotations
 
@@ -11,25 +11,18 @@ from seals.schema import param
 _CHOSEN = "chosen"
 
 
-class Device(Enum):
-    """Where the particles are computed."""
-
-    cpu = "cpu"
-    cuda = "cuda"
-
-
 class Maker(Enum):
-    """What makes the waves, in place of the wall at low x."""
+    """Kind of wave maker, in place of the wall at low x."""
 
     none = "none"
     piston = "piston"
-    """A wall that slides."""
+    """A wall that translates."""
     flap = "flap"
-    """A wall that turns about its lower edge."""
+    """A wall hinged at its lower edge."""
 
 
 class SeaState(Enum):
-    """Which waves the maker makes."""
+    """Sea state made by the wave maker."""
 
     regular = "regular"
     jonswap = "jonswap"
@@ -69,7 +62,7 @@ class MakerSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse what no maker can make."""
+        """Refuse combinations without a theory."""
         if self.components < 1:
             raise ConfigError(f"components={self.components} is not allowed.\nAllowed: 1 or more.")
         if self.kind is Maker.flap and self.sea is SeaState.solitary:
@@ -81,11 +74,11 @@ class MakerSettings:
 
 @dataclass(kw_only=True)
 class BeachSettings:
-    """A sponge at the high end of x that takes waves in.
+    """A sponge layer at the high end of x that absorbs waves.
 
     Equation:
-        v <- u + (v - u) exp(-rate s^2 h), s from 0 at its foot to 1 at the wall, u the current;
-        vertical motion twice as fast.
+        v <- u + (v - u) exp(-rate s^2 h), s from 0 at its foot to 1 at the wall, u the mean flow;
+        vertical motion twice as fast; u = 0.
 
     Args:
         length: of the sponge, one to one and a half wave lengths [m]; 0 for none.
@@ -100,7 +93,7 @@ class BeachSettings:
 
 @dataclass(kw_only=True)
 class TideSettings:
-    """A slow change of the mean level: the floor carries the water up and down.
+    """A slow change of the mean level: the floor moves the water up and down.
 
     Equation:
         level(t) = amplitude sin(2 pi t / period).

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.control import Aim, Plant, Situation
+from seals.control import Aim, Situation
 from seals.errors import ConfigError
-from seals.plugins.guides.behaviour.over_ground import apart, heading_for, place_of
+from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import param
 
 
@@ -21,7 +21,7 @@ class Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Flee:
+class Flee(Behaviour):
     """Runs straight away from a body that comes near, and stands when it is far enough.
 
     Args:
@@ -53,9 +53,6 @@ class Flee:
                 f"Allowed: {self.alarm} m or more."
             )
 
-    def bind(self, plant: Plant) -> None:
-        """Any robot may flee."""
-
     def start(self, situation: Situation) -> Memory:
         """Keep the heading; it stands."""
         return Memory(situation.yaw, False)
@@ -68,10 +65,6 @@ class Flee:
         _, way = apart(situation, place)
         aim = heading_for(way + np.pi, self.speed if runs else 0.0, memory.yaw)
         return aim, memory._replace(runs=runs)
-
-    def finished(self, memory: Memory) -> bool | None:
-        """Return None: it never ends."""
-        return None
 
     def stage(self, memory: Memory) -> str:
         """Return what it does."""

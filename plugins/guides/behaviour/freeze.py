@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.control import Aim, Plant, Situation
+from seals.control import Aim, Situation
+from seals.plugins.guides.behaviour.over_ground import Behaviour
 from seals.schema import param
 
 
 @dataclass(kw_only=True)
-class Freeze:
+class Freeze(Behaviour):
     """Stays where it is, as animals do that rely on not being seen.
 
     Args:
@@ -22,9 +23,6 @@ class Freeze:
 
     rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
 
-    def bind(self, plant: Plant) -> None:
-        """Any robot may stand still."""
-
     def start(self, situation: Situation) -> float:
         """Keep the heading [rad]."""
         return situation.yaw
@@ -32,10 +30,6 @@ class Freeze:
     def aim(self, situation: Situation, memory: float) -> tuple[Aim, float]:
         """Return no velocity."""
         return Aim(yaw=memory), memory
-
-    def finished(self, memory: float) -> bool | None:
-        """Return None: it never ends."""
-        return None
 
     def stage(self, memory: float) -> str:
         """Return its name."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from seals.control import Aim, Plant, Situation
-from seals.plugins.guides.behaviour.over_ground import heading_for
+from seals.control import Aim, Situation
+from seals.plugins.guides.behaviour.over_ground import Behaviour, heading_for
 from seals.schema import param
 
 
@@ -20,7 +20,7 @@ class Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class March:
+class March(Behaviour):
     """Goes one way at one speed.
 
     Args:
@@ -49,9 +49,6 @@ class March:
     duration: float = param(
         1e4, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: for good", fit=False
     )
-
-    def bind(self, plant: Plant) -> None:
-        """Any robot may go one way."""
 
     def start(self, situation: Situation) -> Memory:
         """Keep time and heading."""

@@ -1,14 +1,26 @@
-"""Ways over the ground: velocities in the horizontal plane."""
+"""Motion over the ground: velocities in the horizontal plane, and the base of behaviours."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Situation
+from seals.control import Aim, Plant, Situation
 from seals.errors import ConfigError, suggestion
+
+
+class Behaviour:
+    """Base of behaviours: leads any robot, and never ends by itself."""
+
+    def bind(self, plant: Plant) -> None:
+        """Accept any robot."""
+
+    def finished(self, memory: Any) -> bool | None:
+        """Return None: the behaviour goes on."""
+        return None
 
 
 def heading_for(way: float, speed: float, yaw: float) -> Aim:

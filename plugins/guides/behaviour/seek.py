@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Aim, Situation
 from seals.errors import ConfigError
-from seals.plugins.guides.behaviour.over_ground import apart, heading_for, place_of
+from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import param
 
 
@@ -22,7 +22,7 @@ class Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Seek:
+class Seek(Behaviour):
     """Goes straight to a place or to another body, slower near it, and stays.
 
     Args:
@@ -52,9 +52,6 @@ class Seek:
                 f"seek.place={list(self.place)} is no place on the ground.\n"
                 "Allowed: two finite numbers [x, y]."
             )
-
-    def bind(self, plant: Plant) -> None:
-        """Any robot may go to a target."""
 
     def start(self, situation: Situation) -> Memory:
         """Keep the heading."""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.control import Aim, Plant, Situation
-from seals.plugins.guides.behaviour.over_ground import apart, heading_for
+from seals.control import Aim, Situation
+from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
 from seals.schema import param
 
 
@@ -24,7 +24,7 @@ class Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Wander:
+class Wander(Behaviour):
     """Walks in bouts of random length and direction with pauses between, and stays near home.
 
     Equation:
@@ -61,9 +61,6 @@ class Wander:
     radius: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
     seed: int = 0
 
-    def bind(self, plant: Plant) -> None:
-        """Any robot may wander."""
-
     def start(self, situation: Situation) -> Memory:
         """Keep home; the first bout begins at once."""
         x, y = (float(v) for v in situation.position[:2])
@@ -75,10 +72,6 @@ class Wander:
             memory = self._next(situation, memory)
         walking = memory.bouts % 2 == 1
         return heading_for(memory.way, self.speed if walking else 0.0, memory.yaw), memory
-
-    def finished(self, memory: Memory) -> bool | None:
-        """Return None: it never ends."""
-        return None
 
     def stage(self, memory: Memory) -> str:
         """Return what it does."""

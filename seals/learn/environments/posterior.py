@@ -8,8 +8,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.effects.effect import Effect
+from seals.effects.effect import Effect, EffectOptions
 from seals.errors import ConfigError, suggestion
+from seals.plugin_options import options_of
 from seals.registry import get, names
 from seals.schema import parameters_of
 from seals.sysid.validation.answer import Finding, read_answer
@@ -139,7 +140,7 @@ def _alike(kind: str, effects: Mapping[str, Any], *, medium: str = "", **places:
     plain: type[Effect] = get("effect", kind).load() if kind in names("effect") else Effect
     found = []
     for name, effect in effects.items():
-        own = getattr(effect, "medium", None)
+        own = options_of(effect, EffectOptions).medium
         wet = not medium or own is None or own.value in (medium, "any")
         here = all(getattr(effect, k, None) == int(v) for k, v in places.items())
         if type(effect) is plain and wet and here:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array, columns
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import Inputs, Medium, Motion, Reading, Wrench
+from seals.motion import Inputs, Joints, Medium, Motion, Reading, Wrench, by_joint
 from seals.schema import param
 
 _SOURCE = "chosen: an example"
@@ -57,6 +57,48 @@ class VortexShedding(Effect):
     ) -> tuple[Wrench, Array]:
         """Constant force in the medium [N]."""
         return Wrench(params["force"] * medium.share, None), memory
+
+
+@dataclass(kw_only=True)
+class JointWaterDrag(Effect):
+    """Viscous drag of the medium on the joints, as far as the moved links are immersed.
+
+    Equation:
+        tau = -c s q', with s the share of the medium at the link that the joint moves.
+
+    Args:
+        viscous: c, the same for all joints [N m s/rad].
+        medium: water, air or any.
+        links: without meaning here.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        The drag of a link on its own joint alone.
+
+    Valid range:
+        Slow motion, Reynolds numbers of the links below one.
+
+    Limitations:
+        No drag of outer links on inner joints; linear at any speed.
+
+    References:
+        Happel and Brenner 1983, Low Reynolds Number Hydrodynamics, ch. 5.
+
+    Example:
+        >>> JointWaterDrag(viscous=0.02).viscous
+        0.02
+    """
+
+    viscous: float = param(0.01, "N m s/rad", bounds=(0.0, 10.0), tolerance=0.01, source=_SOURCE)
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("joint drag",)
+
+    @staticmethod
+    def joint_loads(
+        joints: Joints, medium: Medium, memory: Array, params: Parameters
+    ) -> tuple[Array, Array]:
+        """Generalised force against the joint velocity [N m]."""
+        return -params["viscous"] * by_joint(medium.share, joints) * joints.velocity, memory
 
 
 @dataclass(kw_only=True)

@@ -1,0 +1,143 @@
+"""The fluid plug-in of a particle domain: options and methods that all domains share."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, ClassVar
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.environment.settings import EnvironmentSettings
+from seals.environment.surroundings import WaterColumn
+from seals.environment.waves import Sea
+from seals.errors import ConfigError
+from seals.fluid import BodyStates, MomentumBalance
+from seals.plugins.fluids.coupling.simulation import Simulation
+from seals.plugins.fluids.sampling import Thin
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+from seals.schema import param, vector
+
+_CHOSEN = "chosen"
+
+
+class Device(Enum):
+    """Device on which the particles are computed."""
+
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+@dataclass(kw_only=True)
+class ParticleFluid:
+    """Water as particles in some domain, coupled with bodies both ways; base of the plug-ins.
+
+    Args:
+        spacing: of the particles at rest [m].
+        size: length (x), width (y) and depth of the water [m].
+        freeboard: room above the water [m].
+        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        physics: options of the solver; density and gravity are those of the environment.
+        device: cpu or cuda.
+        threads: on the CPU; 0 for all that this process may use.
+        most: particles and boundary samples allowed before anything is allocated.
+        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        look: time between two updates of the surface [s].
+    """
+
+    spacing: float = param(0.05, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
+    freeboard: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    substeps: int = 0
+    physics: PbfSettings = field(default_factory=PbfSettings)
+    device: Device = Device.cpu
+    threads: int = 0
+    most: int = 2_000_000
+    thin: Thin = Thin.volume
+    look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
+
+    name: ClassVar[str]
+    accounts_for: ClassVar[tuple[str, ...]] = (
+        "buoyancy",
+        "centre of buoyancy",
+        "added mass",
+        "slamming",
+        "linear drag",
+        "quadratic drag",
+        "angular drag",
+        "lift",
+        "radiation damping",
+        "steady current",
+    )
+
+    def __post_init__(self) -> None:
+        """Check the counts; nothing is allocated yet."""
+        if self.substeps < 0 or self.most < 1:
+            raise ConfigError(
+                f"substeps={self.substeps}, most={self.most} are not allowed.\n"
+                "Allowed: substeps 0 (chosen by the speed of sound) or more, most 1 or more."
+            )
+        self._simulation: Simulation | None = None
+        self._time = 0.0
+
+    @property
+    def simulation(self) -> Any:
+        """The simulation, once opened."""
+        if self._simulation is None:
+            raise ConfigError(f"fluid {self.name!r} is not open.\nIt opens with its world.")
+        return self._simulation
+
+    def _physics(self, environment: EnvironmentSettings, **changes: Any) -> PbfSettings:
+        """Options of the solver with density and gravity of the environment."""
+        e = environment
+        column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
+        density = float(column.density[0])
+        return dataclasses.replace(self.physics, density=density, gravity=e.gravity, **changes)
+
+    def initialise(self, states: BodyStates) -> None:
+        """Fill the domain with water around the bodies, at time zero."""
+        self._time = 0.0
+        self.simulation.initialise(states)
+
+    def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
+        """Advance; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
+        self._time = time + step
+        out: Floats = self.simulation.exchange(states, time, step)
+        return out
+
+    def surface(self, position: Array) -> Sea:
+        """Return the surface over points, as last updated."""
+        heights = self.simulation.surface(np.asarray(position, dtype=float), self._time)
+        return Sea(heights[:, None], None, None, None, None)
+
+    def momentum_balance(self) -> MomentumBalance | None:
+        """Return the momentum balance of the last step."""
+        out: MomentumBalance | None = self.simulation.last
+        return out
+
+    def diagnostics(self) -> Mapping[str, float]:
+        """Return particles, compression, gains and losses, gauges."""
+        out: Mapping[str, float] = self.simulation.diagnostics()
+        return out
+
+    def particles(self) -> tuple[Floats, Floats]:
+        """Return positions [m] and velocities [m/s], shape (n, 3) each."""
+        return self.simulation.water.positions(), self.simulation.water.velocities()
+
+    def snapshot(self) -> Any:
+        """Return a copy of everything that changes."""
+        return self._time, self.simulation.snapshot()
+
+    def restore(self, kept: Any) -> None:
+        """Return to a snapshot."""
+        self._time, state = kept
+        self.simulation.restore(state)
+
+    def close(self) -> None:
+        """Free the memory."""
+        if self._simulation is not None:
+            self._simulation.water.close()
+            self._simulation = None

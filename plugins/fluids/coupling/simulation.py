@@ -1,0 +1,200 @@
+"""Simulation of a particle fluid with bodies: the part that tank and moving domain share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import PhysicsError
+from seals.fluid import BodyStates, FluidBody, MomentumBalance
+from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of
+from seals.plugins.fluids.coupling.heights import HeightField
+from seals.plugins.fluids.coupling.momentum import momentum_balance
+from seals.plugins.fluids.sampling import Samples
+from seals.plugins.fluids.solver import Exchange, SolverSettings
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.coupling.fluid import ParticleFluid
+
+
+class Simulation:
+    """Particles in a domain, their boundaries and the bodies in them.
+
+    A domain fills in the hooks `_lattice`, `_place`, and where needed `_track`, `_shift`, `_treat`,
+    `_settle`, `_occupied`, `_update_surface` and `_reset`.
+
+    Args:
+        settings: options of the fluid.
+        physics: options of the solver, with density and gravity of the environment.
+        bodies: in the fluid.
+        spacing: of the particles [m].
+
+    Attributes:
+        water: the solver.
+        heights: height field of the surface, as last updated.
+        last: momentum balance of the last step.
+        removed: lattice places that bodies and solids displaced at the start.
+        left: particles that left.
+    """
+
+    _state: ClassVar[tuple[str, ...]] = ("last", "removed", "left", "_exchange", "_looked")
+
+    def __init__(
+        self,
+        settings: ParticleFluid,
+        physics: SolverSettings,
+        bodies: Sequence[FluidBody],
+        spacing: float,
+    ) -> None:
+        """Sample the bodies."""
+        self.settings, self.physics, self.spacing = settings, physics, spacing
+        self.bodies, self.immersed = len(bodies), Immersed(bodies, spacing, settings.thin)
+
+    def _allocate(
+        self,
+        domain: tuple[Floats, Floats],
+        fixed: Samples,
+        moved: Sequence[Samples],
+        *,
+        capacity: int,
+        surface: HeightField,
+    ) -> None:
+        """Allocate the solver; ``moved`` are kinematic boundaries besides the bodies."""
+        boundary = self.immersed.count + sum(len(s.points) for s in (*moved, fixed))
+        refuse_large(capacity, boundary, self.settings.most)
+        self.water = self.physics.build(
+            spacing=self.spacing,
+            lower=domain[0],
+            upper=domain[1],
+            capacity=capacity,
+            boundary_capacity=boundary,
+            bodies=self.bodies + len(moved),
+            device=self.settings.device.value,
+            threads=self.settings.threads,
+        )
+        for k, samples in enumerate((fixed, *self.immersed.samples, *moved)):
+            add_samples(self.water, k, samples)
+        self.heights = surface
+        self._reset()
+
+    def _reset(self) -> None:
+        """Return all counters to their initial values."""
+        self.last: MomentumBalance | None = None
+        self.removed = self.left = 0
+        self._exchange: Exchange | None = None
+        self._looked = -math.inf
+
+    def initialise(self, states: BodyStates) -> None:
+        """Fill the domain with water around bodies and solids, at time zero."""
+        if self.water.count:
+            self.water.remove_particles(np.ones(self.water.count, dtype=bool))
+        self._reset()
+        self._track(states, 0.0)
+        places = self._lattice()
+        kept = clear_of(places, self._occupied(states), self.spacing)
+        self.removed = len(places) - len(kept)
+        self._place(states, 0.0, 0.0)
+        self._fill(kept)
+        self._settle(states)
+        self._look(states, 0.0)
+
+    def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
+        """Advance by a step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
+        before = self.water.momentum()
+        start = self.water.momentum() if self._shift(states, time) else before
+        self._place(states, time, step)
+        done = self.water.advance(step, substeps=self._substeps(step))
+        self.left += done.left
+        moved = self.water.momentum()
+        self._treat(states, time + step, step)
+        after = self.water.momentum()
+        self._exchange = done
+        sources = (after - moved) + (start - before)
+        self.last = momentum_balance(done, self.bodies, before, sources, after)
+        self._look(states, time + step)
+        return done.impulses[: self.bodies]
+
+    def _substeps(self, step: float) -> int:
+        return self.settings.substeps or self.water.substeps(step)
+
+    def _lattice(self) -> Floats:
+        """Places of all particles if there were no body [m], shape (n, 3)."""
+        raise NotImplementedError
+
+    def _place(self, states: BodyStates, time: float, step: float) -> None:
+        """Set bodies and moving boundaries for the step that begins at ``time``."""
+        raise NotImplementedError
+
+    def _track(self, states: BodyStates, time: float) -> tuple[int, int]:
+        """Let the domain follow the bodies; return the number of cells moved, east and north."""
+        return 0, 0
+
+    def _shift(self, states: BodyStates, time: float) -> bool:
+        """Add and remove particles where the domain moved; return whether it did."""
+        return False
+
+    def _treat(self, states: BodyStates, time: float, step: float) -> None:
+        """Apply forcing and relaxation after a step."""
+
+    def _settle(self, states: BodyStates) -> None:
+        """Let the water come to rest before time zero."""
+
+    def _fill(self, places: Floats) -> None:
+        """Add the initial particles."""
+        self.water.add_particles(places)
+
+    def _occupied(self, states: BodyStates) -> Samples:
+        """Volumes without water at the start."""
+        return self.immersed.volumes(states)
+
+    def _look(self, states: BodyStates, time: float) -> None:
+        """Update the surface every ``look`` seconds."""
+        if time - self._looked >= self.settings.look - 1e-9:
+            self._looked = time
+            self._update_surface(states, time)
+
+    def _update_surface(self, states: BodyStates, time: float) -> None:
+        self.heights.update(self.water.positions(), self.immersed.surfaces(states).points)
+
+    def surface(self, places: Floats, time: float) -> Floats:
+        """Return the height of the surface over places (n, 2 or 3) [m], shape (n,)."""
+        return self.heights.at(places)
+
+    def diagnostics(self) -> dict[str, float]:
+        """Return particles, spacing, compression and iterations, unit in the name."""
+        out = {"particles": float(self.water.count), "spacing [m]": float(self.water.spacing)}
+        if self._exchange is not None:
+            out["mean compression [1]"] = float(self._exchange.mean_compression)
+            out["largest compression [1]"] = float(self._exchange.max_compression)
+            out["iterations"] = float(self._exchange.iterations)
+        return out
+
+    def snapshot(self) -> Any:
+        """Return a copy of everything that changes."""
+        own = {name: getattr(self, name) for name in self._state}
+        return self.water.snapshot(), self.heights.heights.copy(), self.heights.lower.copy(), own
+
+    def restore(self, kept: Any) -> None:
+        """Return to a snapshot."""
+        water, heights, lower, own = kept
+        self.water.restore(water)
+        self.heights.heights, self.heights.lower = heights.copy(), lower.copy()
+        vars(self).update(own)
+
+
+def refuse_large(count: int, boundary: int, most: int) -> None:
+    """Refuse more particles than allowed before memory is allocated.
+
+    Raises:
+        PhysicsError: names their number and what to change.
+    """
+    if count + boundary > most:
+        raise PhysicsError(
+            f"the basin holds {count:,} particles and {boundary:,} boundary samples.\n"
+            f"Allowed by fluid.most: {most:,}; take a coarser fluid.spacing or a smaller "
+            f"fluid.size, or raise fluid.most (about {1.6e-6 * (count + boundary):.2g} GB)."
+        )

@@ -1,0 +1,239 @@
+"""Moving domain: a box of the outer sea, made of particles, that follows the robot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import PhysicsError
+from seals.fluid import BodyStates, FluidBody
+from seals.plugins.fluids.coupling import HeightField, Simulation
+from seals.plugins.fluids.moving_domain.box import Box
+from seals.plugins.fluids.moving_domain.level import LevelController
+from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
+from seals.plugins.fluids.moving_domain.refusals import refuse_astray, refuse_large_robot
+from seals.plugins.fluids.solver import SolverSettings
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.moving_domain.fluid import FluidWindow
+
+CUT = 0.07
+"""How much further a cut through the water lies than the side that is put there, in spacings.
+
+Water that was cut through is in disorder; a side pushes it into layers, with a pressure that this
+makes up for in the mean. Measured on a tow: the mean push on a ball after a shift is least here.
+"""
+ROOM = 3.0
+"""Room of the domain beyond sides and floor, in spacings."""
+SPARE = 1.05
+"""Particles that memory is kept for, over those of the box."""
+LOOKS = 400
+"""Instants at which the largest deformation of the box is looked for."""
+SPAN = 300.0
+"""Time in which they lie [s]."""
+
+
+class MovingDomain(Simulation):
+    """A box of water that follows a body through an open sea.
+
+    Sides and floor move with the water of the outer sea, so no water passes through them; in the
+    relaxation ring velocities are drawn to those of the outer sea.
+
+    Args:
+        settings: options of the fluid.
+        box: sizes, around the origin.
+        outer: the sea around it.
+        physics: options of the solver.
+        bodies: in the water; the first one is followed.
+
+    Attributes:
+        shifts: number of times the box has moved by a cell.
+        entered: particles added by a shift or by the level controller.
+        lift: level by volume above that of the highest particles [m].
+
+    Raises:
+        SealsError: the spacing is too coarse for a body, or there would be too many particles.
+    """
+
+    settings: FluidWindow
+    _state: ClassVar[tuple[str, ...]] = (*Simulation._state, "box", "shifts", "entered", "lift")
+
+    def __init__(
+        self,
+        settings: FluidWindow,
+        box: Box,
+        outer: OuterSea,
+        physics: SolverSettings,
+        bodies: Sequence[FluidBody],
+    ) -> None:
+        """Sample all boundaries and allocate the solver."""
+        super().__init__(settings, physics, bodies, box.spacing)
+        self.outer, self._first, self._sides = outer, box, box.sides()
+        if bodies:
+            refuse_large_robot(self.immersed.samples[0], box)
+        self._reach = self._room()
+        self._high = np.array([0.0, 0.0, box.freeboard])
+        self._allocate(
+            self._domain(),
+            self._sides,
+            (),
+            capacity=math.ceil(SPARE * math.prod(box.counts)),
+            surface=HeightField(box.lower, box.upper, box.spacing, outer.level),
+        )
+
+    def _reset(self) -> None:
+        super()._reset()
+        self.box = self._first
+        self.shifts = self.entered = 0
+        self.level = LevelController(self.settings.lag)
+        self.lift = 0.0
+
+    def _lattice(self) -> Floats:
+        return self.outer.places(self.box.lattice(), 0.0)
+
+    def _fill(self, places: Floats) -> None:
+        speed = self.outer.velocity(self.outer.rest(places, 0.0), 0.0)
+        self.water.add_particles(places, speed, trusted=True)
+
+    def _room(self) -> Floats:
+        """Return the largest displacement of the sides relative to the middle of the box [m]."""
+        sides = zip(self._first.lower, self._first.upper, strict=True)
+        corners = np.array(list(itertools.product(*sides)))
+        points = np.concatenate([corners, self._first.middle[None]])
+        far = np.zeros(3)
+        for time in np.linspace(0.0, SPAN, LOOKS):
+            moved = self.outer.displacement(points, time)
+            far = np.maximum(far, np.abs(moved[:-1] - moved[-1]).max(axis=0))
+        return far * 1.2 + (ROOM + 2.0) * self._first.spacing
+
+    def _domain(self) -> tuple[Floats, Floats]:
+        """Corners of the room around the box at time zero [m]."""
+        return self._first.lower - self._reach, self._first.upper + self._reach + self._high
+
+    def _put_sides(self, time: float) -> None:
+        """Move sides and floor to where the outer sea has carried them."""
+        rest = self._sides.points + (self.box.lower - self._first.lower)
+        # the weights stay: the sides are strained by less than the steepness
+        self.water.move_boundary(body=0, points=self.outer.places(rest, time))
+
+    def _place(self, states: BodyStates, time: float, step: float) -> None:
+        self._put_sides(time + step)
+        self._frame(time)
+        if self.bodies:
+            self.water.place_bodies(**states._asdict())
+
+    def _frame(self, time: float) -> None:
+        """Let the engine's domain follow the box by whole spacings."""
+        middle = self.outer.places(self.box.middle[None], time)[0]
+        off = (middle - self._first.middle) - (self.water.origin - self._domain()[0])
+        cells = np.rint(off / self.box.spacing).astype(np.int64)
+        if (np.abs(cells) >= 2).any():
+            self.water.shift_domain(cells)
+
+    def _track(self, states: BodyStates, time: float) -> tuple[int, int]:
+        """Move the box by whole cells to where the robot is; return by how many."""
+        if not self.bodies:
+            return 0, 0
+        rest = self.outer.rest(states.position, time)
+        cells = self.box.cells_to(rest[0])
+        self.box = self.box.moved(cells)
+        refuse_astray(self.immersed.names, rest, self.box)
+        return cells
+
+    def _shift(self, states: BodyStates, time: float) -> bool:
+        """Remove the water left behind and add new water ahead, where the body has moved on."""
+        old = self.box
+        if self._track(states, time) == (0, 0):
+            return False
+        self.shifts += 1
+        rest = self.outer.rest(self.water.positions(), time)
+        outside = ~self.box.holds(rest, slack=-CUT * self.spacing)
+        self.left += self.water.remove_particles(outside)
+        new = self.box.lattice()
+        new = new[~old.holds(new)]
+        self._put_sides(time)
+        self._frame(time)
+        self._add(new, time)
+        return True
+
+    def _add(self, rest: Floats, time: float) -> None:
+        """Add particles of the outer sea, by their places of rest (n, 3) [m]."""
+        self.entered += len(rest)
+        places, speed = self.outer.places(rest, time), self.outer.velocity(rest, time)
+        self.water.add_particles(places, speed, trusted=True)
+
+    def _treat(self, states: BodyStates, time: float, step: float) -> None:
+        """Relax the ring towards the outer sea, and control the level."""
+        velocities = self.water.velocities()
+        rest = self.outer.rest(self.water.positions(), time)
+        weight = self.box.weight(rest)
+        near = weight > 0.0
+        share = -np.expm1(-self.settings.rate * step * weight[near])[:, None]
+        velocities[near] += share * (self.outer.velocity(rest[near], time) - velocities[near])
+        self.water.set_particles(velocities=velocities)
+        self._refuse_far(rest)
+        change = self.level.change(self.box, rest, self._taken(states, time), step)
+        if len(change.gone):
+            self.left += self.water.remove_particles(np.isin(np.arange(len(rest)), change.gone))
+        come = change.come[: self.water.capacity - self.water.count]
+        if len(come):
+            self._add(come, time)
+
+    def _taken(self, states: BodyStates, time: float) -> float:
+        """Volume of the bodies below the surface of the outer sea [m^3]."""
+        whole = self.immersed.volumes(states)
+        under = self.outer.rest(whole.points, time)[:, 2] < self.outer.level
+        return float(whole.volumes[under].sum())
+
+    def _refuse_far(self, rest: Floats) -> None:
+        """Refuse water that came through the sides."""
+        out = ~self.box.holds(rest, slack=2.0 * self.box.spacing)
+        if out.any():
+            raise PhysicsError(
+                f"{out.sum()} particles came through the sides of the window.\n"
+                "Take shorter steps, or a lower sea."
+            )
+
+    def _update_surface(self, states: BodyStates, time: float) -> None:
+        carried = self.outer.places(self.box.middle[None], time)[0] - self.box.middle
+        self.heights.lower = (self.box.lower + carried)[:2]
+        super()._update_surface(states, time)
+        self.lift = self._settled(states, time)
+
+    def _settled(self, states: BodyStates, time: float) -> float:
+        """Return the level by volume above the level of the highest particles [m]."""
+        box, field = self.box, self.heights
+        i, j = np.meshgrid(*(np.arange(n) + 0.5 for n in field.shape), indexing="ij")
+        middles = field.lower + np.stack([i.ravel(), j.ravel()], -1) * field.edge
+        seen = float((field.heights.ravel() - self.outer.elevation(middles, time)).mean())
+        over = self.water.count + self._taken(states, time) / box.spacing**3 - math.prod(box.counts)
+        depth = box.spacing * box.counts[2]
+        by_volume = over * depth / math.prod(box.counts) - 0.5 * box.squeeze * depth**2
+        return by_volume - seen
+
+    def surface(self, places: Floats, time: float) -> Floats:
+        """Return the height of the surface, the outer sea's outside of the window [m]."""
+        outer = self.outer.elevation(places, time)
+        level = np.column_stack([places[:, :2], outer])
+        weight = self.box.weight(self.outer.rest(level, time))
+        out: Floats = weight * outer + (1.0 - weight) * (self.heights.at(places) + self.lift)
+        return out
+
+    def diagnostics(self) -> dict[str, float]:
+        """Return those of the solver, shifts of the box, particles added and removed."""
+        out = super().diagnostics() | {"shifts of the window": float(self.shifts)}
+        return out | {"particles come": float(self.entered), "particles gone": float(self.left)}
+
+    def snapshot(self) -> Any:
+        """Return a copy of everything that changes."""
+        return super().snapshot(), self.level.owed
+
+    def restore(self, kept: Any) -> None:
+        """Return to a snapshot."""
+        state, self.level.owed = kept
+        super().restore(state)

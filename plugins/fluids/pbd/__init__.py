@@ -1,4 +1,0 @@
-"""Particle water by position-based dynamics; ``water.ParticleWater`` is the door.
-
-Nothing here imports Taichi before ``engine.Engine`` is started.
-"""

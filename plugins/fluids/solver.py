@@ -1,0 +1,214 @@
+"""Protocol of particle solvers: particles, boundary samples, rigid bodies, step, diagnostics.
+
+Tank and moving domain know a solver through this protocol only. All arrays are NumPy float64,
+world axes east-north-up, SI units. Bodies are numbered 1..K; body 0 is everything static.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+
+
+class Exchange(NamedTuple):
+    """Impulses and quality measures of one ``advance``.
+
+    Args:
+        impulses: impulse of the water on each body, force part then moment about its centre of
+            mass, world axes [N s, N m s], shape (K, 6).
+        walls: impulse of the water on everything static [N s], shape (3,).
+        gravity: impulse of gravity on the water [N s], shape (3,).
+        external: change of the water's momentum not explained by the above [N s], shape (3,):
+            rounding, and terms that do not conserve momentum, such as vorticity confinement.
+        iterations: pressure iterations, mean over the substeps.
+        mean_compression: mean of max(density / rest density - 1, 0) after the last substep [1].
+        max_compression: its maximum [1].
+        left: particles removed because they left through an open domain face.
+    """
+
+    impulses: Floats
+    walls: Floats
+    gravity: Floats
+    external: Floats
+    iterations: float
+    mean_compression: float
+    max_compression: float
+    left: int
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of a solver, to be handed to ``restore``."""
+
+    arrays: dict[str, Any]
+
+
+@runtime_checkable
+class ParticleSolver(Protocol):
+    """A particle fluid with static boundaries and moving rigid bodies.
+
+    Particles keep their row: arrays are in the order in which particles were added.
+
+    Attributes:
+        spacing: distance of particles at rest [m].
+        origin: lower corner of the domain [m], shape (3,).
+        capacity: largest number of particles.
+        count: number of particles.
+    """
+
+    spacing: float
+    origin: Floats
+    capacity: int
+    count: int
+
+    @property
+    def boundary_count(self) -> int:
+        """Number of boundary samples."""
+        ...
+
+    def add_particles(
+        self, positions: Floats, velocities: Floats | None = None, *, trusted: bool = False
+    ) -> None:
+        """Add particles at positions (n, 3) [m] with velocities (n, 3) [m/s], zero if None.
+
+        ``trusted`` skips the search for overlaps.
+        """
+        ...
+
+    def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
+        """Remove the particles marked in ``chosen`` (n,); return their number."""
+        ...
+
+    def set_particles(
+        self, *, positions: Floats | None = None, velocities: Floats | None = None
+    ) -> None:
+        """Overwrite positions [m] and/or velocities [m/s] of all particles, shape (n, 3)."""
+        ...
+
+    def positions(self) -> Floats:
+        """Positions [m], shape (n, 3)."""
+        ...
+
+    def velocities(self) -> Floats:
+        """Velocities [m/s], shape (n, 3)."""
+        ...
+
+    def shift_domain(self, spacings: NDArray[np.int64]) -> None:
+        """Move the domain by whole spacings (3,); particles and boundary stay in the world."""
+        ...
+
+    def add_boundary(
+        self,
+        *,
+        body: int,
+        points: Floats,
+        convex: bool | None = None,
+        volumes: Floats | None = None,
+        bulk: Floats | None = None,
+    ) -> None:
+        """Add boundary samples of a body, in world axes (body 0) or body axes.
+
+        Args:
+            body: 0 for static samples, 1..K for bodies.
+            points: [m], shape (b, 3).
+            convex: whether the samples lie under a convex surface; by default for bodies only.
+            volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
+            bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
+        """
+        ...
+
+    def move_boundary(self, *, body: int, points: Floats) -> None:
+        """Move the samples of a body to ``points`` [m], shape (b, 3); weights are kept."""
+        ...
+
+    def place_bodies(
+        self,
+        *,
+        position: Floats,
+        rotation: Floats,
+        velocity: Floats,
+        spin: Floats,
+        inverse_mass: Floats,
+        inverse_inertia: Floats,
+        acceleration: Floats,
+    ) -> None:
+        """Set pose, twist, mobility and known acceleration of all bodies for the next step.
+
+        Arguments are those of `seals.fluid.BodyStates`; a kinematic body has zero inverse mass.
+        """
+        ...
+
+    def substeps(self, step: float) -> int:
+        """Return the number of substeps that ``step`` [s] requires for stability."""
+        ...
+
+    def advance(self, step: float, *, substeps: int) -> Exchange:
+        """Advance by ``step`` [s] in equal substeps; bodies move along within it."""
+        ...
+
+    def momentum(self) -> Floats:
+        """Momentum of the fluid [N s], shape (3,)."""
+        ...
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of the fluid [J]."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """Return everything needed to continue."""
+        ...
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot of this solver."""
+        ...
+
+    def close(self) -> None:
+        """Free memory and devices."""
+        ...
+
+
+class SolverSettings(Protocol):
+    """Options of a solver, a dataclass, and the construction of the solver from them.
+
+    Attributes:
+        density: rest density [kg/m^3].
+        gravity: acceleration of free fall [m/s^2].
+        sound_speed: numerical speed of sound [m/s]; 0 lets the solver choose.
+        outflow: whether particles may leave the domain.
+    """
+
+    density: float
+    gravity: float
+    sound_speed: float
+    outflow: bool
+
+    def build(
+        self,
+        *,
+        spacing: float,
+        lower: Floats,
+        upper: Floats,
+        capacity: int,
+        boundary_capacity: int,
+        bodies: int,
+        device: str,
+        threads: int,
+    ) -> ParticleSolver:
+        """Allocate a solver for a domain.
+
+        Args:
+            spacing: distance of particles at rest [m].
+            lower: lower corner of the domain [m], shape (3,).
+            upper: upper corner [m], shape (3,).
+            capacity: largest number of particles.
+            boundary_capacity: largest number of boundary samples.
+            bodies: number K of bodies.
+            device: ``cpu`` or ``cuda``.
+            threads: on the CPU; 0 for all that this process may use.
+        """
+        ...

@@ -1,0 +1,45 @@
+"""Compliance from the speed of sound, and Chebyshev acceleration of the Jacobi sweeps."""
+
+from __future__ import annotations
+
+import math
+
+from seals.plugins.fluids.solvers.pbf.lattice import Calibration
+
+# bound of the spectrum from below where water is meant to be incompressible
+STIFF = 1 / 30
+
+
+def compliance(sound_speed: float, step: float) -> float:
+    """Compliance of the density constraint [1/m^2]: pressure = density c^2 (compression)."""
+    return 0.0 if math.isinf(sound_speed) else 1 / (sound_speed * step) ** 2
+
+
+def weights(
+    sweeps: int, *, softness: float, lattice: Calibration, margin: float = 1.1
+) -> list[tuple[float, float]]:
+    """Return (gain, memory) of each sweep: Chebyshev semi-iteration on the constraint's spectrum.
+
+    Args:
+        sweeps: how many.
+        softness: compliance over the diagonal of the constraint.
+        lattice: kernel constants; ``top`` bounds the spectrum from above.
+        margin: safety on ``top``, because water at rest is no lattice.
+
+    Example:
+        >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate
+        >>> from seals.plugins.fluids.solvers.pbf.settings import Kernel
+        >>> round(weights(1, softness=1e9, lattice=calibrate(Kernel.wendland))[0][0], 6)
+        1.0
+    """
+    high = (margin * lattice.top + softness) / (1 + softness)
+    low = max(softness / (1 + softness), STIFF * high)
+    middle, half = (high + low) / 2, max((high - low) / 2, 1e-6)
+    ratio = middle / half
+    rho = 1 / ratio
+    found = [(1 / middle, 0.0)]
+    for _ in range(sweeps - 1):
+        following = 1 / (2 * ratio - rho)
+        found.append((2 * following / half, following * rho))
+        rho = following
+    return found

@@ -1,0 +1,111 @@
+"""Surface tension after Akinci, Akinci and Teschner 2013, as a change of velocity."""
+
+import math
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+
+@ti.data_oriented
+class Cohesion:
+    """Cohesion between particles, and curvature of the surface.
+
+    Equation:
+        a_ij = -gamma K_ij (m C(r) e_ij + (n_i - n_j)),  K_ij = 2 rho_0 / (rho_i + rho_j),
+        n_i = h sum_j V_j grad W_ij, C the spline of eq. 2 of the paper.
+
+    Args:
+        fields: where normals live.
+        particles: data in: places and velocities of buffer 1; data out: velocities of buffer 1.
+        grid: cells.
+        numbers: step and counts.
+        smoothing: the kernel, whose gradient makes the normals.
+        strength: gamma [N/m]; its scale follows the spacing and is to be calibrated on a droplet.
+        mass: mass of a particle [kg].
+
+    Limitations:
+        Forces act between particles only: no wetting of boundaries.
+
+    References:
+        Akinci, Akinci, Teschner 2013, doi 10.1145/2508363.2508395.
+    """
+
+    def __init__(
+        self,
+        fields: Fields,
+        particles: Particles,
+        grid: Grid,
+        numbers: Globals,
+        smoothing: Smoothing,
+        *,
+        strength: float,
+        mass: float,
+    ) -> None:
+        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.strength, self.mass = strength, mass
+        self.support = grid.support
+        self.listed = particles.longest > 0
+        self.factor = 32 / (math.pi * self.support**9)
+        self.normal = fields.vector(3, ti.f32, particles.capacity)
+
+    @ti.func
+    def spline(self, r) -> Any:
+        """Attraction beyond half the support, repulsion below it [1/m^3]."""
+        h = self.support
+        value = (h - r) ** 3 * r**3
+        if 2 * r <= h:
+            value = 2 * value - h**6 / 64
+        if r >= h:
+            value = 0.0
+        return self.factor * value
+
+    @ti.kernel
+    def pull(self, src: ti.template()):
+        """Data in: places of ``src``, densities. Data out: velocities of buffer 1."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.normal[i] = self.gather(src, i, False)
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                a = self.gather(src, i, True)
+                self.p.velocity[1][i] -= (self.g.step[None] * self.strength) * a
+
+    @ti.func
+    def gather(self, src: ti.template(), i, force: ti.template()) -> Any:
+        """Sum normals, or forces, over the neighbours of one particle."""
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        s = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                s += self.pair(src, i, self.p.list[i, k], q, force)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(
+                        self.grid.start, q, ox, oy, SLACK * self.grid.support
+                    )
+                    for j in range(first, last):
+                        if j != i:
+                            s += self.pair(src, i, j, q, force)
+        return s
+
+    @ti.func
+    def pair(self, src: ti.template(), i, j, q, force: ti.template()) -> Any:
+        """Share of one neighbour."""
+        o = self.p.place[src][j]
+        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        r2 = e.norm_sqr()
+        s = self.support * self.kernel.gradient(r2) * e
+        if ti.static(force):
+            r = ti.sqrt(r2) + 1e-9
+            both = ti.max(self.p.density[i] + self.p.density[j], 0.2)
+            s = (2 / both) * (
+                (self.mass * self.spline(r) / r) * e + (self.normal[i] - self.normal[j])
+            )
+            if r2 >= self.support * self.support:
+                s = ti.Vector([0.0, 0.0, 0.0])
+        return s

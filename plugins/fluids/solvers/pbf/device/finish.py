@@ -1,0 +1,161 @@
+"""End of a substep: artificial viscosity, wall friction, positions to buffer 0, sums."""
+
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.fields import CHUNK, Globals, Particles, Samples
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+
+@ti.data_oriented
+class Finish:
+    """Kernels that close a substep.
+
+    Args:
+        particles: data in: buffer 1 velocities; data out: buffer 0.
+        grid: cells of the particles.
+        numbers: counts, blend; data out: partial sums.
+        smoothing: the kernel.
+        blended: whether neighbouring velocities are blended at all.
+        damped: whether the biharmonic artificial viscosity is on, see `close`.
+        samples: data in: sorted samples.
+        friction: of static walls, see `wall_friction` [1].
+        spacing: distance at rest [m].
+    """
+
+    def __init__(
+        self,
+        particles: Particles,
+        grid: Grid,
+        numbers: Globals,
+        smoothing: Smoothing,
+        samples: Samples,
+        *,
+        blended: bool,
+        damped: bool,
+        friction: float,
+        spacing: float,
+    ) -> None:
+        self.s, self.friction, self.spacing = samples, friction, spacing
+        # what a wall adds to the density of the layer on it
+        self.full = smoothing.lattice.behind
+        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.blended, self.damped = blended, damped
+        self.listed = particles.longest > 0
+        self.support2 = grid.support**2
+
+    @ti.kernel
+    def find_laplacian(self, src: ti.template()):
+        """Data in: places of ``src``, velocities of buffer 1. Data out: their Laplacian."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.p.laplacian[i] = self.laplacian(src, i, self.p.velocity[1])
+
+    @ti.kernel
+    def close(self, src: ti.template()):
+        """Data in: places of ``src``, velocities of buffer 1. Data out: buffer 0, wall impulse.
+
+        Equation:
+            (L v)_i = sum_j W_ij (v_j - v_i); v <- v + blend L v - calm L (L v). The second term
+            takes out what differs from one particle to the next and leaves what is smooth over
+            some spacings: it falls with the fourth power of the wave number.
+        """
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                v = self.p.velocity[1][i]
+                if ti.static(self.damped):
+                    v += self.g.blend[None] * self.p.laplacian[i]
+                    v -= self.g.damping[None] * self.laplacian(src, i, self.p.laplacian)
+                elif ti.static(self.blended):
+                    v += self.g.blend[None] * self.laplacian(src, i, self.p.velocity[1])
+                if ti.static(self.friction > 0 and self.listed):
+                    v += self.wall_friction(src, i, v)
+                self.p.velocity[0][i] = v
+                self.p.number[0][i] = self.p.number[1][i]
+                # neighbours read the first three components meanwhile: they keep their values
+                if ti.static(src == 1):
+                    at = self.p.place[1][i]
+                    self.p.place[0][i] = ti.Vector([at[0], at[1], at[2], self.p.multiplier[i]])
+                else:
+                    self.p.place[0][i][3] = self.p.multiplier[i]
+        for c in range(self.g.chunks):
+            total = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
+            for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
+                total += ti.cast(self.p.wall[i], ti.f64)
+            self.g.walls[c] += total / ti.cast(self.g.step[None], ti.f64)
+
+    @ti.func
+    def wall_friction(self, src: ti.template(), i, v) -> Any:
+        """Change of velocity by static walls: a stress of friction / 2 density speed^2.
+
+        It acts on the layer at the wall, a spacing deep, against the flow along the wall, and is
+        taken implicitly: it stops no particle within one substep.
+        """
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        near, normal = 0.0, ti.Vector([0.0, 0.0, 0.0])
+        for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            t = self.p.list[i, k]
+            if self.s.owner[t] == 0:
+                o = self.s.place[t]
+                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                w, g = self.kernel.solid(e.norm_sqr())
+                near += o[3] * w
+                normal -= o[3] * g * e
+        size = normal.norm() + 1e-9
+        along = v - v.dot(normal) / (size * size) * normal
+        share = ti.min(near / self.full, 1.0)
+        rate = 0.5 * self.friction * share * along.norm() / self.spacing
+        change = -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along
+        self.p.wall[i] += self.g.step[None] * change
+        return change
+
+    @ti.func
+    def laplacian(self, src: ti.template(), i, values: ti.template()) -> Any:
+        """Difference to the neighbours' values, weighted by the kernel."""
+        v = values[i]
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        s = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                j = self.p.list[i, k]
+                o = self.p.place[src][j]
+                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                s += self.kernel.value(e.norm_sqr()) * (values[j] - v)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(
+                        self.grid.start, q, ox, oy, SLACK * self.grid.support
+                    )
+                    for j in range(first, last):
+                        o = self.p.place[src][j]
+                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                        r2 = e.norm_sqr()
+                        if r2 < self.support2:
+                            s += self.kernel.value(r2) * (values[j] - v)
+        return s
+
+    @ti.kernel
+    def sums(self, velocity: ti.template(), src: ti.template()):
+        """Data out: per chunk, sums of velocity, its square, compression, and their largest."""
+        for c in range(self.g.chunks):
+            flow = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
+            energy, squeezed, residual = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)
+            most = 0.0
+            for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
+                v = ti.cast(self.p.velocity[velocity][i], ti.f64)
+                flow += v
+                energy += v.norm_sqr()
+                over = ti.max(self.p.density[i] - 1.0, 0.0)
+                squeezed += over
+                most = ti.max(most, over)
+                residual += ti.max(over - self.g.compliance[None] * self.p.multiplier[i], 0.0)
+            for k in ti.static(range(3)):
+                self.g.partial[c, k] = flow[k]
+            self.g.partial[c, 3] = energy
+            self.g.partial[c, 4] = squeezed
+            self.g.partial[c, 5] = most
+            self.g.partial[c, 6] = residual

@@ -1,0 +1,147 @@
+"""Counting sort of points by cell, and the short runs of candidates around a point.
+
+Cells are as wide as the kernel's support in x and y, and a fraction of it in z, where neighbouring
+cells are neighbours in memory. Around a point nine columns are searched, each only over the heights
+that a sphere of the support reaches there: 115 candidates at a fraction of 1/4, not the 216 of 27
+cubes.
+"""
+
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.fields import Fields
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+RUN = 64
+# a walk during the sweeps meets points that moved since they were sorted
+SLACK = 1.05
+
+
+@ti.data_oriented
+class Grid:
+    """Cells over a domain that starts at the origin.
+
+    Args:
+        fields: where the counters live.
+        size: extent of the domain [m], shape (3,).
+        support: reach of the kernel [m].
+        fine: cells per support along z.
+        marked: whether cells in reach of a point can be marked.
+    """
+
+    def __init__(
+        self, fields: Fields, size: Any, support: float, *, fine: int, marked: bool = False
+    ) -> None:
+        self.support, self.fine, self.pad = support, fine, fine + 1
+        self.size = [float(s) for s in size]
+        self.nx, self.ny = (int(s / support) + 3 for s in self.size[:2])
+        self.nz = int(self.size[2] * fine / support) + 1 + 2 * self.pad
+        self.nowhere = self.nx * self.ny * self.nz
+        cells = self.nowhere + 1
+        self.cells = cells
+        self.runs = (cells + RUN - 1) // RUN
+        self.wide = int(self.runs**0.5) + 1
+        self.groups = (self.runs + self.wide - 1) // self.wide
+        self.count = fields.scalar(ti.i32, cells)
+        self.start = fields.scalar(ti.i32, cells + 1)
+        self.mark = fields.scalar(ti.i32, cells if marked else 1)
+        self.run_sum = fields.scalar(ti.i32, self.runs)
+        self.group_sum = fields.scalar(ti.i32, self.groups)
+
+    @ti.func
+    def column(self, p) -> Any:
+        """Column of a point; points outside fall into the columns at the edge."""
+        cx = ti.min(ti.max(ti.cast(ti.floor(p[0] / self.support), ti.i32) + 1, 1), self.nx - 2)
+        cy = ti.min(ti.max(ti.cast(ti.floor(p[1] / self.support), ti.i32) + 1, 1), self.ny - 2)
+        return cx, cy
+
+    @ti.func
+    def level(self, z) -> Any:
+        """Cell along z of a height."""
+        c = ti.cast(ti.floor(z * (self.fine / self.support)), ti.i32) + self.pad
+        return ti.min(ti.max(c, 0), self.nz - 1)
+
+    @ti.func
+    def inside(self, p) -> Any:
+        """1 if a point lies in the domain, else 0; also 0 if it is not a number."""
+        yes = 1
+        for k in ti.static(range(3)):
+            if not (p[k] >= 0.0 and p[k] <= self.size[k]):
+                yes = 0
+        return yes
+
+    @ti.func
+    def cell_of(self, p) -> Any:
+        """Index of the cell of a point."""
+        cx, cy = self.column(p)
+        return (cx * self.ny + cy) * self.nz + self.level(p[2])
+
+    @ti.func
+    def run(self, start: ti.template(), p, ox, oy, reach) -> Any:
+        """Candidates of one of the nine columns around a point: first, and one past the last."""
+        cx, cy = self.column(p)
+        # distance to the column's nearest side, zero for the point's own
+        dx = ti.max(ox * ((cx - 1 + 0.5 + 0.5 * ox) * self.support - p[0]), 0.0)
+        dy = ti.max(oy * ((cy - 1 + 0.5 + 0.5 * oy) * self.support - p[1]), 0.0)
+        rest = reach * reach - dx * dx - dy * dy
+        first, last = 0, 0
+        if rest > 0.0:
+            dz = ti.sqrt(rest)
+            base = ((cx + ox) * self.ny + cy + oy) * self.nz
+            first = start[base + self.level(p[2] - dz)]
+            last = start[base + self.level(p[2] + dz) + 1]
+        return first, last
+
+    @ti.func
+    def mark_around(self, p) -> None:
+        """Mark all cells that a point within reach may lie in."""
+        cx, cy = self.column(p)
+        for ox in range(-1, 2):
+            for oy in range(-1, 2):
+                base = ((cx + ox) * self.ny + cy + oy) * self.nz
+                low = self.level(p[2] - SLACK * self.support)
+                for z in range(low, self.level(p[2] + SLACK * self.support) + 1):
+                    self.mark[base + z] = 1
+
+    @ti.func
+    def scan(self) -> None:
+        """Turn counts into starts, and clear the counts."""
+        for r in range(self.runs):
+            total = 0
+            for c in range(r * RUN, ti.min((r + 1) * RUN, self.cells)):
+                total += self.count[c]
+            self.run_sum[r] = total
+        for g in range(self.groups):
+            total = 0
+            for r in range(g * self.wide, ti.min((g + 1) * self.wide, self.runs)):
+                total += self.run_sum[r]
+            self.group_sum[g] = total
+        for g in range(self.groups):
+            total = 0
+            for k in range(g):
+                total += self.group_sum[k]
+            for r in range(g * self.wide, ti.min((g + 1) * self.wide, self.runs)):
+                part = self.run_sum[r]
+                self.run_sum[r] = total
+                total += part
+        for r in range(self.runs):
+            total = self.run_sum[r]
+            for c in range(r * RUN, ti.min((r + 1) * RUN, self.cells)):
+                part = self.count[c]
+                self.count[c] = 0
+                self.start[c] = total
+                total += part
+            if r == self.runs - 1:
+                self.start[self.cells] = total
+
+    @ti.func
+    def settle(self, order: ti.template(), number: ti.template()) -> None:
+        """Order the members of each cell by their number, so that sums repeat bit for bit."""
+        for c in range(self.cells):
+            first, last = self.start[c], self.start[c + 1]
+            for a in range(first + 1, last):
+                held = order[a]
+                b = a - 1
+                while b >= first and number[order[b]] > number[held]:
+                    order[b + 1] = order[b]
+                    b -= 1
+                order[b + 1] = held

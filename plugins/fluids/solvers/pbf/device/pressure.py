@@ -1,0 +1,271 @@
+"""Density constraint: multipliers, displacements, and contributions of boundaries.
+
+Multipliers are positive here and divided by the mass of a particle [m^2]: the pressure is
+``virial * density * multiplier / step^2``. Boundary samples have no multiplier: they add to the
+density of particles through a kernel of their own (``lattice.solid_factors``).
+"""
+
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
+from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.isotropy import turned
+from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+# particles closer to a sample than this are pushed off it: a lone drop has too little density to
+# be held by a single layer of samples [spacings]
+CONTACT = 0.72
+CONTACT_SHARE = 0.5
+
+
+@ti.data_oriented
+class Pressure:
+    """Jacobi sweeps of the constraint solver.
+
+    Args:
+        particles: model: capacity; data in and out: the two buffers.
+        samples: data in: sorted samples.
+        bodies: data in: inverse masses seen by a particle that touches a body.
+        grid: cells of the particles.
+        bounds: cells of the samples.
+        numbers: step, compliance, counts.
+        smoothing: the kernel.
+        spacing: distance at rest [m].
+        scale: weight of boundary volumes.
+    """
+
+    def __init__(
+        self,
+        *,
+        particles: Particles,
+        samples: Samples,
+        bodies: Bodies,
+        grid: Grid,
+        bounds: Grid,
+        numbers: Globals,
+        smoothing: Smoothing,
+        spacing: float,
+        scale: float,
+    ) -> None:
+        self.p, self.s, self.b, self.g = particles, samples, bodies, numbers
+        self.grid, self.bounds, self.kernel = grid, bounds, smoothing
+        self.listed = particles.longest > 0
+        self.support2 = grid.support**2
+        self.reach = SLACK * grid.support
+        self.contact = CONTACT * spacing
+        self.floor = 0.25 * smoothing.lattice.stiffness / spacing**2
+        self.scale = scale
+
+    @ti.kernel
+    def multipliers(self, src: ti.template(), gain: ti.f32, memory: ti.f32):
+        """Data in: places in buffer ``src``. Data out: change of the multipliers, there too."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.solve(src, i, gain, memory)
+
+    @ti.func
+    def solve(self, src: ti.template(), i, gain, memory):
+        """Density, its gradients and the new multiplier of one particle."""
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        rho, square = self.kernel.own, 0.0
+        slope = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                rho, slope, square = self.fluid_contribution(
+                    src, self.p.list[i, k], q, rho, slope, square
+                )
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
+                    for j in range(first, last):
+                        if j != i:
+                            rho, slope, square = self.fluid_contribution(
+                                src, j, q, rho, slope, square
+                            )
+        square += slope.norm_sqr()
+        if self.p.beside[i] > 0:
+            more, extra = self.boundary_density(i, q, slope, square)
+            rho += more
+            square = extra
+        self.p.density[i] = rho
+        have = self.p.multiplier[i]
+        soft = self.g.compliance[None]
+        wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
+        new = ti.max(have + gain * wanted + memory * at[3], 0.0)
+        self.p.multiplier[i] = new
+        self.p.place[src][i][3] = new - have
+
+    @ti.func
+    def fluid_contribution(self, src: ti.template(), j, q, rho, slope, square) -> Any:
+        """Add the contribution of one fluid neighbour to density and gradients."""
+        o = self.p.place[src][j]
+        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        r2 = e.norm_sqr()
+        if ti.static(self.listed) or r2 < self.support2:
+            w, g = self.kernel.both(r2)
+            rho += w
+            slope += g * e
+            square += g * g * r2
+        return rho, slope, square
+
+    @ti.func
+    def boundary_density(self, i, q, slope, square) -> Any:
+        """Boundary density, and the diagonal with the motion of bodies in it."""
+        rho = 0.0
+        wall = ti.Vector([0.0, 0.0, 0.0])
+        moved = ti.Vector([0.0, 0.0, 0.0])
+        turned = ti.Vector([0.0, 0.0, 0.0])
+        body = 0
+        if ti.static(self.listed):
+            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                w, f, arm, owner = self.boundary_contribution(self.p.list[i, k], q)
+                rho += w
+                wall += f
+                if owner > 0:
+                    body, moved, turned = owner, moved + f, turned + arm.cross(f)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
+                    for t in range(first, last):
+                        w, f, arm, owner = self.boundary_contribution(t, q)
+                        rho += w
+                        wall += f
+                        if owner > 0:
+                            body, moved, turned = owner, moved + f, turned + arm.cross(f)
+        whole = slope + wall
+        total = square - slope.norm_sqr() + whole.norm_sqr()
+        if body > 0:
+            total += self.b.body_response(body, moved.norm(), turned.norm())
+        return rho, total
+
+    @ti.func
+    def boundary_contribution(self, t, q) -> Any:
+        """Contribution of one boundary sample: density, gradient, arm about its body, body."""
+        o = self.s.place[t]
+        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        w, g = self.kernel.solid(e.norm_sqr())
+        part = self.scale * o[3]
+        owner = self.s.owner[t]
+        arm = ti.Vector([0.0, 0.0, 0.0])
+        if owner > 0:
+            arm = ti.Vector([o[0], o[1], o[2]]) - self.b.local_centre(owner)
+        return part * w, part * g * e, arm, owner
+
+    @ti.kernel
+    def displace(self, src: ti.template(), dst: ti.template()):
+        """Data in: places and multiplier changes of ``src``. Data out: places in ``dst``."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.move(src, dst, i)
+
+    @ti.func
+    def move(self, src: ti.template(), dst: ti.template(), i):
+        """Move one particle by the multipliers around it."""
+        at = self.p.place[src][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        s = ti.Vector([0.0, 0.0, 0.0])
+        own = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                theirs, mine = self.press(src, self.p.list[i, k], q, at[3])
+                s, own = s + theirs, own + mine
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
+                    for j in range(first, last):
+                        # a particle presses on itself with a zero distance: nothing
+                        theirs, mine = self.press(src, j, q, at[3])
+                        s, own = s + theirs, own + mine
+        s += self.corrected(i, own)
+        if self.p.beside[i] > 0:
+            s += self.press_off(i, q, at[3])
+        self.p.place[dst][i] = ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]])
+        self.p.velocity[1][i] += s / self.g.step[None]
+
+    @ti.func
+    def corrected(self, i, s) -> Any:
+        """Displacement by a particle's multiplier, made even."""
+        return turned(self.p.correction[i], s) if ti.static(self.p.isotropic) else s
+
+    @ti.func
+    def press(self, src: ti.template(), j, q, mine) -> Any:
+        """Displacement by one neighbour's multiplier, and by the particle's own."""
+        o = self.p.place[src][j]
+        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        r2 = e.norm_sqr()
+        theirs, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed) or r2 < self.support2:
+            slope = -self.kernel.gradient(r2) * e
+            theirs, own = self.corrected(j, o[3] * slope), mine * slope
+        return theirs, own
+
+    @ti.func
+    def press_off(self, i, q, mine) -> Any:
+        """Displacement by all boundary samples; the static ones' share goes into the account."""
+        s = ti.Vector([0.0, 0.0, 0.0])
+        wall = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                t = self.p.list[i, k]
+                part = self.push(i, t, q, mine)
+                s += part
+                if self.s.owner[t] == 0:
+                    wall += part
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
+                    for t in range(first, last):
+                        part = self.push(i, t, q, mine)
+                        s += part
+                        if self.s.owner[t] == 0:
+                            wall += part
+        self.p.wall[i] += wall
+        return s
+
+    @ti.func
+    def push(self, i, t, q, mine) -> Any:
+        """Displacement of particle ``i`` at ``q`` by the sorted sample: pressure and contact."""
+        o = self.s.place[t]
+        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        r2 = e.norm_sqr()
+        _, g = self.kernel.solid(r2)
+        s = self.corrected(i, (-mine * self.scale * o[3] * g) * e)
+        if r2 < self.contact * self.contact:
+            r = ti.sqrt(r2) + 1e-9
+            # several samples of a fine sheet share what one coarse sample does
+            share = CONTACT_SHARE * ti.min(o[3], 1.0)
+            s += (share * (self.contact - r) / r) * e
+        return s
+
+    @ti.kernel
+    def react(self, src: ti.template()):
+        """Data in: places and multiplier changes of ``src``. Data out: pushes on moving samples."""
+        for s in range(self.s.capacity):
+            if s < self.g.moving[None]:
+                t = self.s.rank[s]
+                o = self.s.place[t]
+                x = ti.Vector([o[0], o[1], o[2]])
+                total = ti.Vector([0.0, 0.0, 0.0])
+                if self.bounds.inside(x):
+                    if ti.static(self.listed):
+                        for k in range(self.s.near[s]):
+                            j = self.s.list[s, k]
+                            at = self.p.place[src][j]
+                            q = ti.Vector([at[0], at[1], at[2]])
+                            total -= self.push(j, t, q, at[3])
+                    else:
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
+                                first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
+                                for j in range(first, last):
+                                    at = self.p.place[src][j]
+                                    q = ti.Vector([at[0], at[1], at[2]])
+                                    total -= self.push(j, t, q, at[3])
+                self.s.push[s] = total

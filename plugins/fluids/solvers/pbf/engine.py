@@ -1,0 +1,90 @@
+"""Start of Taichi: device, threads, precision; once per process."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from seals.errors import ConfigError, PhysicsError
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+DEVICES = ("cpu", "cuda")
+
+
+@dataclass(kw_only=True)
+class Engine:
+    """Start Taichi once for the process.
+
+    A second start with the same choice joins the first; with another choice it is refused,
+    because Taichi would destroy every field in use.
+
+    Args:
+        device: ``cpu`` or ``cuda``.
+        threads: threads on the CPU; 0 takes all that this process may use.
+        cache: whether compiled kernels are kept between processes.
+
+    Raises:
+        ConfigError: unknown device, or a start that differs from the first one.
+        PhysicsError: CUDA asked for but absent.
+    """
+
+    device: str = "cpu"
+    threads: int = 0
+    cache: bool = True
+
+    _started: ClassVar[tuple[str, int] | None] = None
+
+    def __post_init__(self) -> None:
+        """Check the choice; Taichi starts with the first water."""
+        if self.device not in DEVICES:
+            raise ConfigError(f"device {self.device!r} is unknown.\nAllowed: {', '.join(DEVICES)}.")
+        allowed = len(os.sched_getaffinity(0))
+        if self.threads < 0:
+            raise ConfigError(f"threads={self.threads} must be 0 (all) or more.")
+        self.threads = self.threads or allowed
+
+    @property
+    def accelerated(self) -> bool:
+        """True if kernels run on a CUDA device."""
+        return self.device == "cuda"
+
+    def start(self) -> Any:
+        """Start Taichi, or join the start that was made; return the language module."""
+        wanted = (self.device, 0 if self.accelerated else self.threads)
+        if Engine._started is None:
+            self._init()
+            Engine._started = wanted
+        elif Engine._started != wanted:
+            have, asked = (f"{d}, {t} threads" if t else d for d, t in (Engine._started, wanted))
+            raise ConfigError(
+                f"The particle engine already runs on {have}; {asked} was asked for.\n"
+                "One process has one engine: use the same device and threads, or a new process."
+            )
+        return ti
+
+    def _init(self) -> None:
+        if self.accelerated and not _cuda_present():
+            raise PhysicsError(
+                "device=cuda was asked for, but no CUDA device can be used here.\n"
+                "Use device=cpu, or check the driver with: nvidia-smi"
+            )
+        choice = (
+            {"arch": ti.cuda}
+            if self.accelerated
+            else {"arch": ti.cpu, "cpu_max_num_threads": self.threads}
+        )
+        ti.init(
+            **choice,
+            default_fp=ti.f32,
+            default_ip=ti.i32,
+            fast_math=True,
+            offline_cache=self.cache,
+            log_level=ti.ERROR,
+            random_seed=0,
+        )
+
+
+def _cuda_present() -> bool:
+    """Return true if Taichi can reach a CUDA device."""
+    return bool(ti._lib.core.with_cuda())

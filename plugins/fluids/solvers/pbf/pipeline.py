@@ -1,0 +1,236 @@
+"""Device side of the solver: fields, kernels, and the sequence of one substep."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.plugins.fluids.solvers.pbf.chebyshev import compliance, weights
+from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
+from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
+from seals.plugins.fluids.solvers.pbf.device.finish import Finish
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid
+from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
+from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
+from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
+from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
+from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples, buffers
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings, Search
+
+Array = NDArray[np.float64]
+# cells per support along z: finer cells spare candidates, and cost more to sort (benchmarks/fluid)
+FINE_CPU, FINE_CUDA = 4, 2
+
+
+class Sums(NamedTuple):
+    """Sums over all particles: velocity (3,), its square, compression, largest, residual."""
+
+    velocity: Array
+    square: float
+    compression: float
+    largest: float
+    residual: float
+
+
+class SubstepPipeline:
+    """Fields and kernels of one fluid, and their sequence in a substep.
+
+    Args:
+        spacing: distance at rest [m].
+        size: extent of the domain [m], shape (3,).
+        capacity: most particles.
+        boundary_capacity: most samples.
+        bodies: number of bodies.
+        settings: physics and solver.
+        accelerated: whether the fields lie on a CUDA device.
+    """
+
+    def __init__(
+        self,
+        *,
+        spacing: float,
+        size: Array,
+        capacity: int,
+        boundary_capacity: int,
+        bodies: int,
+        settings: PbfSettings,
+        accelerated: bool,
+    ) -> None:
+        self.settings, self.spacing = settings, spacing
+        self.mass = settings.density * spacing**3
+        walk = settings.search is Search.cells
+        longest = 0 if walk else settings.neighbours
+        self.smoothing = Smoothing(settings.kernel, spacing, settings.support)
+        self.fields = Fields()
+        self.particles = Particles(
+            self.fields,
+            capacity,
+            longest,
+            accelerated,
+            isotropic=settings.evenness > 0,
+            damped=settings.calming > 0,
+        )
+        # only samples of bodies look for particles
+        reach = longest if bodies else 0
+        self.samples = Samples(self.fields, boundary_capacity, reach, accelerated)
+        self.numbers = Globals(self.fields, capacity)
+        fine = FINE_CUDA if accelerated else FINE_CPU
+        self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)
+        self.bounds = Grid(self.fields, size, self.smoothing.support, fine=fine, marked=True)
+        self.bodies = Bodies(self.fields, bodies, self.samples, self.numbers, self.mass)
+        self.cohesion, self.vorticity = self._extras()
+        self.fields.allocate()
+        self._kernels(accelerated)
+        # whether any body has samples
+        self.moving = False
+        self.numbers.gravity[None] = settings.gravity
+        self.numbers.warm[None] = settings.warm_start
+        self.current = 0.0
+        self.sound = math.inf
+        self.schedule: list[tuple[float, float]] = []
+
+    def _kernels(self, accelerated: bool) -> None:
+        chosen, parts = self.settings, (self.particles, self.samples)
+        self.sorting = Sorting(
+            *parts, self.grid, self.bounds, self.numbers, chosen.deterministic, accelerated
+        )
+        self.isotropy = Isotropy(
+            *parts,
+            self.grid,
+            self.bounds,
+            self.numbers,
+            self.smoothing,
+            share=chosen.evenness,
+            scale=chosen.solid_scale,
+        )
+        self.pressure = Pressure(
+            particles=self.particles,
+            samples=self.samples,
+            bodies=self.bodies,
+            grid=self.grid,
+            bounds=self.bounds,
+            numbers=self.numbers,
+            smoothing=self.smoothing,
+            spacing=self.spacing,
+            scale=chosen.solid_scale,
+        )
+        self.body_neighbours = BodyNeighbourCount(
+            self.bodies, self.particles, self.smoothing, self.grid
+        )
+        self.finish = Finish(
+            self.particles,
+            self.grid,
+            self.numbers,
+            self.smoothing,
+            self.samples,
+            blended=chosen.viscosity > 0,
+            damped=chosen.calming > 0,
+            friction=chosen.wall_friction,
+            spacing=self.spacing,
+        )
+
+    def _extras(self) -> tuple[Cohesion | None, Vorticity | None]:
+        parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
+        pull, spin = self.settings.cohesion, self.settings.vorticity
+        return (
+            Cohesion(*parts, strength=pull, mass=self.mass) if pull > 0 else None,
+            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
+        )
+
+    def prepare(self, step: float, sound: float) -> None:
+        """Set the constants for a substep [s] and a speed of sound [m/s]."""
+        if (step, sound) == (self.current, self.sound):
+            return
+        self.current, self.sound = step, sound
+        soft = compliance(sound, step)
+        self.numbers.step[None] = step
+        self.numbers.compliance[None] = soft
+        self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
+        self.numbers.damping[None] = 1 - math.exp(-self.settings.calming * step)
+        lattice = self.smoothing.lattice
+        self.schedule = weights(
+            self.settings.iterations,
+            softness=soft * self.spacing**2 / lattice.stiffness,
+            lattice=lattice,
+        )
+
+    def substep(self, *, static_changed: bool) -> int:
+        """Advance by one substep; return the number of sweeps."""
+        moving = self.moving
+        if moving:
+            self.bodies.predict()
+        if moving or static_changed:
+            self.bodies.carry()
+            self.sorting.bin_samples()
+        self.sorting.begin()
+        self.sorting.survey()
+        if self.particles.isotropic:
+            self.isotropy.find()
+        if moving:
+            if self.samples.longest:
+                self.sorting.survey_samples()
+            self.body_neighbours.count()
+        done = self._sweeps(moving)
+        if self.cohesion is not None:
+            self.cohesion.pull(buffers(done)[0])
+        if self.vorticity is not None:
+            self.vorticity.confine(buffers(done)[0])
+        if self.finish.damped:
+            self.finish.find_laplacian(buffers(done)[0])
+        self.finish.close(buffers(done)[0])
+        return done
+
+    def _sweeps(self, moving: bool) -> int:
+        done = 0
+        if self.settings.warm_start > 0:
+            self._displace(done, moving)
+            done += 1
+        for k, (gain, memory) in enumerate(self.schedule):
+            # after a warm start the last change is no step of the method
+            self.pressure.multipliers(buffers(done)[0], gain, memory if k else 0.0)
+            self._displace(done, moving)
+            done += 1
+            if self.settings.tolerance > 0 and k and self._residual() < self.settings.tolerance:
+                break
+        return done
+
+    def _displace(self, sweep: int, moving: bool) -> None:
+        src, dst = buffers(sweep)
+        self.pressure.displace(src, dst)
+        if moving:
+            self.pressure.react(src)
+            self.bodies.gather()
+
+    def _residual(self) -> float:
+        return self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1)
+
+    def sums(self, *, velocity: int = 0) -> Sums:
+        """Sum over all particles in double precision."""
+        self.finish.sums(velocity, 0)
+        table = self.numbers.partial.to_numpy()
+        total = table.sum(axis=0)
+        return Sums(total[:3], total[3], total[4], float(table[:, 5].max()), total[6])
+
+    def send(self, table: Array) -> None:
+        """Write the state of all bodies, one row each."""
+        whole = np.zeros((table.shape[0] + 1, table.shape[1]))
+        whole[1:] = table
+        self.bodies.inbox.from_numpy(whole)
+        self.bodies.receive()
+
+    def collect(self) -> Array:
+        """Read state and impulses of all bodies, one row each; impulses start anew."""
+        if not self.bodies.bodies:
+            return np.zeros((0, 24))
+        self.bodies.report()
+        return np.asarray(self.bodies.outbox.to_numpy()[1:])
+
+    def wall_impulse(self) -> Any:
+        """Return the impulse on static samples since the last call [N s], shape (3,)."""
+        total = self.numbers.walls.to_numpy().sum(axis=0)
+        self.numbers.walls.fill(0.0)
+        return -self.mass * total

@@ -1,0 +1,137 @@
+"""Options of the position-based fluid solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from seals.arrays import Floats
+from seals.errors import ConfigError
+from seals.plugins.fluids.solver import ParticleSolver
+from seals.schema import param
+
+
+class Kernel(Enum):
+    """Shapes of the smoothing kernel."""
+
+    spline = "spline"
+    wendland = "wendland"
+
+
+class Search(Enum):
+    """Neighbour search: a list stored once a substep, or a walk over cells in each pass."""
+
+    auto = "auto"
+    list = "list"
+    cells = "cells"
+
+
+@dataclass(kw_only=True)
+class PbfSettings:
+    """Physics and numerics of the position-based fluid (PBF, XPBD with compliance).
+
+    Args:
+        density: rest density [kg/m^3].
+        gravity: acceleration of free fall, acting against world z [m/s^2].
+        sound_speed: speed of sound of the constraint's compliance [m/s]; 0 takes ten times the
+            fastest long wave of the filled depth, so that water at rest is compressed by less
+            than one per cent. A substep should not exceed three spacings over this speed.
+        iterations: density iterations a substep; the most allowed when ``tolerance`` is set.
+        tolerance: residual mean compression at which iterations stop [1]; 0 runs a fixed count.
+        warm_start: share of the last substep's multipliers that a substep starts from [1].
+        solid_scale: weight s of boundary volumes in the density [1].
+        evenness: isotropic stress correction, share of the spurious shear that is removed [1], see
+            `device.isotropy`; 0 switches it off: a quarter faster, but water at rest then has
+            a yield stress.
+        viscosity: rate of XSPH velocity smoothing [1/s]; a kinematic viscosity of about
+            0.3 rate spacing^2.
+        calming: artificial viscosity of fourth order (biharmonic), rate at particle scale [1/s]:
+            the XSPH operator applied twice, so that flow which is smooth over ten spacings is not
+            damped. It removes the noise of ``evenness``; waves lose half as much as with a
+            second-order viscosity of the same effect on noise.
+        wall_friction: skin friction coefficient of walls that stand still [1]: a stress of half of
+            it times density times speed squared on the layer at the wall. A smooth plate has
+            1.33 / sqrt(Re) while its boundary layer is laminar, 0.074 / Re^(1/5) then
+            (Schlichting); walls slide without it. With stored lists only.
+        cohesion: surface tension after Akinci et al. 2013 [N/m]; 0 switches it off.
+        vorticity: strength of vorticity confinement [1]; 0 switches it off.
+        kernel: smoothing kernel. The cubic spline holds submerged spheres, boxes and cylinders
+            best; Wendland's is a tenth faster and holds the pressure of a still column best.
+        support: reach of the kernel [1 spacing]. 2 has 26 neighbours on the lattice and is the
+            fastest; 2.3 has 56 and carries waves better.
+        search: neighbour search; ``auto`` takes the list, which wins on CPU and CUDA.
+        neighbours: longest list of neighbours, fluid and boundary together.
+        deterministic: particles of a cell keep the order of their numbers, so that a run repeats
+            bit for bit on any number of threads.
+        outflow: particles that leave the domain are taken out and counted, not refused.
+    """
+
+    density: float = param(
+        1000.0, "kg/m^3", bounds=(1.0, 2e4), tolerance=0.003, relative=True, source="fresh water"
+    )
+    gravity: float = param(
+        9.81, "m/s^2", bounds=(0.0, 30.0), tolerance=0.0, source="standard", fit=False
+    )
+    sound_speed: float = param(
+        0.0, "m/s", bounds=(0.0, 2000.0), tolerance=0.0, source="chosen", fit=False
+    )
+    iterations: int = 4
+    tolerance: float = param(0.0, "1", bounds=(0.0, 0.1), tolerance=0.0, source="chosen", fit=False)
+    warm_start: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
+    )
+    solid_scale: float = param(
+        1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
+    )
+    evenness: float = param(
+        0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
+    )
+    viscosity: float = param(0.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="off")
+    calming: float = param(
+        400.0, "1/s", bounds=(0.0, 1e4), tolerance=0.0, source="measured on waves", fit=False
+    )
+    wall_friction: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.002, source="off; flat plate about 0.004"
+    )
+    cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
+    vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
+    kernel: Kernel = Kernel.spline
+    support: float = param(2.0, "1", bounds=(1.8, 3.5), tolerance=0.0, source="chosen", fit=False)
+    search: Search = Search.auto
+    neighbours: int = 80
+    deterministic: bool = False
+    outflow: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the counts."""
+        if self.iterations < 1:
+            raise ConfigError(f"iterations={self.iterations} must be at least 1.\nUse 4.")
+        if not 32 <= self.neighbours <= 255:
+            raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")
+
+    def build(
+        self,
+        *,
+        spacing: float,
+        lower: Floats,
+        upper: Floats,
+        capacity: int,
+        boundary_capacity: int,
+        bodies: int,
+        device: str,
+        threads: int,
+    ) -> ParticleSolver:
+        """Allocate the solver, see `SolverSettings.build`; Taichi starts with the first one."""
+        from seals.plugins.fluids.solvers.pbf.engine import Engine
+        from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
+
+        return SolverPbf(
+            spacing=spacing,
+            lower=lower,
+            upper=upper,
+            capacity=capacity,
+            boundary_capacity=boundary_capacity,
+            bodies=bodies,
+            settings=self,
+            engine=Engine(device=device, threads=threads),
+        )

@@ -1,0 +1,174 @@
+"""Tank simulation: walls, wave maker, beach, tide and wind around the particles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.environment.settings import EnvironmentSettings
+from seals.fluid import BodyStates, FluidBody, Surrounding
+from seals.plugins.fluids.coupling import HeightField, Simulation
+from seals.plugins.fluids.sampling import Samples, joined
+from seals.plugins.fluids.sampling.solids import sample_solid
+from seals.plugins.fluids.solver import SolverSettings
+from seals.plugins.fluids.tank.basin import Basin
+from seals.plugins.fluids.tank.forcing import apply_beach, apply_wind
+from seals.plugins.fluids.tank.paddle import Board, Paddle, board_of
+from seals.plugins.fluids.tank.settings import Maker
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.tank.fluid import FluidParticles
+
+REST_RATE = 20.0
+"""Damping rate of the velocities while the water settles [1/s]."""
+REST_SHARE = 0.7
+"""Share of the settling time with damping; the rest is free [1]."""
+
+
+class TankSimulation(Simulation):
+    """Water in a basin.
+
+    Args:
+        settings: options of the fluid.
+        basin: its sizes.
+        physics: options of the solver.
+        around: environment, solids and step.
+        bodies: in the water.
+
+    Raises:
+        SealsError: the spacing is too coarse for a body, or there would be too many particles.
+    """
+
+    settings: FluidParticles
+
+    def __init__(
+        self,
+        settings: FluidParticles,
+        basin: Basin,
+        physics: SolverSettings,
+        around: Surrounding,
+        bodies: Sequence[FluidBody],
+    ) -> None:
+        """Sample all boundaries and allocate the solver."""
+        super().__init__(settings, physics, bodies, basin.spacing)
+        self.basin, self._step = basin, around.step
+        e = around.environment
+        self.paddle = paddle_of(settings, e)
+        high = np.array([*basin.upper[:2], basin.top])
+        self._solids = joined(
+            [sample_solid(s, basin.spacing, basin.lower, high) for s in around.solids]
+        )
+        walls = basin.walls(floor=not self._tidal, paddle=self.paddle is not None)
+        moved = [] if self.paddle is None else [basin.paddle()]
+        moved += [basin.floor()] if self._tidal else []
+        level = float(e.water_level or 0.0)
+        self._allocate(
+            basin.domain(settings.tide.amplitude),
+            joined([walls, self._solids]),
+            moved,
+            capacity=math.prod(basin.counts),
+            surface=HeightField(basin.lower, basin.upper, basin.spacing, level),
+        )
+
+    @property
+    def _tidal(self) -> bool:
+        return bool(self.settings.tide.amplitude > 0.0)
+
+    def _lattice(self) -> Floats:
+        return self.basin.lattice()
+
+    def _occupied(self, states: BodyStates) -> Samples:
+        return joined([self._solids, self.immersed.volumes(states)])
+
+    def _settle(self, states: BodyStates) -> None:
+        """Let the water come to rest around bodies that are held."""
+        steps = round(self.settings.settle / self._step)
+        free = int(REST_SHARE * steps)
+        held = states._replace(
+            velocity=np.zeros_like(states.velocity),
+            spin=np.zeros_like(states.spin),
+            inverse_mass=np.zeros_like(states.inverse_mass),
+            inverse_inertia=np.zeros_like(states.inverse_inertia),
+            acceleration=np.zeros_like(states.acceleration),
+        )
+        for k in range(steps):
+            self._place(held, 0.0, self._step)
+            self.water.advance(self._step, substeps=self._substeps(self._step))
+            if k < free:
+                self.water.set_particles(
+                    velocities=self.water.velocities() * math.exp(-REST_RATE * self._step)
+                )
+
+    def _place(self, states: BodyStates, time: float, step: float) -> None:
+        """Place all bodies and kinematic boundaries."""
+        boards = self._boards(time)
+        if not self.bodies + len(boards):
+            return
+        s = states
+        none, still = np.zeros(len(boards)), np.zeros((len(boards), 3))
+        self.water.place_bodies(
+            position=_with(s.position, [b.position for b in boards]),
+            rotation=_with(s.rotation, [b.rotation for b in boards]),
+            velocity=_with(s.velocity, [b.velocity for b in boards]),
+            spin=_with(s.spin, [b.spin for b in boards]),
+            inverse_mass=np.concatenate([s.inverse_mass, none]),
+            inverse_inertia=np.concatenate([s.inverse_inertia, np.zeros((len(boards), 3, 3))]),
+            acceleration=np.concatenate([s.acceleration, still]),
+        )
+
+    def _boards(self, time: float) -> list[Board]:
+        """Poses of paddle and moving floor."""
+        out = []
+        if self.paddle is not None:
+            kind, depth = self.settings.maker.kind, self.basin.depth
+            out.append(board_of(kind, self.paddle.stroke(time), self.basin.foot, depth))
+        if self._tidal:
+            tide = self.settings.tide
+            rate = 2.0 * math.pi / tide.period
+            up = np.array([0.0, 0.0, tide.amplitude])
+            place = self.basin.middle + up * math.sin(rate * time)
+            out.append(Board(place, np.eye(3), up * rate * math.cos(rate * time), np.zeros(3)))
+        return out
+
+    def _treat(self, states: BodyStates, time: float, step: float) -> None:
+        s = self.settings
+        windy = s.wind.stress_x != 0.0 or s.wind.stress_y != 0.0
+        if s.beach.length > 0.0 or windy:
+            places, velocities = self.water.positions(), self.water.velocities()
+            velocities = apply_beach(s.beach, self.basin, places, velocities, step)
+            over = self.heights.at(places) if windy else np.zeros(0)
+            velocities = apply_wind(
+                s.wind, self.basin, over, places, velocities, step / self.physics.density
+            )
+            self.water.set_particles(velocities=velocities)
+
+    def diagnostics(self) -> dict[str, float]:
+        """Return those of the solver, particles lost through open sides, and gauges."""
+        out = super().diagnostics()
+        out["left through open sides"] = float(self.left)
+        for name, place in self.settings.gauges.items():
+            out[f"gauge {name} [m]"] = float(self.heights.at(np.array([place]))[0])
+        return out
+
+
+def paddle_of(settings: FluidParticles, environment: EnvironmentSettings) -> Paddle | None:
+    """Return the wave maker of a fluid, or None.
+
+    Raises:
+        ConfigError: its waves are too high for the theory.
+    """
+    e = environment
+    if settings.maker.kind is Maker.none:
+        return None
+    depth = (
+        settings.size[2] if e.tank_bottom is None else float(e.water_level or 0.0) - e.tank_bottom
+    )
+    return Paddle(settings.maker, depth=depth, gravity=e.gravity)
+
+
+def _with(array: Floats, more: Sequence[Floats]) -> Floats:
+    return np.concatenate([array, np.array(more)]) if more else array

@@ -1,0 +1,87 @@
+"""Contacts of one robot in the last step; their forces are summed only when somebody asks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.coupling.engine import ContactPoints
+from seals.frames import cross
+
+
+class Contacts:
+    """Contacts on the links of a robot in the last step.
+
+    Args:
+        links: number of links.
+
+    Attributes:
+        any: whether there are any.
+        links: the links that were touched.
+    """
+
+    def __init__(self, links: int) -> None:
+        """Start untouched."""
+        self._none = np.zeros((links, 6)), np.zeros(links)
+        for zeros in self._none:
+            zeros.setflags(write=False)
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing touches."""
+        self._points: ContactPoints | None = None
+        self._began: tuple[Floats, Floats] | None = None
+        self._sums: tuple[Floats, Floats] | None = self._none
+        self.any, self.links = False, frozenset[int]()
+
+    def note(self, points: ContactPoints | None, began: tuple[Floats, Floats]) -> None:
+        """Keep the engine's contact points of a step.
+
+        Args:
+            points: as the engine gives them; None for nothing.
+            began: origins (L, 3) and rotations (L, 3, 3) of the links where the step began: there
+                the engine found the contacts.
+        """
+        if points is None:
+            if self.any:
+                self.forget()
+            return
+        self._points, self._began, self._sums, self.any = points, began, None, True
+        self.links = frozenset(points.links)
+
+    def wrenches(self) -> Floats:
+        """Return the wrenches about the link origins, link axes [N, N m], shape (L, 6)."""
+        return self._summed()[0]
+
+    def normals(self) -> Floats:
+        """Return the sum of the normal forces on every link [N], shape (L,)."""
+        return self._summed()[1]
+
+    def snapshot(self) -> Any:
+        """Return all of it."""
+        return self._summed(), self.any, self.links
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back."""
+        self._sums, self.any, self.links = kept
+
+    def _summed(self) -> tuple[Floats, Floats]:
+        """Sum normal and friction forces per link, and the normal forces alone."""
+        if self._sums is not None:
+            return self._sums
+        assert self._began is not None
+        assert self._points is not None
+        origins, rotations = self._began
+        out, pressing = np.zeros_like(self._none[0]), np.zeros_like(self._none[1])
+        links = self._points.links
+        points, force, normal = self._points.forces()
+        torque = cross(points - origins[links], force)
+        for row, k in enumerate(links):
+            turn = rotations[k]
+            out[k, :3] += force[row] @ turn
+            out[k, 3:] += torque[row] @ turn
+            pressing[k] += normal[row]
+        self._sums = out, pressing
+        return self._sums

@@ -1,0 +1,114 @@
+"""Protocol of one robot inside a rigid-body engine: the calls that the coupling makes."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from seals.arrays import Floats
+
+
+class ContactPoints(Protocol):
+    """Contacts of one robot in one step of an engine; forces are worked out when asked for.
+
+    Args:
+        links: row of the touched link at every contact, M of them.
+    """
+
+    @property
+    def links(self) -> list[int]:
+        """Row of the touched link at every contact."""
+        ...
+
+    def forces(self) -> tuple[Floats, Floats, Floats]:
+        """Return points [m], forces on the link [N], world axes, (M, 3); normal forces [N], (M,).
+
+        A force is the sum of its normal and friction parts.
+        """
+        ...
+
+
+class EngineBody(Protocol):
+    """One robot in an engine's scene.
+
+    Links and joints are those of the robot model, in its order. The engine's velocity is that of
+    one fixed point of the base in world axes [m/s], its angular velocity in world axes [rad/s],
+    and the joint velocities [rad/s or m/s], shape (n,); a fixed base has the joint velocities
+    alone. The engine itself applies no gravity, no damping and no joint friction.
+
+    Args:
+        reference: point of the base whose velocity the engine keeps, base axes [m], shape (3,):
+            the centre of mass in PyBullet, zero for an engine that takes the link origin.
+        moments: principal moments of inertia of every link [kg m^2], shape (L, 3).
+        top_speed: speed that the engine can follow [m/s, rad/s]; infinite for any.
+        joint_speed_limit: of every joint [rad/s or m/s], shape (J,); infinite for none.
+        contact_motors: whether the engine solves joint motors together with its contacts. Without
+            them joint drives are predicted on standing robots as on all others.
+    """
+
+    reference: Floats
+    moments: Floats
+    top_speed: float
+    joint_speed_limit: Floats
+    contact_motors: bool
+
+    def place(self, position: Floats, quaternion: Floats) -> None:
+        """Set the pose of the base link: origin [m], shape (3,), and q_WB_xyzw, shape (4,)."""
+        ...
+
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """Return origin [m], shape (3,), and attitude q_WB_xyzw, shape (4,), of the base link."""
+        ...
+
+    def link_poses(self) -> tuple[Floats, Floats]:
+        """Return origins [m], shape (L, 3), and rotations R_WL, shape (L, 3, 3), of all links."""
+        ...
+
+    def set_velocity(self, velocity: Floats, joints: Floats) -> None:
+        """Set the velocity, shape (n,), and the joint positions [rad or m], shape (J,)."""
+        ...
+
+    def shift_base(self, displacement: list[float]) -> None:
+        """Move the base by a small displacement, world axes [m, rad], six numbers."""
+        ...
+
+    def state(self) -> tuple[Floats, Floats]:
+        """Return the velocity, shape (n,), and the joint positions [rad or m], shape (J,)."""
+        ...
+
+    def mass_matrix(self, joints: Floats) -> Floats:
+        """Return the generalised inertia at joint positions, base first, shape (n, n)."""
+        ...
+
+    def set_inertia(self, link: int, mass: float, moments: Floats) -> None:
+        """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link."""
+        ...
+
+    def apply_wrenches(self, wrenches: Floats, origins: Floats, rotations: Floats) -> None:
+        """Apply wrenches over the next step.
+
+        Args:
+            wrenches: about the link origins, link axes [N, N m], shape (L, 6).
+            origins: of the links now [m], shape (L, 3).
+            rotations: R_WL now, shape (L, 3, 3).
+        """
+        ...
+
+    def apply_joint_forces(self, forces: Floats) -> None:
+        """Apply forces on the joints over the next step [N m or N], shape (J,)."""
+        ...
+
+    def set_motors(self, speed: Floats, force: Floats) -> None:
+        """Let joint motors hold speeds [rad/s or m/s] with largest forces [N m or N], (J,) each.
+
+        They act until they are set anew; a largest force of zero switches a motor off. Called only
+        where ``contact_motors`` is true.
+        """
+        ...
+
+    def motor_forces(self) -> Floats:
+        """Return the forces of the joint motors over the last step [N m or N], shape (J,)."""
+        ...
+
+    def contacts(self) -> ContactPoints | None:
+        """Return what touched the robot in the last step; None for nothing."""
+        ...

@@ -1,0 +1,201 @@
+"""Split of added inertia between an engine's masses and explicit wrenches.
+
+An engine knows a scalar mass and principal moments only. The largest isotropic part of the added
+inertia goes into them, where contacts see it. The rest acts as a wrench made from the acceleration
+that the full equations predict; contact forces of the last step enter the prediction, so that a
+body at rest on the ground feels exactly the applied force.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Dynamics
+from seals.coupling.engine import EngineBody
+from seals.coupling.implicit_drive import ImplicitDrive
+from seals.effects.evaluation import Evaluation
+from seals.frames import skew_last
+from seals.multibody.equations import Assembly, weightless
+from seals.multibody.linear import solved
+from seals.multibody.servo import driven, heavier
+from seals.multibody.spatial import rigid_inertia
+from seals.robot.model import RobotModel
+
+REFRESH = 0.02
+"""Relative change of the isotropic part at which the engine's mass is set anew."""
+
+
+class InertiaSplit:
+    """Splits the inertia of a robot between the engine and explicit wrenches.
+
+    Args:
+        engine: the robot in the engine.
+        robot: its model.
+    """
+
+    def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
+        """Start with the robot's own inertia."""
+        self._engine, self._robot = engine, robot
+        self._assembly = Assembly(robot.spatial_inertia[None])
+        self._iso = np.zeros((len(robot.links), 2))
+        self._engine_inertia = robot.spatial_inertia.copy()
+        self._scale = np.stack((robot.mass, engine.moments.min(axis=1)), axis=1)
+        self._units: dict[str, tuple[bytes, Floats]] = {}
+        self._raised = False
+
+    def snapshot(self) -> Any:
+        """Return the isotropic parts held by the engine."""
+        return self._iso.copy()
+
+    def restore(self, kept: Any) -> None:
+        """Put the isotropic parts back."""
+        for link in np.flatnonzero((kept != self._iso).any(axis=1)):
+            self._set(int(link), *kept[link])
+        self._raised = bool(self._iso.any())
+
+    def idle(self, dynamics: Dynamics) -> bool:
+        """Whether the engine's own equations are the full ones: no added inertia has a weight."""
+        none = all(weightless(added) for _, _, added, _ in dynamics.found.inertias)
+        return none and not self._raised and not dynamics.sudden
+
+    def act(
+        self, dynamics: Dynamics, contact: Floats | None, acting: ImplicitDrive | None
+    ) -> tuple[Floats, Floats]:
+        """Return what to apply so that the engine's step follows the full equations.
+
+        Args:
+            dynamics: of the robot at the current time.
+            contact: contact wrenches of the last step, None without contact, shape (L, 6).
+            acting: drives of the joints, None without.
+
+        Returns:
+            Wrenches about the link origins, link axes [N, N m], shape (L, 6), and forces on the
+            joints [N m or N], shape (J,).
+        """
+        self._update(dynamics)
+        kinematics, moving = dynamics.kinematics, dynamics.moving
+        total = self._assembly.total_inertia(dynamics.found, 1)
+        bias = kinematics.bias(moving)
+        still = at_rest(dynamics.found)
+        turning = _turning(moving.twists[0])
+        if still:
+            # the terms are linear in the inertia: those of the sum are the sum
+            terms = _terms(turning, total[0], moving.twists[0])[None]
+        else:
+            terms = self._assembly.velocity_terms(dynamics.motion, dynamics.found)
+        load = dynamics.wrench - terms - _times(total, bias)
+        seen = load if contact is None else load + contact[None]
+        parts = self._assembly.system(kinematics, total, seen, dynamics.joint_force)
+        acceleration, joint_force = _accelerations(*parts, dynamics.joint_force, acting)
+        if not self._raised and total is self._assembly.inertia:
+            # the engine holds the whole inertia: its own equations are the full ones
+            return dynamics.wrench[0], joint_force[0]
+        change = kinematics.twists(acceleration)
+        engine = self._engine_inertia
+        if still:
+            rest = total[0] - engine
+            own = dynamics.wrench[0] - _terms(turning, rest, moving.twists[0])
+            return own - _times(rest, bias[0] + change[0]), joint_force[0]
+        own = load - _times(total - engine, change) + _times(engine[None], bias)
+        return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
+
+    def joint_forces(self, dynamics: Dynamics, acting: ImplicitDrive) -> Floats:
+        """Return the joint forces of a first step, before which nothing is known, shape (J,)."""
+        d = dynamics
+        total, bias = self._assembly.inertia, d.kinematics.bias(d.moving)
+        terms = self._assembly.velocity_terms(d.motion, d.found)
+        load = d.wrench - terms - _times(total, bias)
+        parts = self._assembly.system(d.kinematics, total, load, d.joint_force)
+        found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
+        return found
+
+    def _update(self, dynamics: Dynamics) -> None:
+        """Set the engine's masses when the isotropic part of the added inertia has changed."""
+        carried = [x for x in dynamics.found.inertias if not weightless(x[2])]
+        if not carried and not self._raised:
+            return
+        wanted = np.zeros_like(self._iso)
+        for b, rows, added, _ in carried:
+            picked = slice(None) if rows is None else rows
+            wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
+        if self._robot.tree.fixed_base:
+            wanted[0] = 0.0  # the engine would let a base loose that is given a mass
+        far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
+        if not far.any():
+            return
+        for link in np.flatnonzero(far.any(axis=1)):
+            self._set(int(link), *wanted[link])
+        self._raised = bool(self._iso.any())
+
+    def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
+        """Isotropic mass [kg] and moment [kg m^2] of an added inertia of weight one, shape (n, 2).
+
+        They are kept until the matrix changes.
+        """
+        kept = self._units.get(name)
+        if kept is not None and kept[0] == matrix.tobytes():
+            return kept[1]
+        table = [
+            _isotropic(matrix[k if len(matrix) > 1 else 0], self._robot.centre[link])
+            for k, link in enumerate(links)
+        ]
+        self._units[name] = (matrix.tobytes(), np.array(table))
+        return self._units[name][1]
+
+    def _set(self, link: int, mass: float, moment: float) -> None:
+        """Put an isotropic part into the engine."""
+        robot = self._robot
+        self._iso[link] = mass, moment
+        total = float(robot.mass[link] + mass)
+        self._engine.set_inertia(link, total, self._engine.moments[link] + moment)
+        inertia = robot.inertia[link] + moment * np.eye(3)
+        self._engine_inertia[link] = rigid_inertia(total, robot.centre[link], inertia)
+
+
+def _accelerations(
+    matrix: Floats, right: Floats, joint_force: Floats, acting: ImplicitDrive | None
+) -> tuple[Floats, Floats]:
+    """Generalised acceleration (1, n) and forces on the joints (1, J)."""
+    if acting is None:
+        return solved(matrix[0], right[0])[None], joint_force
+    whole = heavier(matrix, acting.armature[None])
+    change, pull = driven(whole, right, acting.drive, acting.gain)
+    turned = acting.armature * change[:, -len(acting.armature) :]
+    return change, joint_force + pull - turned
+
+
+def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:
+    """Largest isotropic mass and moment inside an added inertia, about the centre of mass."""
+    mass = max(float(np.linalg.eigvalsh(added[:3, :3])[0]), 0.0)
+    about = added[3:, 3:] - rigid_inertia(mass, centre, np.zeros((3, 3)))[3:, 3:]
+    return mass, max(float(np.linalg.eigvalsh(about)[0]), 0.0)
+
+
+def _times(matrix: Floats, vectors: Floats) -> Floats:
+    """Matrices (..., 6, 6) times vectors (..., 6)."""
+    product: Floats = np.matmul(matrix, vectors[..., None])[..., 0]
+    return product
+
+
+def _turning(twists: Floats) -> Floats:
+    """Matrices that make Kirchhoff terms of momenta, shape (L, 6, 6); twists (L, 6)."""
+    both = skew_last(twists.reshape(-1, 2, 3))
+    out = np.zeros((len(twists), 6, 6))
+    out[:, :3, :3] = out[:, 3:, 3:] = both[:, 1]
+    out[:, 3:, :3] = both[:, 0]
+    return out
+
+
+def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
+    """Velocity terms of inertias (L, 6, 6) at twists (L, 6), see `seals.multibody.spatial`."""
+    terms: Floats = np.matmul(turning, np.matmul(inertia, twists[:, :, None]))[:, :, 0]
+    return terms
+
+
+def at_rest(found: Evaluation) -> bool:
+    """Whether the media of all added inertias are at rest."""
+    fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
+    return not any(np.count_nonzero(x) for x in fields.values())

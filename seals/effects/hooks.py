@@ -1,0 +1,91 @@
+"""Arguments of hooks: a hook takes what it names."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from operator import itemgetter
+from typing import Any, TypeAlias
+
+from seals.errors import ConfigError
+
+Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]
+"""Picks the arguments of one hook out of all that are offered, in the order of `ARGUMENTS`."""
+
+_LINKS = ("motion", "medium", "joints", "inputs", "memory", "params")
+ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "flow": _LINKS,
+    "inertia": _LINKS,
+    "loads": _LINKS,
+    "joint_loads": _LINKS,
+    "drive_loads": ("drives", *_LINKS),
+}
+"""What a hook may name among its arguments, in any order."""
+
+_PLAIN = ("motion", "medium", "inputs", "memory", "params")
+POSITIONAL: dict[str, tuple[str, ...]] = {
+    "flow": _PLAIN,
+    "inertia": _PLAIN,
+    "loads": _PLAIN,
+    "joint_loads": ("joints", "inputs", "memory", "params"),
+    "drive_loads": ("drives", *_PLAIN),
+}
+"""What a hook gets whose arguments have other names, by their order."""
+
+
+def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
+    """Return what a hook is called with, in its own order.
+
+    Args:
+        effect: that defines the hook.
+        hook: one of `ARGUMENTS`.
+
+    Raises:
+        ConfigError: the hook names something else, and has another number of arguments than the
+            plain hook.
+
+    Example:
+        >>> class Shaft:
+        ...     @staticmethod
+        ...     def joint_loads(joints, medium, memory, params): ...
+        >>> arguments_of(Shaft(), "joint_loads")
+        ('joints', 'medium', 'memory', 'params')
+    """
+    return _arguments(type(effect), hook)
+
+
+@functools.cache
+def _arguments(cls: type, hook: str) -> tuple[str, ...]:
+    law = inspect.getattr_static(cls, hook)
+    own = 0 if isinstance(law, staticmethod) else 1
+    given = inspect.signature(getattr(cls, hook), follow_wrapped=True).parameters.values()
+    if any(p.kind is p.VAR_POSITIONAL for p in given):
+        return POSITIONAL[hook]
+    names = tuple(p.name for p in given if p.kind is not p.VAR_KEYWORD)
+    if isinstance(law, classmethod):
+        own = 0
+    names = names[own:]
+    if set(names) <= set(ARGUMENTS[hook]):
+        return names
+    if len(names) == len(POSITIONAL[hook]):
+        return POSITIONAL[hook]
+    strange = next(n for n in names if n not in ARGUMENTS[hook])
+    raise ConfigError(
+        f"{cls.__name__}.{hook} takes '{strange}', which no hook is given.\n"
+        f"Allowed, in any order: {', '.join(ARGUMENTS[hook])}."
+    )
+
+
+def pick_of(effect: object, hook: str) -> Pick:
+    """Return what picks a hook's arguments out of a tuple in the order of `ARGUMENTS`."""
+    names = arguments_of(effect, hook)
+    places = [ARGUMENTS[hook].index(name) for name in names]
+    if len(places) > 1:
+        return itemgetter(*places)
+    return lambda given: tuple(given[k] for k in places)
+
+
+def names_any(effect: object, hook: str, words: tuple[str, ...]) -> bool:
+    """Whether a hook names one of some arguments."""
+    return not set(words).isdisjoint(arguments_of(effect, hook))

@@ -1,0 +1,30 @@
+"""Optional attributes of sensors."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+
+class SensorOptions:
+    """Defaults of what a sensor may have; a base of sensors, or read through `options_of`."""
+
+    inertial: ClassVar[bool] = True
+    """Whether it reads ``specific_force`` or ``spin_rate``; they are zero for it otherwise."""
+
+    idles: ClassVar[bool] = False
+    """Whether it does nothing while no reading is due; it is not called then."""
+
+    sees: ClassVar[bool] = False
+    """Whether it is a camera; it gets an ``eye`` where the run has a renderer."""
+
+    latency: float = 0.0
+    """Time from the taking of a reading to its arrival at guide and controller [s]."""
+
+    dropout: float = 0.0
+    """Share of the readings that are lost [1]."""
+
+    outage: float = 0.0
+    """Mean length of a loss, at least one reading; 0 loses each by itself [s]."""
+
+    def bind(self, outfit: Any) -> None:
+        """Get to know what the robot has; called once, before ``channels`` is asked."""

@@ -1,0 +1,56 @@
+"""Skin friction of walls: a slab of water that slides over a floor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seals.plugins.fluids.sampling import box_walls
+from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")
+SPACING, STEP, STEPS = 0.05, 0.002, 25
+SIZE = np.array([1.6, 0.4, 0.2])
+
+
+def slid(friction: float) -> tuple[float, float, float]:
+    """Return momentum of the slab before and after, and what the floor took, along x [N s]."""
+    walls = box_walls(np.zeros(3), SIZE, SPACING, closed=("z_low",))
+    physics = PbfSettings(wall_friction=friction, viscosity=0.0)
+    water = SolverPbf(
+        spacing=SPACING,
+        lower=-0.4 * np.ones(3),
+        upper=SIZE + 0.4,
+        capacity=4096,
+        boundary_capacity=len(walls.points),
+        bodies=0,
+        settings=physics,
+        engine=Engine(),
+    )
+    water.add_boundary(body=0, points=walls.points)
+    # one layer, away from the edges of the floor
+    axes = [np.arange(0.4, 0.8, SPACING), np.arange(0.1, 0.3, SPACING), [0.5 * SPACING]]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    water.add_particles(places, np.tile([2.0, 0.0, 0.0], (len(places), 1)))
+    before, taken = water.momentum()[0], 0.0
+    for _ in range(STEPS):
+        taken += float(water.advance(STEP, substeps=1).walls[0])
+    after = float(water.momentum()[0])
+    water.close()
+    return float(before), after, taken
+
+
+def test_a_floor_takes_what_its_skin_friction_says() -> None:
+    """One layer: speed decays as 1 / (1 + friction speed time / (2 spacing)), momentum is kept."""
+    before, after, taken = slid(0.05)
+    expected = 1.0 / (1.0 + 0.5 * 0.05 * 2.0 * STEPS * STEP / SPACING)
+    assert after / before == pytest.approx(expected, abs=0.2 * (1.0 - expected))
+    assert taken == pytest.approx(before - after, rel=1e-4)
+
+
+def test_walls_slide_without_friction() -> None:
+    """Nothing is taken along a floor of fine samples but what its own roughness takes."""
+    before, after, _ = slid(0.0)
+    assert after / before > 0.998
