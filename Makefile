@@ -1,5 +1,6 @@
 # make demo   install the core into .venv and run the demonstration
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
+# make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
 # make validate   the long comparisons with measurements and the slow verifications
 # make killed   kill every long command at random moments; fill a disk; take out every guard
@@ -7,7 +8,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test docs browser validate killed fuzz lint clean
+.PHONY: help demo test test-kernels docs browser validate killed fuzz lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -28,7 +29,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test validate killed fuzz: export OPENBLAS_NUM_THREADS = 1
+test test-kernels validate killed fuzz: export OPENBLAS_NUM_THREADS = 1
 
 # Rigid-body wheels exist for Python 3.10 and 3.11 only; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in python3.11 python3.10 python3; do \
@@ -42,7 +43,7 @@ CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % 
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,6s/^# //p' Makefile
+	@sed -n '1,7s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -67,6 +68,22 @@ test: .venv-test/installed lint docs browser
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
 	@.venv-test/bin/pytest -q -c pyproject.toml --rootdir . --doctest-modules --pyargs seals
 	@.venv-test/bin/pytest -n 2
+
+# Another processor sums in another order: kernels of 2008 for the linear algebra (NumPy's and SciPy's),
+# for NumPy's own loops (of all names only those that this NumPy knows and could use) and for PyTorch.
+# Chosen are files whose assertions are about computed numbers: laws, bodies, hulls, water, control,
+# robots, diagnosis, and the verification against closed forms. Left out are commands, readers, pages,
+# pictures, learning and whatever compiles particles for minutes: about 4 minutes on two cores are left.
+KERNELS = OPENBLAS_CORETYPE=Nehalem ATEN_CPU_CAPABILITY=default \
+	NPY_DISABLE_CPU_FEATURES="$$(.venv-test/bin/python -c '$(DISPATCHED)')"
+DISPATCHED = from numpy._core._multiarray_umath import __cpu_dispatch__ as names, __cpu_features__ as has; \
+	print(*(n for n in names if has[n]))
+KERNEL_TESTS = $(filter-out tests/verification/test_learn% tests/verification/test_pbd% \
+	tests/verification/test_fluid%, $(wildcard $(foreach name,animal control crab diagnose drop_figures \
+	dynamics effects frames hulls imu medium plan_motions rivals robot water world,tests/unit/test_$(name)*.py) \
+	tests/verification/test_*.py))
+test-kernels: .venv-test/installed
+	@$(KERNELS) .venv-test/bin/pytest -q -n 2 $(KERNEL_TESTS)
 
 # its pages are read from what is installed; pytest follows their commands
 docs: .venv-test/installed

@@ -152,14 +152,14 @@ def _table() -> Target:
 def _policy(name: str) -> Target:
     import torch
 
-    from seals.learn.cards import config_hash
+    from seals.learn.metadata import config_hash
     from seals.learn.networks import actor_of, description
     from seals.learn.policy import load_policy, save_policy
 
     network = description(observation=5, action=2, hidden=[8, 8], layer_norm=True)
     card = {"env": "Toy-v0", "config_hash": config_hash({}), "learner": "sac", "seed": 1}
     place = Path(tempfile.mkdtemp(prefix="fuzz_policy_")) / "policy"
-    save_policy(place, network=network, tensors=actor_of(network).state_dict(), card=card)
+    save_policy(place, network=network, tensors=actor_of(network).state_dict(), metadata=card)
 
     def load(folder: Path) -> None:
         load_policy(folder).act(torch.zeros(1, 5))
@@ -171,8 +171,8 @@ def _policy(name: str) -> Target:
 
 
 def _demonstrations() -> Any:
-    from seals.learn.cards import config_hash
     from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
+    from seals.learn.metadata import config_hash
 
     last = np.arange(6) == 5
     episode = Episode(

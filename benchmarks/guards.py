@@ -245,8 +245,8 @@ GUARDS: dict[str, Guard] = {
         "seals.learn.policy", " or path.is_symlink()", "", BOUNDS, "policy", "torchrl"
     ),
     "form of a card": Guard(
-        "seals.learn.cards",
-        'or card.get("format") != form',
+        "seals.learn.metadata",
+        'or metadata.get("format") != form',
         "",
         POLICY,
         "strange_policies",
@@ -261,7 +261,7 @@ GUARDS: dict[str, Guard] = {
         "torchrl",
     ),
     "size of a card": Guard(
-        "seals.learn.cards",
+        "seals.learn.metadata",
         "if path.stat().st_size > _MOST_BYTES:",
         "if False:",
         DEMOS,

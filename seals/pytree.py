@@ -1,4 +1,4 @@
-"""Nested tuples and mappings of tensors, as states and what laws are given come."""
+"""Map and flatten nested tuples and mappings of tensors, without importing PyTorch."""
 
 from __future__ import annotations
 

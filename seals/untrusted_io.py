@@ -101,7 +101,7 @@ def read_plain_yaml(path: Path) -> Any:
         OSError: it cannot be read.
         UnicodeDecodeError: it is not UTF-8.
         yaml.YAMLError: see `plain_yaml`.
-        LogError: it is no ordinary file, or too large.
+        LogError: it is not an ordinary file, or too large.
     """
     if path.exists() and (not path.is_file() or path.stat().st_size > _MOST_META_BYTES):
         regular_file(path, most=_MOST_META_BYTES)

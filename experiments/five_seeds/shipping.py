@@ -1,4 +1,4 @@
-"""The best policy of a recipe, ready to be shipped: weights, and a card that says all of it."""
+"""The best policy of a recipe, ready to be shipped: weights, and metadata that says all of it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.learn.cards import CARD
 from seals.learn.evaluation.judgement import QUANTILES
-from seals.learn.policy import WEIGHTS, read_policy_card
+from seals.learn.metadata import CARD
+from seals.learn.policy import WEIGHTS, read_policy_metadata
 from seals.logs.atomic import atomic_folder, write_json
 
 LOOKED = ("step", "seconds", "success", "return")
-"""Columns of the curve that the card keeps."""
+"""Columns of the curve that the metadata keeps."""
 
 
 def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
@@ -33,11 +33,11 @@ def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
         ConfigError: one of them has no curve, judgement or policy.
     """
     best = max(folders, key=lambda folder: _last(curve_of(folder)))
-    card = read_policy_card(best / "policy")
+    metadata = read_policy_metadata(best / "policy")
     with atomic_folder(target, replace=True) as beside:
         (beside / WEIGHTS).write_bytes((best / "policy" / WEIGHTS).read_bytes())
         told = {"command": command, "chosen_of": len(folders), "curve": curve_of(best)}
-        write_json(beside / CARD, {**card, **told, "held_out": judged_of(best)})
+        write_json(beside / CARD, {**metadata, **told, "held_out": judged_of(best)})
     return target
 
 

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.motion import Reading
 from seals.schema import param
 
@@ -55,7 +62,9 @@ class AccelerometerScale(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("accelerometer scale",)
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_bias", "added_mass", "buoyancy")
     identification: ClassVar[Identification] = Identification(
-        measurement="Turning the sensor over at rest would tell."
+        measurement="Turning the sensor over at rest would tell.",
+        words={"scale": "scale of the accelerometer"},
+        compared=Comparison(order=(Stage.sensors, 1)),
     )
 
     @classmethod

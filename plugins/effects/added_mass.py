@@ -10,7 +10,14 @@ import numpy as np
 from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.discrepancy import AddedMassCentre
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
@@ -77,7 +84,22 @@ class AddedMass(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
-    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=3)
+    identification: ClassVar[Identification] = Identification(
+        answers=True,
+        needs_motion=3,
+        words={
+            "mass": "added mass of the water",
+            "inertia": "added moment of inertia of the water",
+        },
+        compared=Comparison(
+            order=(Stage.water, 2),
+            media=("water",),
+            scales={
+                "mass": lambda s: 0.5 * max(s.mass, 1000.0 * s.volume),
+                "inertia": lambda s: 0.5 * s.mass * s.length**2,
+            },
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

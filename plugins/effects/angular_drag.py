@@ -9,7 +9,14 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -101,7 +108,21 @@ class DragAngular(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
     dries: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
-        resists=True, answers=True, needs_motion=1
+        resists=True,
+        answers=True,
+        needs_motion=1,
+        compared=Comparison(
+            order=(Stage.water, 9),
+            media=(
+                "water",
+                "air",
+            ),
+            scales={
+                "coefficient": lambda s: 0.1 * s.mass * s.length**2,
+                "quadratic": lambda s: 0.1 * s.mass * s.length**2,
+            },
+            laws={"coefficient": "linear", "quadratic": "quadratic"},
+        ),
     )
 
     @classmethod

@@ -76,7 +76,10 @@ class Battery(Effect):
     # the drop at the first current comes a step late and hides the order of a method
     material: ClassVar[dict[str, float]] = {"charge": 0.3, "sensitivity": 2.0, "resistance": 1e-4}
     # its sag is a candidate by itself
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=None,
+    )
 
     @property
     def full_voltage(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -58,6 +58,9 @@ class BatterySag(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("battery sag",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
+    identification: ClassVar[Identification] = Identification(
+        compared=None,
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

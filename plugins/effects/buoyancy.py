@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -55,7 +55,14 @@ class Buoyancy(Effect):
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("payload",)
     identification: ClassVar[Identification] = Identification(
-        measurement="Weighing the vehicle under water would tell."
+        measurement="Weighing the vehicle under water would tell.",
+        words={"volume_change": "displaced volume"},
+        compared=Comparison(
+            order=(Stage.water, 0),
+            media=("water",),
+            scales={"volume_change": lambda s: 0.1 * max(s.volume, 1e-9)},
+            whole=True,
+        ),
     )
 
     @classmethod

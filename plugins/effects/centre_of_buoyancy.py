@@ -7,7 +7,14 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -57,6 +64,12 @@ class CentreOfBuoyancy(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("centre of buoyancy",)
     twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
+    identification: ClassVar[Identification] = Identification(
+        words={"offset": "centre of buoyancy"},
+        compared=Comparison(
+            order=(Stage.water, 1), media=("water",), scales={"offset": lambda s: 0.05 * s.length}
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

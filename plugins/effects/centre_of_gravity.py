@@ -7,7 +7,14 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Identification, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.effects.rigid import skew
 from seals.motion import Body
 from seals.schema import param
@@ -62,7 +69,11 @@ class CentreOfGravity(Effect):
         "offset_z": 0.025,
     }
     identification: ClassVar[Identification] = Identification(
-        measurement="Balancing the vehicle on an edge would tell."
+        measurement="Balancing the vehicle on an edge would tell.",
+        words={"offset": "centre of gravity"},
+        compared=Comparison(
+            order=(Stage.body, 2), scales={"offset": lambda s: 0.05 * s.length}, rigid=True
+        ),
     )
 
     @classmethod

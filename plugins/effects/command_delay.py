@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Timing
 from seals.schema import param
 
@@ -47,7 +47,10 @@ class CommandDelay(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("command delay",)
     twins: ClassVar[tuple[str, ...]] = ("rotor_lag",)
     identification: ClassVar[Identification] = Identification(
-        adds_only=("delay",), starts=((0.0,), (0.02,))
+        adds_only=("delay",),
+        starts=((0.0,), (0.02,)),
+        words={"delay": "delay of the commands"},
+        compared=Comparison(order=(Stage.joints, 3), scales={"delay": lambda _: 0.02}),
     )
 
     @classmethod

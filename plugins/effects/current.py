@@ -7,7 +7,14 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
@@ -57,6 +64,11 @@ class Current(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady current",)
     twins: ClassVar[tuple[str, ...]] = ()
+    identification: ClassVar[Identification] = Identification(
+        compared=Comparison(
+            order=(Stage.water, 5), media=("water",), scales={"velocity": lambda _: 0.1}
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -194,7 +194,11 @@ class EffectFormula(Effect):
         "level": -50.0,
     }
     # a law that was found already
-    identification: ClassVar[Identification] = Identification(searched=False, placed=True)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        placed=True,
+        compared=None,
+    )
 
     @property
     def terms(self) -> tuple[str, ...]:

@@ -43,7 +43,10 @@ class Gravity(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("weight",)
     # every model holds it
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=None,
+    )
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

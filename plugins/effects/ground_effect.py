@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from seals.arrays import namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -53,6 +53,9 @@ class GroundEffect(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("ground effect",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
+    identification: ClassVar[Identification] = Identification(
+        compared=None,
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.motion import Reading
 from seals.schema import param
 
@@ -53,6 +60,10 @@ class GyroscopeBias(Effect):
     bias_z: float = param(0.0, "rad/s", **_LIMITS)
     order: ClassVar[int] = 3
     accounts_for: ClassVar[tuple[str, ...]] = ("gyroscope bias",)
+    identification: ClassVar[Identification] = Identification(
+        words={"bias": "offset of the gyroscope"},
+        compared=Comparison(order=(Stage.sensors, 3)),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -9,7 +9,15 @@ import numpy as np
 
 from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import AXES, Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import (
+    AXES,
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Stage,
+    Subject,
+)
 from seals.motion import Body
 from seals.schema import param
 
@@ -57,7 +65,16 @@ class InertiaChange(Effect):
     delta_yy: float = param(0.0, "kg m^2", **_LIMITS)
     delta_zz: float = param(0.0, "kg m^2", **_LIMITS)
     accounts_for: ClassVar[tuple[str, ...]] = ("inertia",)
-    identification: ClassVar[Identification] = Identification(answers=True, needs_motion=2)
+    identification: ClassVar[Identification] = Identification(
+        answers=True,
+        needs_motion=2,
+        words={"delta": "moment of inertia"},
+        compared=Comparison(
+            order=(Stage.body, 1),
+            scales={"delta": lambda s: 0.1 * s.mass * s.length**2},
+            rigid=True,
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.motion import Inputs, Joints
 from seals.schema import param
 
@@ -64,6 +64,9 @@ class JointBacklash(Effect):
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
     material: ClassVar[dict[str, float]] = {"kp": 0.2, "kd": 0.004, "width": 0.4}
+    identification: ClassVar[Identification] = Identification(
+        compared=None,
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

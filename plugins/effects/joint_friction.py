@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Inputs, Joints
 from seals.schema import param
 
@@ -68,6 +68,16 @@ class JointFriction(Effect):
     joint: int = 0
     stiff: ClassVar[bool] = True
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
+    identification: ClassVar[Identification] = Identification(
+        compared=Comparison(
+            order=(Stage.joints, 0),
+            scales={
+                "viscous": lambda s: 0.01 * s.weight * s.length,
+                "coulomb": lambda s: 0.01 * s.weight * s.length,
+            },
+            laws={"viscous": "viscous", "coulomb": "coulomb"},
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Identification
+from seals.effects.identification import Comparison, Identification, Stage
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -70,7 +70,17 @@ class Lift(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("lift",)
     twins: ClassVar[tuple[str, ...]] = ("added_mass",)
     # told from added mass only by several runs
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=Comparison(
+            order=(Stage.water, 6),
+            media=(
+                "water",
+                "air",
+            ),
+            scales={"coefficient": lambda s: max(s.length**2, 1e-3)},
+        ),
+    )
 
     @staticmethod
     def loads(

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Identification, Subject
+from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -74,7 +74,17 @@ class DragLinear(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     twins: ClassVar[tuple[str, ...]] = ("rotor_drag", "quadratic_drag")
     identification: ClassVar[Identification] = Identification(
-        resists=True, needs_motion=0, family="drag"
+        resists=True,
+        needs_motion=0,
+        family="drag",
+        compared=Comparison(
+            order=(Stage.water, 7),
+            media=(
+                "water",
+                "air",
+            ),
+            scales={"coefficient": lambda s: 0.2 * s.weight / s.speed},
+        ),
     )
 
     @classmethod

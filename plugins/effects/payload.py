@@ -9,7 +9,15 @@ import numpy as np
 
 from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import AXES, Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import (
+    AXES,
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Stage,
+    Subject,
+)
 from seals.effects.rigid import skew
 from seals.motion import Body
 from seals.schema import param
@@ -64,7 +72,14 @@ class Payload(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("payload",)
     twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient", "buoyancy", "wind")
     identification: ClassVar[Identification] = Identification(
-        in_arm=True, measurement="Weighing the vehicle would tell."
+        in_arm=True,
+        measurement="Weighing the vehicle would tell.",
+        compared=Comparison(
+            order=(Stage.body, 0),
+            scales={"mass": lambda s: 0.1 * s.mass},
+            held=("position",),
+            rigid=True,
+        ),
     )
 
     @classmethod

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Identification, Subject
+from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -74,7 +74,18 @@ class DragQuadratic(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
     dries: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
-    identification: ClassVar[Identification] = Identification(resists=True, family="drag")
+    identification: ClassVar[Identification] = Identification(
+        resists=True,
+        family="drag",
+        compared=Comparison(
+            order=(Stage.water, 8),
+            media=(
+                "water",
+                "air",
+            ),
+            scales={"coefficient": lambda s: 0.2 * s.weight / s.speed**2},
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Identification
+from seals.effects.identification import Comparison, Identification, Stage
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -68,7 +68,17 @@ class DampingRadiation(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("radiation damping",)
     twins: ClassVar[tuple[str, ...]] = ("linear_drag", "angular_drag")
     # told from drag only by several runs
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=Comparison(
+            order=(Stage.water, 4),
+            media=("water",),
+            scales={
+                "coefficient": lambda s: s.weight / s.speed,
+                "angular": lambda s: s.weight * s.length / s.speed,
+            },
+        ),
+    )
 
     @staticmethod
     def loads(

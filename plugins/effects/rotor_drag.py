@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -51,7 +51,11 @@ class DragRotor(Effect):
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
-    identification: ClassVar[Identification] = Identification(resists=True, needs_motion=4)
+    identification: ClassVar[Identification] = Identification(
+        resists=True,
+        needs_motion=4,
+        compared=Comparison(order=(Stage.joints, 5), scales={"coefficient": lambda _: 0.03}),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

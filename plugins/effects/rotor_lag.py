@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Timing
 from seals.schema import param
 
@@ -46,7 +46,11 @@ class RotorLag(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
     twins: ClassVar[tuple[str, ...]] = ("command_delay",)
-    identification: ClassVar[Identification] = Identification(answers=True)
+    identification: ClassVar[Identification] = Identification(
+        answers=True,
+        words={"time_constant_change": "time constant of the actuators"},
+        compared=Comparison(order=(Stage.joints, 2), scales={"time_constant": lambda _: 0.03}),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

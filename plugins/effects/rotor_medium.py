@@ -65,7 +65,10 @@ class RotorMedium(Effect):
     # a motor at its limit throughout: the corner where a limit sets in hides the order of a method
     material: ClassVar[dict[str, float]] = {"torque_limit": 0.03}
     # the thrust in water is a candidate by itself
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=None,
+    )
 
     @staticmethod
     def actuation(

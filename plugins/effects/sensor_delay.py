@@ -49,7 +49,11 @@ class SensorDelay(Effect):
     sensors: list[str] = field(default_factory=list)
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)
     identification: ClassVar[Identification] = Identification(
-        uncertain_onset=True, adds_only=("delay",), starts=((0.008,), (0.02,), (0.035,))
+        uncertain_onset=True,
+        adds_only=("delay",),
+        starts=((0.008,), (0.02,), (0.035,)),
+        words={"delay": "delay of the inertial sensors"},
+        compared=None,
     )
 
     @classmethod

@@ -7,7 +7,14 @@ from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.frames import exponential, matrix_of, unrotate
 from seals.motion import Reading
 from seals.schema import param
@@ -59,6 +66,10 @@ class SensorMisalignment(Effect):
     sensors: list[str] = field(default_factory=list)
     order: ClassVar[int] = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor misalignment",)
+    identification: ClassVar[Identification] = Identification(
+        words={"rotation": "mounting angle of the inertial sensors"},
+        compared=Comparison(order=(Stage.sensors, 2)),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

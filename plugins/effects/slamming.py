@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -59,6 +59,11 @@ class Slamming(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)
     twins: ClassVar[tuple[str, ...]] = ("added_mass",)
+    identification: ClassVar[Identification] = Identification(
+        compared=Comparison(
+            order=(Stage.water, 3), media=("water",), scales={"coefficient": lambda _: 1.0}
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

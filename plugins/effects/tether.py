@@ -79,7 +79,11 @@ class Tether(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("tether",)
     twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
     material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
-    identification: ClassVar[Identification] = Identification(guessed=True, placed=True)
+    identification: ClassVar[Identification] = Identification(
+        guessed=True,
+        placed=True,
+        compared=None,
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

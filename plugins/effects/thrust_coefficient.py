@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -46,7 +46,10 @@ class ThrustCoefficient(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
     twins: ClassVar[tuple[str, ...]] = ("payload", "battery_sag", "wind", "ground_effect")
     identification: ClassVar[Identification] = Identification(
-        answers=True, measurement="A thrust stand would tell."
+        answers=True,
+        measurement="A thrust stand would tell.",
+        words={"relative_change": "thrust of all actuators"},
+        compared=Comparison(order=(Stage.joints, 1)),
     )
 
     @classmethod

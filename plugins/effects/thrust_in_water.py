@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Stage, Subject
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.environment.disc import wet_share
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -59,6 +59,10 @@ class ThrustInWater(Effect):
         0.0, "m", bounds=(-1e4, 1e4), tolerance=0.0, source="chosen: world zero", fit=False
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
+    identification: ClassVar[Identification] = Identification(
+        words={"ratio_change": "thrust in water"},
+        compared=None,
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

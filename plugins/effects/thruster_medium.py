@@ -57,7 +57,10 @@ class ThrusterMedium(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust in water",)
     actuator: ClassVar[str] = "thrusters"
     # the thrust in water is a candidate by itself
-    identification: ClassVar[Identification] = Identification(searched=False)
+    identification: ClassVar[Identification] = Identification(
+        searched=False,
+        compared=None,
+    )
 
     @staticmethod
     def actuation(

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats, namespace
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.errors import ConfigError
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
@@ -52,7 +52,10 @@ class WeakRotor(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
     twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
     identification: ClassVar[Identification] = Identification(
-        answers=True, measurement="A thrust stand would tell."
+        answers=True,
+        measurement="A thrust stand would tell.",
+        words={"relative_loss": "thrust loss of actuator {}"},
+        compared=Comparison(order=(Stage.joints, 4)),
     )
 
     @classmethod

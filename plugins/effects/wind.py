@@ -7,7 +7,14 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Stage, Subject, along_axes
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    along_axes,
+)
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
@@ -57,6 +64,11 @@ class Wind(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)
     twins: ClassVar[tuple[str, ...]] = ("tether", "accelerometer_bias", "payload")
+    identification: ClassVar[Identification] = Identification(
+        compared=Comparison(
+            order=(Stage.water, 10), media=("air",), scales={"velocity": lambda _: 1.0}
+        ),
+    )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

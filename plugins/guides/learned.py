@@ -55,10 +55,10 @@ class Learned:
     rate = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse a target that is no place."""
+        """Refuse a target that is not a finite position."""
         if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
             raise ConfigError(
-                f"learned.place={list(self.place)} is no place on the ground.\n"
+                f"learned.place={list(self.place)} is not a position on the ground.\n"
                 "Allowed: two finite numbers [x, y]."
             )
 
@@ -74,7 +74,7 @@ class Learned:
 
         folder = policy_folder(self.policy)
         self._policy = load_policy(folder)
-        self._task: Any = task_of(self._policy.card, where=f"policy={self.policy}")
+        self._task: Any = task_of(self._policy.metadata, where=f"policy={self.policy}")
         strange = [name for name in getattr(self._task, "knows", ("world",)) if name not in KNOWN]
         if strange:
             raise ConfigError(
@@ -158,9 +158,9 @@ class Learned:
     def _refuse_others(self) -> None:
         """Refuse a policy that sees or says other things than its task does with this robot."""
         for kind in ("observation", "action"):
-            given = list(self._policy.card.get(kind, ()))
+            given = list(self._policy.metadata.get(kind, ()))
             wanted = list(getattr(self._task, f"{kind}_names"))
-            if given != wanted or self._policy.card["network"].get(kind) != len(wanted):
+            if given != wanted or self._policy.metadata["network"].get(kind) != len(wanted):
                 raise ConfigError(
                     f"policy={self.policy} was trained with {len(given)} numbers of {kind}; this "
                     f"robot has {len(wanted)}, or others.\nTake the robot of its training, or "

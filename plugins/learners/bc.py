@@ -17,7 +17,7 @@ from seals.schema import param
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Turn
+    from seals.learn.batched import StepResult
 
 
 @dataclass(kw_only=True)
@@ -102,7 +102,7 @@ class BcAgent:
         self.shown: dict[str, Tensor] = {}
         self.test: dict[str, Tensor] = {}
 
-    def teach(self, columns: Mapping[str, Any]) -> None:
+    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
         """Take the steps of all demonstrations and hold some episodes out."""
         import torch
 
@@ -128,7 +128,7 @@ class BcAgent:
         norm = None if self.norm is None else self.norm.layer
         return self.body(networks.see(observation, norm=norm, encoder=None)).tanh()
 
-    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+    def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Take no note of what happens."""
 
     def due(self) -> int:

@@ -17,7 +17,8 @@ from seals.schema import param
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Turn
+    from seals.learn.batched import StepResult
+
 
 PROXIMAL = "Schulman et al. 2017, arXiv 1707.06347, table 3"
 
@@ -127,12 +128,12 @@ class PpoAgent:
         ]
         self.optimiser = torch.optim.Adam(self.parameters, lr=learner.learning_rate)
         self.drawn: Tensor | None = None
-        self.turns: list[dict[str, Tensor]] = []
+        self.rollout: list[dict[str, Tensor]] = []
         self.round: dict[str, Tensor] = {}
         self.order: Tensor | None = None
         self.made = 0
 
-    def teach(self, columns: Mapping[str, Any]) -> None:
+    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
         """Take no demonstrations."""
 
     def act(self, observation: Any, *, explore: bool) -> Tensor:
@@ -147,23 +148,23 @@ class PpoAgent:
             self.drawn = mean + self.log_deviation.exp() * noise
             return self.drawn.clamp(-1.0, 1.0)
 
-    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+    def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Keep one step of all environments until the next round of updates."""
         form = self.learner.reward_form
-        self.turns.append(
+        self.rollout.append(
             {
                 "observation": vector(observation),
                 "action": action if self.drawn is None else self.drawn,
-                "reward": formed(turn.reward, scale=self.learner.reward_scale, form=form),
-                "terminated": turn.terminated,
-                "truncated": turn.truncated,
-                "final": vector(turn.final),
+                "reward": formed(result.reward, scale=self.learner.reward_scale, form=form),
+                "terminated": result.terminated,
+                "truncated": result.truncated,
+                "final": vector(result.final),
             }
         )
 
     def due(self) -> int:
         """Return the updates left in this round; none while steps are still gathered."""
-        if len(self.turns) < self.learner.horizon:
+        if len(self.rollout) < self.learner.horizon:
             return 0
         return self.learner.epochs * self.learner.minibatches - self.made
 
@@ -175,8 +176,8 @@ class PpoAgent:
             self._open()
         batch = {key: value[self._part()] for key, value in self.round.items()}
         mean, value = self._both(batch["observation"])
-        density = self._density(mean, batch["action"])
-        ratio = (density - batch["density"]).exp()
+        log_prob = self._log_prob(mean, batch["action"])
+        ratio = (log_prob - batch["log_prob"]).exp()
         gain = batch["advantage"]
         gain = (gain - gain.mean()) / (gain.std(unbiased=False) + 1e-8)
         clipped = ratio.clamp(1.0 - self.learner.clip, 1.0 + self.learner.clip)
@@ -199,7 +200,7 @@ class PpoAgent:
         """Begin a round: densities, advantages and wanted values of all steps."""
         import torch
 
-        steps = {key: torch.stack([turn[key] for turn in self.turns]) for key in self.turns[0]}
+        steps = {key: torch.stack([step[key] for step in self.rollout]) for key in self.rollout[0]}
         with torch.no_grad():
             mean, value = self._both(steps["observation"].flatten(0, 1))
             _, later = self._both(steps["final"].flatten(0, 1))
@@ -216,7 +217,7 @@ class PpoAgent:
             self.round = {
                 "observation": steps["observation"].flatten(0, 1),
                 "action": action,
-                "density": self._density(mean, action),
+                "log_prob": self._log_prob(mean, action),
                 "advantage": gain,
                 "wanted": gain + value,
             }
@@ -234,8 +235,8 @@ class PpoAgent:
         """End a round; only now may the scale of observations move."""
         import torch
 
-        self.norm.take(torch.cat([turn["observation"] for turn in self.turns]))
-        self.turns, self.round, self.order, self.made = [], {}, None, 0
+        self.norm.take(torch.cat([step["observation"] for step in self.rollout]))
+        self.rollout, self.round, self.order, self.made = [], {}, None, 0
 
     def _see(self, observation: Tensor) -> Tensor:
         return networks.see(observation, norm=self.norm.layer, encoder=None)
@@ -244,8 +245,8 @@ class PpoAgent:
         seen = self._see(observation)
         return self.actor(seen), self.critic(seen).squeeze(-1)
 
-    def _density(self, mean: Tensor, action: Tensor) -> Tensor:
-        """Return the log density of actions, but for a constant."""
+    def _log_prob(self, mean: Tensor, action: Tensor) -> Tensor:
+        """Return the log-probability of actions, up to a constant."""
         away = (action - mean) * (-self.log_deviation).exp()
         return (-0.5 * away.square() - self.log_deviation).sum(-1)
 
@@ -275,7 +276,7 @@ class PpoAgent:
             "log_deviation": self.log_deviation.detach().clone(),
             "optimiser": self.optimiser.state_dict(),
             "norm": self.norm.state(),
-            "turns": [dict(turn) for turn in self.turns],
+            "turns": [dict(step) for step in self.rollout],
             "round": dict(self.round),
             "order": self.order,
             "made": self.made,
@@ -292,7 +293,7 @@ class PpoAgent:
             self.log_deviation.copy_(state["log_deviation"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.norm.load(state["norm"])
-        self.turns = [dict(turn) for turn in state["turns"]]
+        self.rollout = [dict(step) for step in state["turns"]]
         self.round, self.order = dict(state["round"]), state["order"]
         self.made = int(state["made"])
         put_back(self.generator, state["generator"])

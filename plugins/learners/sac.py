@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
-from seals.learn.gaussian import squashed
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
@@ -17,12 +16,14 @@ from seals.learn.replay.samplers import Uniform, made
 from seals.learn.scaling import FORMS, Running, formed
 from seals.learn.seeding import first_weights, generator_of, kept, put_back
 from seals.learn.soft import SoftNetworks
+from seals.learn.tanh_normal import TanhNormal
 from seals.schema import param
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Turn
+    from seals.learn.batched import StepResult
+
 
 PAPER = "Haarnoja et al. 2018, arXiv 1812.05905"
 SHOWN = ("none", "buffer")
@@ -130,7 +131,7 @@ class SacAgent:
 
     interactive = True
     sighted = "critics"
-    """With whom the layers of a picture learn."""
+    """Loss that updates the image encoder."""
     reports = (
         "critic_loss",
         "actor_loss",
@@ -203,7 +204,7 @@ class SacAgent:
 
     def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
         """Return the targets (batch,) of the critics, each with its share of the loss."""
-        return [(1.0, self._target(batch["reward"], batch["discount"], batch["following"]))]
+        return [(1.0, self._target(batch["reward"], batch["discount"], batch["next_observation"]))]
 
     # acting and remembering
 
@@ -217,10 +218,10 @@ class SacAgent:
                 return torch.rand(shape, generator=self.generator, device=self.device) * 2.0 - 1.0
             output = self.nets.actor(self._see(observation))
             if explore:
-                return squashed(output, self.generator)[0]
-            return torch.tanh(output.chunk(2, -1)[0])
+                return TanhNormal(output).sample(self.generator)[0]
+            return TanhNormal(output).mode
 
-    def observe(self, observation: Any, action: Tensor, turn: Turn) -> None:
+    def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Remember one step of all environments."""
         self.steps += action.shape[0]
         if self.norm is not None:
@@ -228,15 +229,15 @@ class SacAgent:
         columns = self.returns.push(
             observation,
             action,
-            reward=self._formed(turn.reward),
-            terminated=turn.terminated,
-            truncated=turn.truncated,
-            final=turn.final,
+            reward=self._formed(result.reward),
+            terminated=result.terminated,
+            truncated=result.truncated,
+            final=result.final,
         )
         if columns is not None:
             self.memory.add(columns)
 
-    def teach(self, columns: Mapping[str, Any]) -> None:
+    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
         """Put demonstrations into the memory for good."""
         given = tensors(columns, self.device)
         given["reward"] = self._formed(given["reward"].float())
@@ -263,37 +264,37 @@ class SacAgent:
         if self.learner.settle:
             self.nets.pace(self._rate())
         batch = self.memory.sample(self.learner.batch)
-        told = self._improved(batch)
-        self.memory.learn(batch, told.pop("error"))
+        metrics = self._update_recorded(batch)
+        self.memory.learn(batch, metrics.pop("error"))
         self.updates += 1
-        return {**told, "demonstration_share": self.memory.share(batch)}
+        return {**metrics, "demonstration_share": self.memory.share(batch)}
 
-    def _improved(self, batch: Any) -> dict[str, Tensor]:
+    def _update_recorded(self, batch: Any) -> dict[str, Tensor]:
         """Improve on a batch, on an accelerator by a recording of the first improvement."""
         if self.device == "cpu" or not self._recordable():
-            return self._improve(batch)
+            return self._update_networks(batch)
         given = dict(batch.items())
         if self._recorded is None:
             before = [tensor.detach().clone() for tensor in self.nets.moving()]
             self._recorded = Recorded(
-                lambda state, rows: (state, self._improve(rows)), (), given, self.generator
+                lambda state, rows: (state, self._update_networks(rows)), (), given, self.generator
             )
             # what was improved while it was recorded does not count
             self.nets.put_back(before)
-        told: dict[str, Tensor] = self._recorded(given)
-        return told
+        metrics: dict[str, Tensor] = self._recorded(given)
+        return metrics
 
-    def _improve(self, batch: Any) -> dict[str, Tensor]:
+    def _update_networks(self, batch: Any) -> dict[str, Tensor]:
         seen = self._see(batch["observation"], shift=True)
         known = self._known(batch["observation"], seen)
-        critic_loss, value, error = self._improve_critics(batch, known)
-        actor_loss, density = self._improve_actor(seen, known.detach())
+        critic_loss, value, error = self._update_critics(batch, known)
+        actor_loss, log_prob = self._update_actor(seen, known.detach())
         self.nets.follow(self.learner.tau)
         return {
             "critic_loss": critic_loss,
             "actor_loss": actor_loss,
             "temperature": self.nets.alpha,
-            "entropy": -density,
+            "entropy": -log_prob,
             "value": value,
             "error": error,
         }
@@ -303,7 +304,7 @@ class SacAgent:
         share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
         return self.learner.learning_rate * share
 
-    def _improve_critics(self, batch: Any, known: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _update_critics(self, batch: Any, known: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         import torch
 
         values = self.nets.values(known, batch["action"])
@@ -317,26 +318,26 @@ class SacAgent:
         self.nets.step("critics", loss)
         return loss.detach(), values.detach().mean(), error
 
-    def _target(self, reward: Tensor, discount: Tensor, following: Any) -> Tensor:
+    def _target(self, reward: Tensor, discount: Tensor, next_observation: Any) -> Tensor:
         import torch
 
         with torch.no_grad():
-            seen = self._see(following, shift=True)
-            action, density = squashed(self.nets.actor(seen), self.generator)
-            known = self._known(following, seen)
+            seen = self._see(next_observation, shift=True)
+            action, log_prob = TanhNormal(self.nets.actor(seen)).sample(self.generator)
+            known = self._known(next_observation, seen)
             later = self._lowest(self.nets.values(known, action, slow=True))
-            return reward + discount * (later - self.nets.alpha * density)
+            return reward + discount * (later - self.nets.alpha * log_prob)
 
-    def _improve_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
+    def _update_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
         # where the encoder learns with the critics, it has just done so
         own = seen if self.sighted == "actor" else seen.detach()
-        action, density = squashed(self.nets.actor(own), self.generator)
+        action, log_prob = TanhNormal(self.nets.actor(own)).sample(self.generator)
         value = self.nets.values(known, action).min(0).values
-        loss = (self.nets.alpha * density - value).mean()
+        loss = (self.nets.alpha * log_prob - value).mean()
         self.nets.step("actor", loss)
         wanted = self.learner.entropy * self.spaces.action_size
-        self.nets.step("alpha", -self.nets.log_alpha * (density.detach().mean() + wanted))
-        return loss.detach(), density.detach().mean()
+        self.nets.step("alpha", -self.nets.log_alpha * (log_prob.detach().mean() + wanted))
+        return loss.detach(), log_prob.detach().mean()
 
     # keeping
 

@@ -104,8 +104,8 @@ class SacfdAgent(SacAgent):
     def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
         if self.learner.steps == 1:
             return super()._aims(batch)
-        step = batch["step_reward"], batch["step_discount"], batch["step_following"]
-        many = batch["reward"], batch["discount"], batch["following"]
+        step = batch["step_reward"], batch["step_discount"], batch["step_next_observation"]
+        many = batch["reward"], batch["discount"], batch["next_observation"]
         mix = self.learner.mix
         found = [(1.0 / (1.0 + mix), self._target(*step))]
         return [*found, (mix / (1.0 + mix), self._target(*many))] if mix > 0.0 else found

@@ -88,7 +88,7 @@ class ReaderWitmotion:
         try:
             table = np.array(rows, dtype=np.float64)
         except ValueError as error:
-            raise LogError(f"'{given}': a number is no number ({error}).") from error
+            raise LogError(f"'{given}': a cell is not a number ({error}).") from error
         columns = {name: table[:, k] for k, name in enumerate(names)}
         columns["t"] = self._time(columns["t"], np.array(segment))
         return [
@@ -154,7 +154,7 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
         segment.append(number)
     if not rows:
         raise LogError(
-            f"'{where}' is no table of a WitMotion sensor.\n"
+            f"'{where}' is not a table of a WitMotion sensor.\n"
             "Needed: a heading with a time and ax(g) ... or wx(deg/s) ...; else use reader=csv"
         )
     clock = list(taken).index("t")

@@ -207,7 +207,7 @@ class TaskCatch(TaskReach):
             return self.rate * (self.stages(now) - self.stages(before)) - cost, memory
         return self.stages(now) - cost, memory
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return what a diver would do who keeps nothing in mind, shape (N, 4)."""
         plan = Plan(
             speed=self.speed,

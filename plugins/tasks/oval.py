@@ -71,10 +71,10 @@ class TaskOval(TaskHover):
         place = xp.concat((wide * sine, still, high * cosine), axis=1)
         return place, rate * xp.concat((wide * cosine, still, -high * sine), axis=1)
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return the target's velocity and a share of the way to it."""
         xp = namespace(now.position)
         follow = now.target_velocity / self.speed
-        wanted = super().expert(now) + follow
+        wanted = super().scripted_policy(now) + follow
         one = wanted * 0.0 + 1.0
         return xp.minimum(xp.maximum(wanted, -one), one)

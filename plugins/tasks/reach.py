@@ -221,7 +221,7 @@ class TaskReach:
         """Whether success ends the episode."""
         return self.ends or self.reward_form is Reward.paper
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return a velocity of the level hand to the target, slower the nearer, shape (N, 3)."""
         xp = namespace(now.position)
         wanted = self.way(now) * (EXPERT_GAIN / self.speed)

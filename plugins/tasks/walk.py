@@ -119,7 +119,7 @@ class TaskWalk:
             )
         if len(self.goal) != 2:
             raise ConfigError(
-                f"task.goal={list(self.goal)} is no place.\nAllowed: two numbers [x, y]."
+                f"task.goal={list(self.goal)} is not a position.\nAllowed: two numbers [x, y]."
             )
         for name, pair in self.manner.items():
             numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)
@@ -245,7 +245,7 @@ class TaskWalk:
         """Return whether it has fallen."""
         return now.rotation[:, 2, 2] < self.fallen
 
-    def expert(self, now: Instant) -> Array:
+    def scripted_policy(self, now: Instant) -> Array:
         """Return what the scripted crab does: a side to the target, then straight on."""
         steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}

@@ -13,6 +13,8 @@ from seals.robots.workshop.pieces import Piece, angles
 
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Attributes of an inertia in a URDF."""
+_ROUNDING = 1e-12
+"""Product of inertia as a share of the moments' sum below which it is zero."""
 
 
 def write(machine: Machine, folder: Path, shared: Path | None = None) -> None:
@@ -74,10 +76,12 @@ def _link(link: Link, meshes: Path, shared: Path | None) -> Iterator[str]:
         return
     yield f'  <link name="{link.name}">'
     inertia = link.inertia()
-    numbers = zip(
-        ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), inertia[np.triu_indices(3)], strict=True
+    # a product that is zero by symmetry is left as rounding noise, another one on every processor
+    zero = _ROUNDING * float(np.trace(inertia))
+    numbers = zip(MOMENTS, inertia[np.triu_indices(3)], strict=True)
+    moments = " ".join(
+        f'{name}="{value if abs(value) > zero else 0.0:.6g}"' for name, value in numbers
     )
-    moments = " ".join(f'{name}="{value + 0.0:.6g}"' for name, value in numbers)
     yield "    <inertial>"
     yield f'      <origin xyz="{_row(link.centre())}" rpy="0 0 0"/>'
     yield f'      <mass value="{link.mass:.6g}"/>'

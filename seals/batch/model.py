@@ -26,7 +26,7 @@ from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
 from seals.multibody.rows import take
 from seals.robot.model import RobotModel
-from seals.tensor_compiler import Fused
+from seals.tensor_compiler import compile_law
 
 STEEPEST = 1.2
 """Largest product of step and fastest rate of a joint drive that explicit steps take well [1].
@@ -103,7 +103,7 @@ class BatchDynamics:
         self._rate = fastest_drive(self.effects, robot)
         self._slopes = FusedSlopes(self) if fused else self.slopes
         # within other fused laws the step is a part of them
-        self._whole = Fused(self._explicit) if fused else None
+        self._whole = compile_law(self._explicit) if fused else None
 
     def zero_memory(self) -> dict[str, Array]:
         """Return the memory of all effects at reset."""

@@ -23,7 +23,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.motion import Inputs
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
-from seals.tensor_compiler import Fused
+from seals.tensor_compiler import compile_law
 from seals.world.drivetrain import response_of
 
 
@@ -98,7 +98,7 @@ class PilotedTwin:
             fused=fused,
         )
         self.fused = fused
-        self._ordered = Fused(self._order) if fused else self._order
+        self._ordered = compile_law(self._order) if fused else self._order
         self.batch, self.like, self.step = batch, like, step
         self.controller = _batched(settings, plant, joints, like)
         self._every = max(1, round(1.0 / (settings.controller.rate * step)))

@@ -10,7 +10,7 @@ from seals.batch.posture import Posture
 from seals.batch.state import Rates, TwinState
 from seals.errors import ConfigError
 from seals.motion import Inputs
-from seals.tensor_compiler import Fused
+from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
     from seals.batch.model import BatchDynamics
@@ -37,7 +37,7 @@ class FusedSlopes:
                 "Give like=torch.zeros(1), or leave out fused."
             )
         self._like = twin.like
-        self._law = Fused(twin.slopes)
+        self._law = compile_law(twin.slopes)
         self._numbers: dict[float, Array] = {}
 
     def __call__(

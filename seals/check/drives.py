@@ -50,7 +50,7 @@ def look_at_drives(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterat
 
 
 def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
-    """Whether the rotors carry the robot level in air, and with what reserve."""
+    """Check that the rotors carry the robot level in air, and their thrust margin."""
     weight, count = mass * GRAVITY, matrix.shape[1]
     share = hover_share(matrix, weight)
     subject = "hover in air"

@@ -1,4 +1,4 @@
-"""What a check of a robot says: one line a finding, with a verdict and an advice."""
+"""Finding of a robot check: subject, verdict, observation and advice."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _FEW = 6
 
 
 class Verdict(enum.Enum):
-    """How a check came out."""
+    """Outcome of a check."""
 
     OK = "pass"
     WARN = "warn"

@@ -1,4 +1,4 @@
-"""How a robot floats: its hulls at joint zero as one body on calm water."""
+"""Hydrostatic equilibrium of a robot at joint zero on calm water."""
 
 from __future__ import annotations
 

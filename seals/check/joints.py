@@ -74,7 +74,7 @@ def look_at_servos(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterat
 
 
 def _bounds(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[RobotFinding]:
-    """Whether a run of the usual step accepts the gains."""
+    """Check that the gains are stable at the default step."""
     from seals.world.servos import check_gains
 
     try:
@@ -115,7 +115,7 @@ def joint_loads_of(robot: RobotModel) -> tuple[Floats, Floats]:
 def _dynamics(
     robot: RobotModel, inertia: Floats, stiffness: Floats, damping: Floats
 ) -> Iterator[RobotFinding]:
-    """How fast the joints follow, and whether they ring."""
+    """Check the bandwidth and damping of the joints."""
     safe = np.maximum(inertia, 1e-12)
     rate = np.sqrt(stiffness / safe) / (2.0 * math.pi)
     ratio = damping / (2.0 * np.sqrt(np.maximum(stiffness * safe, 1e-24)))
@@ -133,7 +133,7 @@ def _dynamics(
 
 
 def _strength(robot: RobotModel, hold: Floats, limit: Floats) -> Iterator[RobotFinding]:
-    """Whether the servos hold what hangs on them, stretched out level."""
+    """Check that the servos hold the arm stretched out level."""
     margin = limit / np.maximum(hold, 1e-9)
     weak = [
         f"{name} ({top:.3g} of {need:.3g})"

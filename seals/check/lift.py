@@ -1,4 +1,4 @@
-"""What a set of drives can do: hover, margin, authority, rank and condition of its allocation."""
+"""Capability of a set of drives: hover, margin, authority, rank of its allocation."""
 
 from __future__ import annotations
 

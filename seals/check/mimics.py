@@ -1,4 +1,4 @@
-"""Joints that the URDF couples to others: physics here knows no such coupling."""
+"""Check for mimic joints, which the simulation does not support."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``seals check``: is this robot one that physics and water can work with?"""
+"""Plausibility checks of a robot: mass, inertia, hulls, stability, drives."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Whether the inertia of each link fits its mass and its size."""
+    """Check that the inertia of each link fits its mass and its size."""
     odd = 0
     for k, link in enumerate(robot.links):
         mass = float(robot.mass[k])

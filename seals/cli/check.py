@@ -1,4 +1,4 @@
-"""``seals check``: is this robot folder sane?"""
+"""``seals check``: check a robot folder for physical plausibility."""
 
 from __future__ import annotations
 

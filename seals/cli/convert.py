@@ -93,7 +93,7 @@ def _refuse_target(out: Path, *, replace: bool) -> None:
     if not replace:
         raise ConfigError(f"out={out} exists already.\nChoose another name, or say replace=true")
     if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
-        raise ConfigError(f"out={out} is no log folder: it is not replaced.\nChoose another name.")
+        raise ConfigError(f"out={out} is not a log folder, so it is kept.\nChoose another name.")
 
 
 def _with_map(config: Any) -> Any:

@@ -103,7 +103,7 @@ def _limb(settings: Any) -> str:
 
 
 def _tabular(value: Any) -> bool:
-    """Whether a value is a list of rows."""
+    """Return whether a value is a list of rows."""
     return isinstance(value, list) and bool(value) and isinstance(value[0], list)
 
 

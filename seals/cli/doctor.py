@@ -1,4 +1,4 @@
-"""``seals doctor``: is this machine, and what is installed on it, sound?"""
+"""``seals doctor``: check the installation and its plug-ins."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def plug_ins() -> Iterator[Remark]:
                     read_robot(plugin.folder(), name=name)
                 broken = None if kind in registry.FOLDER_KINDS else describe_broken(plugin)
                 if kind in registry.FOLDER_KINDS and not plugin.folder().is_dir():
-                    broken = f"{plugin.folder()} is no folder."
+                    broken = f"{plugin.folder()} is not a folder."
             except SealsError as refusal:
                 broken = str(refusal)
             if broken:

@@ -1,4 +1,4 @@
-"""``seals evaluate`` and ``seals record``: a policy acts, and is judged or kept."""
+"""``seals evaluate`` and ``seals record``: score a policy, or record its episodes."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     Raises:
         ConfigError: the card cannot be read, or an override in it is none of a world.
     """
-    from seals.learn.policy import read_policy_card
+    from seals.learn.policy import read_policy_metadata
     from seals.learn.shipped import shipped
 
     places = [w.partition("=")[2].strip("'\"") for w in arguments if w.startswith("policy=")]
     folder = shipped().get(places[-1], Path(places[-1])) if places else Path()
     if not places or not folder.is_dir():
         return list(arguments)
-    card = read_policy_card(folder)
+    card = read_policy_metadata(folder)
     given = card.get("overrides", [])
     if not isinstance(given, list) or not all(isinstance(word, str) for word in given):
         raise ConfigError(

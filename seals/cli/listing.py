@@ -1,4 +1,4 @@
-"""``seals list``: what is installed, without importing it."""
+"""``seals list``: installed plug-ins, read without importing them."""
 
 from __future__ import annotations
 

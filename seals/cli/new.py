@@ -77,7 +77,7 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
         package, equals, folder = text.partition("=")
         if not equals or not Path(folder).is_dir():
             raise ConfigError(
-                f"--package {text} is no name and folder.\n"
+                f"--package {text} is not of the form NAME=FOLDER.\n"
                 "Write: --package NAME=FOLDER, with a folder that exists"
             )
         packages[package] = Path(folder).resolve()

@@ -1,4 +1,4 @@
-"""Slips of a command line that are told before Hydra sees it, which would not know better."""
+"""Detection of mistyped command lines before they reach Hydra."""
 
 from __future__ import annotations
 

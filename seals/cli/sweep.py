@@ -1,4 +1,4 @@
-"""Words that take a sweep up again: ``--resume`` with the same command, or ``resume=FOLDER``."""
+"""Resumption of a sweep: ``--resume`` with the same command, or ``resume=FOLDER``."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def begun(root: str, words: Sequence[str]) -> Begun:
         return Begun(list(words), resumed=False)
     if not sweep:
         raise ConfigError(
-            f"{RESUME} belongs to a sweep, and this is no command of one.\n"
+            f"{RESUME} belongs to a sweep, and this command does not start one.\n"
             "Add --multirun, or take up one run: resume=FOLDER"
         )
     rest = [word for word in words if word != RESUME]

@@ -1,4 +1,4 @@
-"""``seals train``: a learner practises, or goes on where it was cut off."""
+"""``seals train``: train a learner, or resume an interrupted training."""
 
 from __future__ import annotations
 

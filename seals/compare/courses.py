@@ -1,4 +1,4 @@
-"""The ways in which a model is turned into what the sensors read, by name."""
+"""Prediction methods of a comparison, by name."""
 
 from __future__ import annotations
 

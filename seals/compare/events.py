@@ -1,4 +1,4 @@
-"""Finds what happens in a drop from the accelerometer alone: release, water entry, catch."""
+"""Detect release, water entry and catch of a drop from the accelerometer alone."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _runs(mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, i
 
 
 def _rest_before(size: Floats, start: int, step: float, gravity: float) -> bool:
-    """Whether the body hung still, near 1 g, for a while before ``start``."""
+    """Return whether the body hung still, near 1 g, for a while before ``start``."""
     rest = size[max(0, start - int(0.3 / step)) : max(0, start - int(0.03 / step))]
     return rest.size > 10 and abs(float(np.median(rest)) - gravity) < 0.15 * gravity
 
@@ -133,7 +133,7 @@ def _rise(force: Floats, last: int, bound: float) -> int:
 
 
 def _shock_start(size: Floats, entry: int, peak: int) -> int:
-    """Where the strongest shock begins: walking back from the peak to a tenth of it."""
+    """Find the onset of the strongest shock: the last row below a tenth of its peak."""
     if peak <= entry:
         return entry
     below = np.flatnonzero(size[entry:peak] < 0.1 * size[peak])

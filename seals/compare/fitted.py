@@ -1,4 +1,4 @@
-"""Parameters that a comparison may fit: keys, bounds, and which effects' values they set."""
+"""Parameters that a comparison may fit: keys, bounds, and the effects that they set."""
 
 from __future__ import annotations
 

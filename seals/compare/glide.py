@@ -112,7 +112,7 @@ class GlidePredictor(SampledPredictor):
     def _volume(
         self, jobs: Sequence[Job], counts: Sequence[int], given: dict[str, Floats]
     ) -> dict[str, Floats]:
-        """What ballast and the measured density add to the displaced volume."""
+        """Return the displaced volume that ballast and the measured density add."""
         level = self.settings.environment.water_density
         if level is None or "buoyancy" not in self.effects.index:
             raise ConfigError(

@@ -136,7 +136,7 @@ def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict
 
 
 class _Found(NamedTuple):
-    """What one stretch got: samples of the model, deviation of its start and its spread."""
+    """Result of one stretch: model samples, deviation of its start and its spread."""
 
     predicted: dict[str, Floats]
     deviation: Floats

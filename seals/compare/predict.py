@@ -100,7 +100,7 @@ class Predictor:
         )
 
     def _read(self, channel: str, state: TwinState, rates: Rates) -> Floats:
-        """What a perfect sensor reads, shape (B, k); attitude as x, y, z, w."""
+        """Return readings of a perfect sensor, shape (B, k); attitude as x, y, z, w."""
         level = self.settings.environment.water_level
         readings = {
             "position": state.position,

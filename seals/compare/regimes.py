@@ -14,7 +14,7 @@ Regimes = NDArray[np.int64]
 
 
 class Regime(IntEnum):
-    """What surrounds the body."""
+    """Surroundings of the body."""
 
     rest = 0
     air = 1

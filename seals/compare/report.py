@@ -243,7 +243,7 @@ def _residual(case: Case, channel: str, first: Rung, last: Rung, k: int) -> Char
 
 
 def _marks(case: Case) -> tuple[Mark, ...]:
-    """Where the regime changes."""
+    """Times at which the regime changes."""
     from seals.compare.regimes import Regime
 
     change = np.flatnonzero(np.diff(case.regime)) + 1

@@ -1,4 +1,4 @@
-"""What a comparison found, as plain data."""
+"""Result of a comparison, as plain data."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _group(group: Group) -> dict[str, Any]:
 
 
 def _start(case: Case, rung: Rung, k: int) -> dict[str, Any]:
-    """Where the start comes from, and how the data moved it: [value, standard deviation]."""
+    """Origin of the start, and its shift by the data: [value, standard deviation]."""
     names = start_names(len(case.start.joints))
     pairs = zip(names, rung.deviations[k], rung.start_sigma[k], strict=True)
     free = set(case.start.free)

@@ -1,4 +1,4 @@
-"""What samples of a log and a course without a simulated motion have in common."""
+"""Base of predictions at the samples of a log, without a simulated trajectory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thrust alone: what an accelerometer along the rotors' axis feels of their commands."""
+"""Thrust alone: specific force along the rotors' axis, predicted from their commands."""
 
 from __future__ import annotations
 

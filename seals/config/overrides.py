@@ -1,4 +1,4 @@
-"""Words of a command line as they are: flags with their values; overrides that files bring along.
+"""Parsing of command-line flags, and refusal of dangerous overrides that come from files.
 
 Those of files set values, they make no classes and run nothing.
 """

@@ -51,7 +51,7 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
         if "Config group override" not in str(error):
             raise
         raise ConfigError(
-            "a group is set to null, or to something that is no name.\n"
+            "a group is set to null, or to a value that is not a name.\n"
             "To leave a group out, use ~GROUP; to choose an option, GROUP=NAME"
         ) from error
 

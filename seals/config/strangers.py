@@ -53,8 +53,8 @@ def refuse_commands(folder: Path) -> None:
         folder: of YAML files, as ``--config-dir`` takes it.
 
     Raises:
-        ConfigError: a file in it turns to Hydra, names a class that is no installed plug-in, leads
-            out of the folder, or cannot be read.
+        ConfigError: a file in it turns to Hydra, names a class that is not an installed plug-in,
+            leads out of the folder, or cannot be read.
     """
     for place in _files(folder):
         text = _text(place)
@@ -157,7 +157,7 @@ def _content(place: Path) -> Any:
         ) from cause
     except (OSError, UnicodeDecodeError, yaml.YAMLError, SealsError) as cause:
         raise _distrust(
-            place, f"is no plain YAML ({' '.join(str(cause).split())[:200]})"
+            place, f"is not plain YAML ({' '.join(str(cause).split())[:200]})"
         ) from cause
 
 

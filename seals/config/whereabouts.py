@@ -1,4 +1,4 @@
-"""What a mistyped ``robot=`` may have meant: a folder nearby, a URDF that is no robot yet."""
+"""Suggestions for a mistyped ``robot=``: a folder nearby, or a URDF without a robot folder."""
 
 from __future__ import annotations
 

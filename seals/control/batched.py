@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -10,7 +11,7 @@ from seals.arrays import Array, Floats, as_like, columns, namespace, some, unask
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.plant import ROTOR, Plant
 from seals.multibody.linear import solve_symmetric
-from seals.tensor_compiler import repeated
+from seals.tensor_compiler import compile_law
 
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""
@@ -229,7 +230,7 @@ def _row_by_row(now: _Search) -> Floats:
     return found
 
 
-@repeated
+@partial(compile_law, nested=True)
 def _round(now: _Search) -> tuple[Array, Array, _Search]:
     """One round of the search, on PyTorch: best shares, which of them are wrong, what to try."""
     x, wrong = _tried(now)

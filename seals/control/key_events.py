@@ -77,7 +77,7 @@ def _csv(path: Path, text: str) -> list[Event]:
     try:
         rows = list(csv.reader(line for line in text.splitlines() if line.strip()))
     except csv.Error as cause:
-        raise ConfigError(f"script {path} is no table: {cause}.\nCheck the quotes.") from cause
+        raise ConfigError(f"script {path} is not a table: {cause}.\nCheck the quotes.") from cause
     if not rows or tuple(cell.strip() for cell in rows[0]) != HEADER:
         raise ConfigError(
             f"script {path} begins with {rows[0] if rows else 'nothing'}.\n"
@@ -158,5 +158,5 @@ def _number(where: str, value: Any) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise ConfigError(f"{where}={value} is no number.\nAllowed: a finite number.")
+        raise ConfigError(f"{where}={value} is not a number.\nAllowed: a finite number.")
     return number

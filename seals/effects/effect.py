@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
+from seals.effects.derived import default_additions
 from seals.effects.identification import (
     Addition,
     Identification,
     Residual,
     Subject,
-    default_additions,
 )
 from seals.motion import (
     AddedInertia,

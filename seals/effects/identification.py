@@ -1,22 +1,19 @@
 """What an effect says about itself to system identification: its size, its variants, its traits.
 
 Every installed effect is a candidate of a diagnosis. One that has a law and parameters declared
-with `seals.schema.param` needs no more: `default_additions` derives the rest. One that knows better
-states an `Identification`, or overrides `seals.effects.Effect.additions`.
+with `seals.schema.param` needs no more: `seals.effects.derived` derives the rest. One that knows
+better states an `Identification`, or overrides `seals.effects.Effect.additions`.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from seals.schema import parameters_of, vector_groups
 
 if TYPE_CHECKING:
     from seals.arrays import Floats
@@ -26,21 +23,6 @@ if TYPE_CHECKING:
     from seals.robot.model import RobotModel
 
 AXES = ("x", "y", "z")
-_SHARE = 0.1
-"""Derived plausible size, in units made of the vehicle's mass, its size and gravity."""
-_UNITS: Mapping[str, tuple[float, float, float]] = {
-    "1": (0.0, 0.0, 0.0),
-    "rad": (0.0, 0.0, 0.0),
-    "kg": (1.0, 0.0, 0.0),
-    "m": (0.0, 1.0, 0.0),
-    "s": (0.0, 0.0, 1.0),
-    "Hz": (0.0, 0.0, -1.0),
-    "N": (1.0, 1.0, -2.0),
-    "Pa": (1.0, -1.0, -2.0),
-    "J": (1.0, 2.0, -2.0),
-    "W": (1.0, 2.0, -3.0),
-}
-"""Powers of mass, length and time of each unit."""
 
 
 class Stage(IntEnum):
@@ -57,14 +39,56 @@ class Stage(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Size:
+    """Size of a robot whose runs are compared.
+
+    Args:
+        mass: [kg].
+        weight: [N].
+        volume: of its hulls [m^3].
+        length: reach of its largest hull [m].
+        speed: typical speed [m/s].
+    """
+
+    mass: float
+    weight: float
+    volume: float
+    length: float
+    speed: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """How comparisons of several runs try an effect.
+
+    Args:
+        order: stage and rank: effects are tried in this order.
+        media: in which it is tried; empty for the class's own medium, or for an effect without one.
+        scales: plausible size by the stem of a parameter; 0.05 where nothing is stated.
+        laws: stems of its laws where it has several, told apart, and their names.
+        held: parameters, by stem, that a few runs do not tell.
+        rigid: a property of the body, which what is bolted down does not feel: its last link does.
+        whole: switched off by the robot's whole displaced volume, and never tried beside itself.
+    """
+
+    order: tuple[int, int] = (Stage.installed, 0)
+    media: tuple[str, ...] = ()
+    scales: Mapping[str, Callable[[Size], float]] = field(default_factory=dict)
+    laws: Mapping[str, str] = field(default_factory=dict)
+    held: tuple[str, ...] = ()
+    rigid: bool = False
+    whole: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class Identification:
     """Constant facts about an effect that a diagnosis needs.
 
     Args:
         scales: plausible change of a parameter, by its name or the stem of ``stem_x ... stem_z``,
             in the parameter's unit: the prior width of a missing effect. Left out, it is derived
-            from the unit, see `plausible_scale`. Name here a parameter whose bounds exclude zero
-            (a shape rather than a strength) to have it fitted too.
+            from the unit, see `seals.effects.derived.plausible_scale`. Name here a parameter whose
+            bounds exclude zero (a shape rather than a strength) to have it fitted too.
         searched: whether the diagnosis of one log tries the effect. False for laws that every model
             holds anyway and for those that only several runs compared can tell.
         starts: starting values of the fit, one row of parameters each; none for zero alone.
@@ -83,6 +107,8 @@ class Identification:
         family: laws that differ only by the power of the speed share a name here; two of them
             together mean that neither is the law.
         measurement: a measurement on the ground that would tell, as a sentence.
+        words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
+        compared: how comparisons of several runs try it; None where they do not.
     """
 
     scales: Mapping[str, float] = field(default_factory=dict)
@@ -99,6 +125,8 @@ class Identification:
     adds_only: tuple[str, ...] = ()
     family: str = ""
     measurement: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)
+    compared: Comparison | None = field(default_factory=Comparison)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,162 +282,3 @@ def along_axes(
         )
         for i, a in enumerate(AXES)
     }
-
-
-def default_additions(law: type[Effect], name: str, subject: Subject) -> list[Addition]:
-    """Derive the candidates of an effect from its fields, hooks and `Identification`.
-
-    A field ``medium`` gives one variant for the class's own medium where the vehicle moves in it,
-    ``rotor`` one for each actuator, ``joint`` one for each joint. Parameters whose bounds hold zero
-    are strengths: zero switches them off, and they are fitted. Others are shapes and keep their
-    default unless ``identification.scales`` names them. An effect whose class cannot be built
-    without options, or that has no strength, is no candidate.
-
-    Args:
-        law: class of the effect.
-        name: under which it is installed.
-        subject: the vehicle.
-    """
-    known = law.identification
-    if not known.searched or not _can_act(law, subject):
-        return []
-    fields = {f.name: f for f in dataclasses.fields(law)}
-    metas = {p: m for p, m in parameters_of(law).items() if m.fit}
-    strengths = [p for p, m in metas.items() if m.bounds[0] <= 0.0 <= m.bounds[1]]
-    chosen = [p for p in metas if p in strengths or _stated(law, p) is not None]
-    missing = (dataclasses.MISSING, dataclasses.MISSING)
-    if not strengths or any((f.default, f.default_factory) == missing for f in fields.values()):
-        return []
-    off: dict[str, Any] = dict.fromkeys(strengths, 0.0)
-    found = []
-    for options, variant in _variants(fields, subject):
-        effect = law(**off, **options)
-        held = _held(law, effect, subject)
-        parameters = {p: _freed(law, p, subject, effect, held) for p in chosen}
-        suffix = "".join(f"_{v:g}" for v in variant.values())
-        found.append(
-            Addition(
-                instance=f"{name}_change{suffix}",
-                effect=effect,
-                parameters=parameters,
-                variant=variant,
-                starts=known.starts,
-            )
-        )
-    return found
-
-
-def plausible_scale(law: type[Effect], parameter: str, subject: Subject) -> float:
-    """Return the plausible size of a parameter's change, in its unit.
-
-    Equation:
-        a tenth of m^a l^b (l/g)^(c/2) for a unit kg^a m^b s^c, with mass m, size l and gravity g;
-        ten tolerances where the unit is none of these; never more than the bounds allow.
-
-    Args:
-        law: class of the effect, whose ``identification`` is asked first.
-        parameter: its name.
-        subject: the vehicle.
-    """
-    stated = _stated(law, parameter)
-    if stated is not None:
-        return stated
-    meta = parameters_of(law)[parameter]
-    most = max(abs(b) for b in meta.bounds)
-    powers = dimension(meta.unit)
-    if powers is None:
-        return min(10.0 * meta.tolerance or 1.0, most)
-    mass, length, duration = powers
-    clock = math.sqrt(subject.length / subject.environment.gravity)
-    return min(_SHARE * subject.mass**mass * subject.length**length * clock**duration, most)
-
-
-def dimension(unit: str) -> tuple[float, float, float] | None:
-    """Return the powers of mass, length and time of a unit, None for one that is not known.
-
-    Example:
-        >>> dimension("N s^2/m^2")
-        (1.0, -1.0, 0.0)
-        >>> dimension("V") is None
-        True
-    """
-    total = np.zeros(3)
-    for k, part in enumerate(unit.split("/")):
-        for word in part.replace("(", " ").replace(")", " ").split():
-            stem, _, power = word.partition("^")
-            if stem not in _UNITS:
-                return None
-            total += (-1.0 if k else 1.0) * float(power or 1) * np.array(_UNITS[stem])
-    return float(total[0]), float(total[1]), float(total[2])
-
-
-def _stated(law: type[Effect], parameter: str) -> float | None:
-    scales = law.identification.scales
-    if parameter in scales:
-        return float(scales[parameter])
-    stems = vector_groups(parameters_of(law))
-    return next(
-        (float(scales[s]) for s, p in stems.items() if parameter in p and s in scales), None
-    )
-
-
-def _can_act(law: type[Effect], subject: Subject) -> bool:
-    """Whether the vehicle has what the effect's hooks act on."""
-    hooks = {n for n in _HOOKS if callable(getattr(law, n, None))}
-    if not hooks or callable(getattr(law, "drives", None)):
-        return False
-    return all(
-        (h not in ("actuation", "drive_loads") or len(subject.lag) > 0)
-        and (h not in ("joint_loads", "joint_drive") or bool(subject.servo))
-        for h in hooks
-    )
-
-
-_HOOKS = (
-    *("loads", "inertia", "flow", "joint_loads", "joint_drive", "actuation"),
-    *("drive_loads", "nominal", "measure", "timing"),
-)
-
-
-def _variants(
-    fields: Mapping[str, Any], subject: Subject
-) -> list[tuple[dict[str, Any], dict[str, float]]]:
-    """Options and the variant they stand for."""
-    if "medium" in fields:
-        medium = fields["medium"].default
-        kinds = [medium] if medium in subject.media or medium.value == "any" else []
-        return [({"medium": m}, {}) for m in kinds]
-    if "rotor" in fields:
-        count = len(subject.lag)
-        return [({"rotor": k}, {"rotor": float(k)}) for k in range(1, count + 1)]
-    if "joint" in fields:
-        count = subject.robot.tree.joints
-        return [({"joint": k}, {"joint": float(k)}) for k in range(1, count + 1)]
-    return [({}, {})]
-
-
-def _held(law: type[Effect], effect: Effect, subject: Subject) -> Effect | None:
-    """The nominal model's own instance of the effect in the same variant."""
-    same = ("medium", "rotor", "joint")
-    for own in subject.effects.values():
-        if type(own) is law and all(
-            getattr(own, f, None) == getattr(effect, f, None) for f in same
-        ):
-            return own
-    return None
-
-
-def _freed(
-    law: type[Effect], parameter: str, subject: Subject, effect: Effect, held: Effect | None
-) -> Freed:
-    meta = parameters_of(law)[parameter]
-    start = float(getattr(effect, parameter))
-    at = start if held is None else start + float(getattr(held, parameter))
-    spread = 0.0
-    if held is not None:
-        spread = meta.tolerance * (abs(at) if meta.relative else 1.0)
-    return Freed(
-        tolerance=spread,
-        scale=plausible_scale(law, parameter, subject),
-        bounds=(meta.bounds[0] - at, meta.bounds[1] - at),
-    )

@@ -13,7 +13,7 @@ _ENTITY = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
 def refuse_strange_format(path: Path, where: str) -> None:
-    """Refuse a file that is no plain mesh, whatever the mesh library would make of it.
+    """Refuse a file that is not a plain mesh, whatever the mesh library would make of it.
 
     Args:
         path: a file that is there, of bearable size.
@@ -24,7 +24,7 @@ def refuse_strange_format(path: Path, where: str) -> None:
     """
     if path.suffix.lower() not in FORMATS:
         raise RobotError(
-            f"{where}: '{path.name}' is no mesh file.\nAllowed: {', '.join(FORMATS)}; export it."
+            f"{where}: '{path.name}' is not a mesh file.\nAllowed: {', '.join(FORMATS)}; export it."
         )
     if path.suffix.lower() == ".dae":
         raw = path.read_bytes()

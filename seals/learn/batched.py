@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class Turn(NamedTuple):
+class StepResult(NamedTuple):
     """What one step of N environments gave; an episode that ended begins anew at once.
 
     Args:
@@ -59,11 +59,11 @@ class Batched(Protocol):
         """
         ...
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Act once everywhere; ``action`` has the shape (N, action_size)."""
         ...
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return what the task's scripted expert would do now, shape (N, action_size)."""
         ...
 

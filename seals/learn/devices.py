@@ -1,4 +1,4 @@
-"""Where networks and batches compute: the processor or an NVIDIA card."""
+"""Devices of networks and batches: processor or NVIDIA GPU."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.build import build
+from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.eyes import with_ball
 from seals.learn.environments.standing import Standing
 from seals.learn.policy import Policy
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene

@@ -1,4 +1,4 @@
-"""What a learner is: hyper-parameters that start an agent, and an agent that learns from turns.
+"""Protocols of learning: hyper-parameters that start an agent, and the agent that learns.
 
 A learner plug-in is a keyword-only dataclass of hyper-parameters. The agent that it starts decides
 when it updates: the trainer asks how many updates are due and makes them one by one, so that every
@@ -16,7 +16,8 @@ from seals.errors import ConfigError, MissingExtra, suggestion
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Turn
+    from seals.learn.batched import StepResult
+
 
 Observation = Any
 """A tensor (N, d), or a mapping with ``state`` (N, d) and ``pixels`` (N, C, H, W) uint8."""
@@ -54,7 +55,7 @@ class Agent(Protocol):
     wants: str
     reports: tuple[str, ...]
 
-    def teach(self, columns: Mapping[str, Any]) -> None:
+    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
         """Take demonstrations, before anything else happens.
 
         Args:
@@ -65,7 +66,7 @@ class Agent(Protocol):
     def act(self, observation: Observation, *, explore: bool) -> Tensor:
         """Return actions (N, a) in [-1, 1]."""
 
-    def observe(self, observation: Observation, action: Tensor, turn: Turn) -> None:
+    def observe(self, observation: Observation, action: Tensor, result: StepResult) -> None:
         """Take in one step of all environments."""
 
     def due(self) -> int:

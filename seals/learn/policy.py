@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 from seals.arrays import Array
 from seals.errors import ConfigError, MissingExtra
-from seals.learn.cards import CARD, entry, read_card
 from seals.learn.learner import need_torch
+from seals.learn.metadata import CARD, entry, read_metadata
 from seals.logs.atomic import atomic_folder, write_json
 
 FORM = "seals-policy"
@@ -37,12 +37,12 @@ class NetworkPolicy:
 
     Args:
         network: module that returns the action of an observation, without chance.
-        card: what the folder says of it.
+        metadata: what the folder says of it.
     """
 
-    def __init__(self, network: Any, card: Mapping[str, Any]) -> None:
+    def __init__(self, network: Any, metadata: Mapping[str, Any]) -> None:
         self.network = network.eval()
-        self.card = card
+        self.metadata = metadata
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Forget nothing: a network without memory has nothing to forget."""
@@ -60,7 +60,7 @@ def save_policy(
     *,
     network: Mapping[str, Any],
     tensors: Mapping[str, Any],
-    card: Mapping[str, Any],
+    metadata: Mapping[str, Any],
     replace: bool = True,
 ) -> Path:
     """Write a policy as a folder that appears whole or not at all.
@@ -69,30 +69,32 @@ def save_policy(
         folder: to be made.
         network: plain values from which ``seals.learn.networks.actor_of`` builds the module.
         tensors: its state by name, buffers included.
-        card: who made it of what: ``env``, ``config_hash``, ``learner``, ``seed``, ``step``, ...
+        metadata: who made it of what: ``env``, ``config_hash``, ``learner``, ``seed``, ...
         replace: whether a folder of that name is replaced.
 
     Raises:
-        SealsError: the folder exists and must stay, or a value of the card is not plain.
+        SealsError: the folder exists and must stay, or a value of the metadata is not plain.
     """
     from safetensors.torch import save_file
 
     whole = {key: value.detach().cpu().contiguous().clone() for key, value in tensors.items()}
     with atomic_folder(folder, replace=replace) as beside:
         save_file(whole, str(beside / WEIGHTS))
-        write_json(beside / CARD, {"format": FORM, "version": 1, **card, "network": dict(network)})
+        write_json(
+            beside / CARD, {"format": FORM, "version": 1, **metadata, "network": dict(network)}
+        )
     return Path(folder)
 
 
-def read_policy_card(folder: str | Path) -> dict[str, Any]:
+def read_policy_metadata(folder: str | Path) -> dict[str, Any]:
     """Read what a policy's folder says of it.
 
     Raises:
-        ConfigError: there is no such card.
+        ConfigError: there is no such metadata.
     """
-    card = read_card(Path(folder), form=FORM, key="policy")
-    entry(card, "network", dict, where=str(Path(folder) / CARD))
-    return card
+    metadata = read_metadata(Path(folder), form=FORM, key="policy")
+    entry(metadata, "network", dict, where=str(Path(folder) / CARD))
+    return metadata
 
 
 def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
@@ -103,28 +105,28 @@ def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
         device: where the network computes.
 
     Raises:
-        ConfigError: card or weights are missing, broken, or do not belong together.
+        ConfigError: metadata or weights are missing, broken, or do not belong together.
         MissingExtra: the packages for learning are not installed.
     """
-    card = read_policy_card(folder)
+    metadata = read_policy_metadata(folder)
     need_torch()
     import torch
 
     from seals.learn.networks import actor_of
 
     tensors = _weights(Path(folder) / WEIGHTS)
-    # without memory until the weights fill it: a card may ask for any width
+    # without memory until the weights fill it: metadata may ask for any width
     with torch.device("meta"):
-        network = actor_of(card["network"])
+        network = actor_of(metadata["network"])
     try:
         network.load_state_dict(tensors, strict=True, assign=True)
     except RuntimeError as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(
-            f"policy={folder}: weights and card do not belong together: {words[:300]}\n"
+            f"policy={folder}: weights and metadata do not belong together: {words[:300]}\n"
             "Take the folder as the training wrote it."
         ) from cause
-    return NetworkPolicy(network.to(device), card)
+    return NetworkPolicy(network.to(device), metadata)
 
 
 def _weights(path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A function of tensors, recorded once on an accelerator and replayed as one piece of work."""
+"""CUDA graph of a function of tensors: recorded once, replayed at each call."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Recorded:
     replaces; a replay takes no decision and no number from the host.
 
     Args:
-        law: takes a state and an input, and returns the next state and what is told of it; nested
+        law: takes a state and an input, and returns the next state and its output; nested
             tuples and mappings of tensors, of the same form at every call.
         state: nested tuples and mappings of tensors.
         given: the input, likewise.
@@ -49,15 +49,15 @@ class Recorded:
         self._graph = torch.cuda.CUDAGraph()
         self._graph.register_generator_state(generator)
         with torch.cuda.graph(self._graph):
-            after, self._told = law(self.state, self._given)
+            after, self._output = law(self.state, self._given)
             put(after, self.state)
         generator.set_state(before)
 
     def __call__(self, given: Any) -> Any:
-        """Return what is told of the step from the state that was kept under an input."""
+        """Return the output of the step from the state that was kept under an input."""
         put(given, self._given)
         self._graph.replay()
-        return copied(self._told)
+        return copied(self._output)
 
     def begin(self, state: Any) -> None:
         """Go on from another state."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from seals import registry
 from seals.errors import BrokenPlugin, ConfigError, suggestion
-from seals.learn.cards import CARD, entry
+from seals.learn.metadata import CARD, entry
 
 POLICIES = "policies"
 """Folder of a robot in which its policies lie."""
@@ -77,17 +77,17 @@ def shipped(what: str = POLICIES) -> dict[str, Path]:
             except BrokenPlugin:
                 # its own refusal comes when it is chosen; others must not suffer for it
                 continue
-            for card in sorted(folder.glob(f"*/{CARD}")):
-                found[f"{robot}/{card.parent.name}"] = card.parent
+            for metadata in sorted(folder.glob(f"*/{CARD}")):
+                found[f"{robot}/{metadata.parent.name}"] = metadata.parent
     return found
 
 
-def task_of(card: Mapping[str, Any], *, where: str) -> Any:
+def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
     """Build the task that a policy was trained for, not yet bound to a robot.
 
     Args:
-        card: of the policy; of its overrides those of environment and task are taken.
-        where: what brought the card, for the words of a refusal.
+        metadata: of the policy; of its overrides those of environment and task are taken.
+        where: what brought the metadata, for the words of a refusal.
 
     Raises:
         ConfigError: an override is none of a task, or makes more than values.
@@ -96,7 +96,7 @@ def task_of(card: Mapping[str, Any], *, where: str) -> Any:
     from seals.config.compose import compose
     from seals.config.overrides import refuse_dangerous
 
-    words = [w for w in entry(card, "overrides", list, where=where) if _of_task(w)]
+    words = [w for w in entry(metadata, "overrides", list, where=where) if _of_task(w)]
     refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
     return build(compose(words, root="learn").task, where=f"{where}: task")
 

@@ -1,4 +1,4 @@
-"""What a task of learning is: where episodes begin, what is seen, done and rewarded.
+"""Protocol of a learning task: initial states, observations, actions and rewards.
 
 Tasks are batch-first laws on any array library, as effects are: one robot in PyBullet is a batch of
 one, thousands of twins on a GPU a batch of thousands.
@@ -98,12 +98,12 @@ class Task(Protocol):
 
     @property
     def action_names(self) -> tuple[str, ...]:
-        """What the numbers of an action mean."""
+        """Names of the components of an action."""
         ...
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the numbers of an observation mean."""
+        """Names of the components of an observation."""
         ...
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
@@ -132,21 +132,21 @@ class Task(Protocol):
         ...
 
     def distance(self, now: Instant) -> Array:
-        """Return what must become small for success [m], shape (N,)."""
+        """Return the distance that must become small for success [m], shape (N,)."""
         ...
 
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return whether the task itself ends the episode, bool (N,)."""
         ...
 
-    def expert(self, now: Instant) -> Array:
-        """Return what a scripted expert would do, shape (N, a)."""
+    def scripted_policy(self, now: Instant) -> Array:
+        """Return the actions of a scripted policy, shape (N, a)."""
         ...
 
 
 @runtime_checkable
 class WorldTask(Protocol):
-    """What a task has besides that needs a full world: contacts, moving joints, objects."""
+    """Further methods of a task that needs a full world: contacts, moving joints, objects."""
 
     @property
     def knows(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Logs: the native format, its reading and writing, and the check of what a log can be used for."""
+"""Logs: the native format, its reading and writing, and data-quality checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""NumPy files that nobody vouches for: a declared shape counts only within the size of the file."""
+"""Untrusted NumPy files: the declared shape is checked against the size of the file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ARCHIVE = (
     *(zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError),
     *(ValueError, EOFError, KeyError, struct.error),
 )
-"""What a damaged archive raises; names in it may be no text."""
+"""What a damaged archive raises; names in it may not be text."""
 
 
 def read_npy(path: str | Path) -> Floats:

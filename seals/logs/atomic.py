@@ -1,9 +1,10 @@
-"""Files and folders that appear whole or not at all: write beside, fsync, rename."""
+"""Atomic writing of files and folders: write to a temporary name, fsync, rename."""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import secrets
 import shutil
@@ -188,6 +189,24 @@ def _write_arrow(path: Path, table: Any) -> None:
         parquet.write_table(
             table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=numbers
         )
+
+
+def finite(value: Any) -> Any:
+    """Return plain data with every number that is not finite replaced by None (null in JSON).
+
+    For results in which such a number means "not determined"; what must be finite is written
+    without it, and refused by `write_json`.
+
+    Example:
+        >>> finite({"value": 2.0, "sd": float("nan"), "ends": (0.0, np.float64("inf"))})
+        {'value': 2.0, 'sd': None, 'ends': [0.0, None]}
+    """
+    value = plain(value)
+    if isinstance(value, dict):
+        return {key: finite(child) for key, child in value.items()}
+    if isinstance(value, list):
+        return [finite(child) for child in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The table of known channels: stem, components, unit and meaning, written once."""
+"""Table of known channels: stem, components, unit and meaning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The check of a log before anything is concluded from it."""
+"""Data-quality check of a log: all checks in one list of findings."""
 
 from __future__ import annotations
 

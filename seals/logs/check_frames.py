@@ -1,4 +1,4 @@
-"""Checks of frames: channels that must agree with one another, and in which convention they do."""
+"""Checks of frame conventions: consistency of channels that depend on one another."""
 
 from __future__ import annotations
 

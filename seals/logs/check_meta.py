@@ -1,4 +1,4 @@
-"""Check of what ``meta.yaml`` says of the vehicle: possible numbers where numbers belong."""
+"""Check of the vehicle's entries in ``meta.yaml``: types and physical ranges."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.logs.log import Log
 
 
 class _Wanted(NamedTuple):
-    """What a key must hold."""
+    """Type and range that a key must have."""
 
     key: str
     shape: tuple[int, ...] = ()

@@ -1,4 +1,4 @@
-"""Checks of units and of the sign of gravity: quantities whose size gives a wrong unit away."""
+"""Checks of units and of the sign of gravity, by the magnitude of quantities."""
 
 from __future__ import annotations
 

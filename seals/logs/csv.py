@@ -1,4 +1,4 @@
-"""Any CSV table as a log: which column is which channel, in which unit, with which sign."""
+"""Conversion of a CSV table to a log: channel, unit and sign of each column."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Published data sets: where each file lives, what it must contain, and under which licence.
+"""Published data sets: address, checksum and licence of each file.
 
 A file comes from an offline folder when the environment variable ``SEALS_DATA`` names one that has
 it, else from its public address, once, into the user's cache. Its checksum is compared either way.

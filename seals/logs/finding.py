@@ -1,4 +1,4 @@
-"""What the check of a log has to say: one observation, how grave it is, and what to do."""
+"""Finding of a log check: an observation, its severity and a remedy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LARGEST = 1e15
 
 
 class Severity(Enum):
-    """How grave a finding is."""
+    """Severity of a finding."""
 
     REFUSE = "refuse"
     """The log cannot be used as it is: results would be wrong."""

@@ -1,4 +1,4 @@
-"""Streams of samples, each at its own times, as the one table of a log."""
+"""Merge of sample streams with different time stamps into one table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader is: a configured object that turns files into logs."""
+"""Protocol of readers: configured objects that turn files into logs."""
 
 from __future__ import annotations
 

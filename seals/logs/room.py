@@ -1,4 +1,4 @@
-"""A disk without room, told in one way whatever library was writing."""
+"""Detection of a full disk, as one error for all writing libraries."""
 
 from __future__ import annotations
 

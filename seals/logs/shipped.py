@@ -1,4 +1,4 @@
-"""Finds a log by path, or by the short name of one that comes with the package."""
+"""Resolution of a log's path, or of the short name of one that comes with the package."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def find_log(given: str | Path, *, key: str = "log") -> Path:
     try:
         there = place.exists()
     except (OSError, ValueError) as error:
-        raise ConfigError(f"{key}={given!s:.80}: no path ({error}).\nGive a log folder.") from error
+        raise ConfigError(
+            f"{key}={given!s:.80}: not a path ({error}).\nGive a log folder."
+        ) from error
     if there:
         return place
     shipped = shipped_logs()

@@ -1,4 +1,4 @@
-"""Columns of numbers from Parquet and CSV files, with hostile files refused in words."""
+"""Numeric columns of Parquet and CSV files; malformed files raise a `LogError`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def read_csv_columns(
         wanted: columns that must be there and hold numbers; None takes every numeric column.
 
     Raises:
-        LogError: the file is damaged, a wanted column is missing, or a number is no number.
+        LogError: the file is damaged, a wanted column is missing, or a cell is not a number.
     """
     import pyarrow as pa
 

@@ -1,4 +1,4 @@
-"""Units that measured files use, and the way from each to SI."""
+"""Units of measured files, and their conversion to SI."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import log10
+from dataclasses import dataclass, field, replace
+from math import isfinite, log10
 from typing import Any
 
 from seals.report.figures import Mark
@@ -67,7 +67,8 @@ class Bars:
 
 
 def drawn_bars(chart: Bars) -> dict[str, Any]:
-    """Return ``data`` and ``layout`` for plotly.js."""
+    """Return ``data`` and ``layout`` for plotly.js; a bar without a finite value has no length."""
+    chart = _drawable(chart)
     bars = list(chart.bars)
     trace: dict[str, Any] = {
         "type": "bar",
@@ -114,6 +115,23 @@ def drawn_bars(chart: Bars) -> dict[str, Any]:
             "meta": {"time": False},
         },
     }
+
+
+def _drawable(chart: Bars) -> Bars:
+    """The chart without numbers that are not finite: its page could not be written with them."""
+    ends = [bar.value for bar in chart.bars if isfinite(bar.value)]
+    base = min(ends, default=1.0) if chart.log else 0.0
+    bars = []
+    for bar in chart.bars:
+        start = bar.start if isfinite(bar.start) else base
+        error = bar.error if bar.error is not None and isfinite(bar.error) else None
+        if isfinite(bar.value):
+            bars.append(replace(bar, start=start, error=error))
+        else:
+            start = base if chart.log and start <= 0.0 else start
+            bars.append(replace(bar, value=start, start=start, error=None, text="not determined"))
+    marks = tuple(mark for mark in chart.marks if isfinite(mark.at))
+    return replace(chart, bars=bars, marks=marks)
 
 
 def _range(chart: Bars) -> list[float]:

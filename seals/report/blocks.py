@@ -1,4 +1,4 @@
-"""What a page is made of: sections of charts, tables, key figures and words."""
+"""Blocks of a report page: sections, charts, tables, key figures and text."""
 
 from __future__ import annotations
 

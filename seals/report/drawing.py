@@ -1,4 +1,4 @@
-"""A chart as plotly's JSON, made without importing plotly."""
+"""Conversion of a figure to plotly's JSON, without importing plotly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a chart shows, apart from how it is drawn: the page and the pictures draw the same one."""
+"""Data of a chart, independent of the drawing library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One HTML file from sections: plotly embedded once, no network needed, light and dark."""
+"""Report page: one self-contained HTML file made from sections."""
 
 from __future__ import annotations
 

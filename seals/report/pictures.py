@@ -1,4 +1,4 @@
-"""Charts as PNG pictures, for slides and for places where no browser is."""
+"""Charts as PNG images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours of charts: legible on white and on dark, and apart for colour-blind eyes."""
+"""Colours of charts for light and dark backgrounds, distinct under colour blindness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot whose joints are held: fewer links, the same body."""
+"""Merge of the links of held joints into fewer rigid bodies."""
 
 from __future__ import annotations
 

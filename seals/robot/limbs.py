@@ -1,4 +1,4 @@
-"""Arms, grippers and legs of a robot: which joints, which tool, finger-tips, feet."""
+"""Arms, grippers and legs of a robot: joints, tool frames, finger-tips, feet."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def build_legs(
     """Return the legs of a robot by name.
 
     Raises:
-        RobotError: a joint or link does not exist, or the toe is no place.
+        RobotError: a joint or link does not exist, or the toe is not a position.
     """
     out = {}
     for name, leg in settings.items():
@@ -132,7 +132,9 @@ def build_legs(
         found = _joints(where, leg.joints, joints)
         foot = _link(f"{where}.foot", leg.foot, links)
         if len(leg.toe) != 3:
-            raise RobotError(f"{where}.toe={list(leg.toe)} is no place.\nAllowed: three numbers.")
+            raise RobotError(
+                f"{where}.toe={list(leg.toe)} is not a position.\nAllowed: three numbers."
+            )
         out[name] = Leg(name=name, joints=found, foot=foot, toe=np.asarray(leg.toe, dtype=float))
     return out
 

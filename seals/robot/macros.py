@@ -1,4 +1,4 @@
-"""Expands xacro macros, the other way in which robots are written down."""
+"""Expansion of xacro macros to a URDF."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
 
 
 def holds_macros(text: str) -> bool:
-    """Whether the text of a URDF has to be expanded first.
+    """Return whether the text of a URDF needs xacro.
 
     Example:
         >>> holds_macros('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"/>')
@@ -68,7 +68,7 @@ def _arithmetic_only(xacro: Any) -> Iterator[None]:
         for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
             name = getattr(node, "attr", getattr(node, "id", ""))
             if isinstance(node, ast.Attribute | ast.Name) and _INSIDE.match(name):
-                raise xacro.XacroException(f"'{name}' is no name for an expression")
+                raise xacro.XacroException(f"'{name}' is not a valid name in an expression")
         return evaluate(expression, *symbols)
 
     xacro.safe_eval = checked

@@ -1,4 +1,4 @@
-"""Mesh files that a URDF names: present, inside the robot's folder, and of sane size."""
+"""Validation of the mesh files of a URDF: existence, location and size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot as the physics sees it: links, masses, joints, hulls."""
+"""Robot model: links, mass properties, joints and hulls."""
 
 from __future__ import annotations
 

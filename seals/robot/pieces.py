@@ -1,4 +1,4 @@
-"""What a link is made of as solid pieces, for fluids and other volume methods."""
+"""Solid pieces of a link, for fluids and other volume methods."""
 
 from __future__ import annotations
 

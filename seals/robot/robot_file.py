@@ -117,7 +117,7 @@ def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, An
     for name, entry in _mapping(raw, where).items():
         if not _NAME.fullmatch(str(name)):
             raise RobotError(
-                f"{where}: '{name}' is no name.\nAllowed: letters, digits, '_' and '-'"
+                f"{where}: '{name}' is not a valid name.\nAllowed: letters, digits, '_' and '-'"
             )
         values = dict(_mapping(entry, f"{where}.{name}"))
         plugin = values.pop(word, None)

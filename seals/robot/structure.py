@@ -1,4 +1,4 @@
-"""The strict first look at a URDF: sound XML, names once, attributes there, numbers numbers.
+"""Structural validation of a URDF: XML, unique names, attributes, numbers.
 
 The parsers behind it repair what they can; a robot that was repaired silently is not the one meant.
 """

@@ -63,7 +63,7 @@ def read_urdf(path: Path) -> Urdf:
         path: the file; meshes it names must lie in its folder or below.
 
     Raises:
-        RobotError: the file is no readable URDF, its tree is broken, or no body has its numbers.
+        RobotError: the file is not a readable URDF, its tree is broken, or no body has its numbers.
     """
     robot = _parse(path, _text_of(path))
     links = {link.name: _link(path, link) for link in robot.links}

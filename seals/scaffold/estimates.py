@@ -1,4 +1,4 @@
-"""First numbers for servos and water of a new robot: chosen by rule, to be replaced by data."""
+"""Initial servo gains and hydrodynamic coefficients of a new robot, by rules of thumb."""
 
 from __future__ import annotations
 

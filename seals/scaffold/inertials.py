@@ -1,4 +1,4 @@
-"""Masses of links whose URDF states none: those of their shapes at one density."""
+"""Mass properties of links without ``<inertial>``, from their shapes and one density."""
 
 from __future__ import annotations
 

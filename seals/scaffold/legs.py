@@ -23,7 +23,7 @@ RESERVE = 4.0
 
 
 class Stance(NamedTuple):
-    """How a robot stands with its joints at zero.
+    """Stance of a robot with its joints at zero.
 
     Args:
         reach: mean distance of the toes from their first joints over the ground [m].
@@ -35,7 +35,7 @@ class Stance(NamedTuple):
 
 
 def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dict[str, Any]]:
-    """Return entries of ``legs:``, or nothing when the chains are no legs.
+    """Return entries of ``legs:``, or nothing when the chains are not legs.
 
     Args:
         robot: as read from the URDF.

@@ -123,7 +123,7 @@ def _tip(robot: RobotModel, joint: int) -> int:
 
 
 def _hangs(robot: RobotModel, link: int, top: int) -> bool:
-    """Whether a link is ``top`` or fixed to it, joint by joint."""
+    """Return whether a link is ``top`` or fixed to it through fixed joints."""
     while link != top and link > 0 and robot.tree.joint[link] < 0:
         link = robot.tree.parent[link]
     return link == top

@@ -1,4 +1,4 @@
-"""Names of what is scaffolded: spelt so that they can be folders, modules and options, and free."""
+"""Validation of names for new robots and packages."""
 
 from __future__ import annotations
 

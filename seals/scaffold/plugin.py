@@ -1,4 +1,4 @@
-"""``seals new effect`` and ``seals new sensor``: a package that any SEALS finds once installed."""
+"""``seals new effect`` and ``seals new sensor``: generate a plug-in package."""
 
 from __future__ import annotations
 

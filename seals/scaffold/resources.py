@@ -82,7 +82,7 @@ def _in_package(
 
 
 def _declares(folder: Path, package: str) -> bool:
-    """Whether a folder's ``package.xml`` says that it is this package."""
+    """Return whether a folder's ``package.xml`` declares the package."""
     manifest = folder / "package.xml"
     if not manifest.is_file():
         return False

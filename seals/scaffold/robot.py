@@ -26,7 +26,7 @@ from seals.scaffold.writing import flow, rendered
 
 
 class NewRobot(NamedTuple):
-    """What was made.
+    """Summary of a generated robot folder.
 
     Args:
         folder: of the robot.
@@ -120,7 +120,7 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
 
 
 def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
-    """What the templates need."""
+    """Return the variables of the templates."""
     robot, drives = made.robot, made.drives
     volume = sum(hull.volume for hull in made.hulls.values())
     mass = float(robot.mass.sum())
@@ -182,7 +182,7 @@ def _drive_lines(drives: Drives) -> dict[str, str]:
 
 
 def _remarks(made: NewRobot) -> list[str]:
-    """What a newcomer should look at first."""
+    """Return remarks on values that should be checked first."""
     robot, drives = made.robot, made.drives
     out = []
     if made.limbs.legs:

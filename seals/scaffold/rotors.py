@@ -1,4 +1,4 @@
-"""Which links of a new robot are rotors or thrusters, by name, and first numbers for them."""
+"""Detection of rotors and thrusters by link name, with initial parameters."""
 
 from __future__ import annotations
 

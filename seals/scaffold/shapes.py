@@ -44,7 +44,7 @@ class Box(NamedTuple):
 
 
 class LinkHull(NamedTuple):
-    """What a link displaces.
+    """Hull shapes of one link.
 
     Args:
         shapes: entries of ``hulls:`` in ``robot.yaml``.

@@ -1,4 +1,4 @@
-"""Takes a URDF of any dialect over into a robot folder: meshes copied, foreign parts left out."""
+"""Import of a URDF into a robot folder: copy meshes, leave out foreign elements."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Takeover:
         changes: what was changed, in words.
 
     Raises:
-        RobotError: the file is missing, or is no sound URDF.
+        RobotError: the file is missing, or is not a sound URDF.
         MissingExtra: it holds macros, and xacro is not installed.
     """
 
@@ -133,7 +133,7 @@ class Takeover:
         return name
 
     def _leave_out_foreign(self) -> None:
-        """Leave out elements of other programs: they are no part of a robot's body."""
+        """Leave out elements of other programs: they are not part of a robot's body."""
         foreign = [e for e in self.root if isinstance(e.tag, str) and e.tag not in _OWN]
         for element in foreign:
             self.root.remove(element)
@@ -221,7 +221,7 @@ def _number(text: str | None) -> float:
 
 
 def _is_binary_stl(path: Path) -> bool:
-    """Whether a file is a binary STL: the engine does not read the text form."""
+    """Return whether a file is a binary STL: the engine does not read the text form."""
     if path.suffix.lower() != ".stl":
         return False
     with path.open("rb") as stream:

@@ -73,7 +73,7 @@ def _refuse_targets(config: Any) -> None:
         path = Path(str(value))
         if path.suffix not in suffixes:
             raise ConfigError(
-                f"{key}={value}: '{path.suffix}' is no kind of {key}.\n"
+                f"{key}={value}: '{path.suffix}' is not a file type for {key}.\n"
                 f"Allowed: {' or '.join(suffixes)}"
             )
         if path.exists() and not config.replace:

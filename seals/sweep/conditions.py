@@ -63,13 +63,13 @@ def read_conditions(text: str) -> list[Condition]:
         match = _FORM.match(part)
         if match is None:
             raise ConfigError(
-                f"where={part.strip()}: this is no condition.\n"
+                f"where={part.strip()}: this is not a condition.\n"
                 "Allowed: KEY=VALUE, KEY!=VALUE, KEY<NUMBER, <=, >, >=, separated by commas"
             )
         key, sign, value = match.groups()
         if sign in _SIGNS and not isinstance(read_value(value), float):
             raise ConfigError(
-                f"where={part.strip()}: '{value}' is no number.\n"
+                f"where={part.strip()}: '{value}' is not a number.\n"
                 f"Compare it with = or !=: where={key}={value}"
             )
         found.append(Condition(key, sign, value))

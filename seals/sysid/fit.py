@@ -317,11 +317,13 @@ class Fitter:
             _silence(normal, right, held)
             centre[held] = self.windows.delay
         penalty = float(np.sum(precision * (at_values - centre) ** 2))
+        cost = float(level.sum()) + penalty
         fit = Fit(
             freed=tuple(freed),
             keys=tuple(keys),
             values=dict(values),
-            cost=float(level.sum()) + penalty,
+            # a prediction that ran out of digits is never the best one; NaN would compare as such
+            cost=cost if np.isfinite(cost) else np.inf,
             misfit=level,
             normal=normal,
             right=right,

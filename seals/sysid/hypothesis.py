@@ -72,7 +72,8 @@ def scored(
     dropped = nominal.fitter.windows.observed - fitter.windows.observed
     gain = nominal.fit.cost - fit.cost - dropped
     paid = price(fit, library) - price(nominal.fit, library)
-    return Hypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=gain - paid)
+    score = gain - paid if np.isfinite(gain - paid) else -np.inf
+    return Hypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
 
 
 def try_starts(

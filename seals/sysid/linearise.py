@@ -140,6 +140,10 @@ def _late(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats
         time, seen = plant.samples.time[first:last], reading[first:last]
         if len(time) < 2:
             continue
+        if not np.isfinite(seen).all():
+            # a course that ran out of digits has no readings at any time
+            out[first:last] = np.nan
+            continue
         curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
         out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
     return out

@@ -42,17 +42,52 @@ class Fit:
 
     @property
     def covariance(self) -> Floats:
-        """Posterior covariance of the keys, shape (p, p)."""
-        matrix = self.normal.sum(axis=0) + np.diag(self.precision)
-        covariance: Floats = np.linalg.inv(matrix)
-        return covariance
+        """Posterior covariance of the keys, shape (p, p); NaN where the equations hold NaN."""
+        return posterior_covariance(self.normal.sum(axis=0), self.precision)
 
     def spread(self, key: str) -> float:
-        """Posterior 1-sigma of one factor."""
+        """Posterior 1-sigma of one factor, at most that of its prior."""
         if key in self.known:
             return float(self.known[key])
         k = self.keys.index(key)
         return float(np.sqrt(self.covariance[k, k]))
+
+
+def posterior_covariance(information: Floats, precision: Floats) -> Floats:
+    """Covariance of a Gaussian posterior, positive also where rounding left its inverse indefinite.
+
+    The information of a log is a difference of large products; between effects that act alike it
+    can come out slightly negative. Negative eigenvalues count as zero: a log takes no knowledge
+    away.
+
+    Equation:
+        (N + P)^-1 by Cholesky factors; where N + P has none, W V (1 + max(L, 0))^-1 V^T W with
+        W = P^-1/2 and V L V^T the eigenvalue decomposition of W N W.
+
+    Args:
+        information: normal matrix N of the measurements, shape (p, p), symmetric up to rounding.
+        precision: diagonal of the prior precision P, shape (p,); infinite for what cannot move.
+
+    Returns:
+        Covariance, shape (p, p); NaN throughout where the information holds values not finite.
+
+    Example:
+        >>> posterior_covariance(np.array([[3.0, 0.0], [0.0, -9.0]]), np.array([1.0, 4.0])).tolist()
+        [[0.25, 0.0], [0.0, 0.25]]
+    """
+    if not np.isfinite(information).all():
+        return np.full_like(information, np.nan)
+    width = 1.0 / np.sqrt(precision)
+    scaled = 0.5 * (information + information.T) * width[:, None] * width[None, :]
+    whole = scaled + np.eye(len(width))
+    size = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(whole)), 1e-300))
+    try:
+        factor = np.linalg.inv(np.linalg.cholesky(whole * size[:, None] * size[None, :])) * size
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(scaled)
+        factor = (vectors / np.sqrt(1.0 + np.maximum(values, 0.0))).T
+    covariance: Floats = (factor.T @ factor) * width[:, None] * width[None, :]
+    return covariance
 
 
 def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[Floats, float]:
@@ -73,6 +108,9 @@ def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[
     gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
     if bounds is None:
         step = solve_scaled(matrix, gradient)
+        if not step @ gradient >= 0.0:
+            # an indefinite matrix leads uphill, or nowhere: the step of its positive part
+            step = fit.covariance @ gradient
         return step, float(step @ gradient)
     least, most = bounds[0] - at, bounds[1] - at
     step, free = np.zeros(len(at)), np.ones(len(at), dtype=bool)
@@ -100,7 +138,8 @@ def reserve(fit: Fit, frozen: Sequence[int]) -> float:
 
 def solve_scaled(matrix: Floats, right: Floats) -> Floats:
     """Solve a symmetric positive system after scaling its diagonal to one."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    # rounding can leave a diagonal below zero: such a value has a size, too
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
     scaled = matrix * scale[:, None] * scale[None, :] + 1e-12 * np.eye(len(scale))
     solved: Floats = np.linalg.solve(scaled, right * scale) * scale
     return solved

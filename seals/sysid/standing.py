@@ -104,10 +104,13 @@ def converged(now: Standing, *, rounds: int) -> Standing:
     for _ in range(rounds):
         if now.done:
             break
-        after, moved = _stepped(now, pace)
+        taken = _stepped(now, pace)
+        if taken is None:
+            break
+        after, moved = taken
         fall = now.fit.cost - after.fit.cost
         now = replace(after, done=moved < _STILL and abs(fall) < _SETTLED)
-        pace = np.where(after.fit.misfit > best.fit.misfit + 1.0, 0.5 * pace, 1.5 * pace)
+        pace = np.where(after.fit.misfit <= best.fit.misfit + 1.0, 1.5 * pace, 0.5 * pace)
         pace = np.clip(pace, _SLOWEST, 1.0)
         # numbers that ran out of digits give squares below zero
         sound = bool(np.all(after.fit.misfit > 0.0))
@@ -118,10 +121,15 @@ def converged(now: Standing, *, rounds: int) -> Standing:
     return best
 
 
-def _stepped(now: Standing, pace: Floats) -> tuple[Standing, float]:
-    """One step, run by run at its pace, and the largest move in units of the reach."""
+def _stepped(now: Standing, pace: Floats) -> tuple[Standing, float] | None:
+    """One step, run by run at its pace, and the largest move in units of the reach.
+
+    None where the step is not finite: the equations, or the course that it leads to.
+    """
     fitter, factors, values = now.fitter, now.fitter.library.factors, {}
     step, _ = newton_step(now.fit)
+    if not np.isfinite(step).all():
+        return None
     for i, key in enumerate(now.fit.keys):
         low, high = factors[key].bounds
         aim = now.fit.values[key] + float(pace.mean()) * step[i]
@@ -129,6 +137,8 @@ def _stepped(now: Standing, pace: Floats) -> tuple[Standing, float]:
     windows = fitter.windows
     prediction = fitter.predicted(values)
     error = windows.states(windows.residual(prediction), prediction)
+    if not np.isfinite(error).all():
+        return None
     largest = 0.0
     for run, share in zip(windows.rows, pace, strict=True):
         size = float((np.abs(error[run, :12]) / _REACH).max())

@@ -6,13 +6,15 @@ from typing import Any
 
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.report.naming import figure, interval
 
 
 def sentence(found: Diagnosis) -> str:
     """Return the answer in a few lines."""
     answer, table = found.answer, found.to_dict()
     held = found.held_out
-    fall = f"Held-out misfit {held['before']:.3g} -> {held['after']:.3g} (floor 1)."
+    first, last = (figure(held[k], digits=3) for k in ("before", "after"))
+    fall = f"Held-out misfit {first} -> {last} (floor 1)."
     verdict = answer.verdict
     if verdict is Verdict.nothing_missing:
         return f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
@@ -30,4 +32,5 @@ def sentence(found: Diagnosis) -> str:
 
 def _value(name: str, p: dict[str, Any]) -> str:
     unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    return f"{name} = {p['value']:.4g}{unit}  (90 %: {p['low90']:.4g} to {p['high90']:.4g})"
+    limits = interval(p["low90"], p["high90"])
+    return f"{name} = {figure(p['value'])}{unit}  (90 %: {limits})"

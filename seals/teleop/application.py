@@ -89,8 +89,8 @@ def _origin(config: Any, *, by: str) -> Origin:
     """Where a session's demonstration comes from: a script of keys is a program, too."""
     from omegaconf import OmegaConf
 
-    from seals.learn.cards import config_hash
     from seals.learn.demonstrations.episode import Origin, Who
+    from seals.learn.metadata import config_hash
 
     kept: Any = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
     plain: Any = OmegaConf.to_container(kept, enum_to_str=True)

@@ -1,5 +1,9 @@
-"""Laws of motion whose arithmetic is joined into few kernels, by PyTorch's compiler."""
+"""Compiler of laws on PyTorch: scalar columns instead of small tensors, then Inductor.
 
-from seals.tensor_compiler.fused import Fused, repeated
+`compile_law` is the only name for other packages. What it gains over ``torch.compile`` stands in
+docs/architecture.md; ``python benchmarks/compile_laws.py`` measures it.
+"""
 
-__all__ = ["Fused", "repeated"]
+from seals.tensor_compiler.fused import compile_law
+
+__all__ = ["compile_law"]

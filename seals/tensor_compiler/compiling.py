@@ -1,4 +1,4 @@
-"""PyTorch's compiler, with its complaints in words."""
+"""Compile a traced graph by Inductor, with readable errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A law that is compiled at its first call, one piece for each form of what it is given."""
+"""Compiled laws: traced and compiled at the first call, once for each form of arguments."""
 
 from __future__ import annotations
 
@@ -51,13 +51,18 @@ class Fused:
         return self._pieces[form](given)
 
 
-def repeated(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a law that others repeat: within fused laws it is compiled once, alone it is as it is.
+def compile_law(law: Callable[..., Any], *, nested: bool = False) -> Callable[..., Any]:
+    """Return a law compiled at its first call, once for each form of its arguments.
 
     Args:
-        law: as for `Fused`.
+        law: as for `Fused`: a pure function of nested tuples and mappings of tensors.
+        nested: compile only within other compiled laws, as a piece of its own that they share;
+            called alone, the law runs as it is. As a decorator:
+            ``@functools.partial(compile_law, nested=True)``.
     """
     fused = Fused(law)
+    if not nested:
+        return fused
 
     @functools.wraps(law)
     def call(*given: Any) -> Any:

@@ -1,4 +1,4 @@
-"""A law followed without memory: what it writes in place is as if it had been made anew."""
+"""Functionalise in-place operations while tracing."""
 
 from __future__ import annotations
 

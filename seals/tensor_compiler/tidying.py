@@ -1,4 +1,4 @@
-"""A traced law made shorter: nothing twice, no work on constants, no calls for small matrices."""
+"""Simplify a traced graph: common subexpressions, constant folding, scalar columns."""
 
 from __future__ import annotations
 

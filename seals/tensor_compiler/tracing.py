@@ -1,4 +1,4 @@
-"""A law as a list of what it does to numbers, found by following it once."""
+"""Trace a law into an operator graph, without data-dependent decisions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Executable contracts: what every plug-in of a kind must keep, for its author to run.
+"""Contract tests of plug-ins, for their authors to run.
 
 ``check_effect("my_effect")`` raises a `ContractError` in words, and returns its figures when all is
 well. The same checks run from a shell: ``python -m seals.testing effect my_effect``.

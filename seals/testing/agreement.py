@@ -1,4 +1,4 @@
-"""Twin = simulator: the same effect must give the same motion in both engines."""
+"""Agreement of batch dynamics and simulator under one effect."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ QUANTITIES = ("position", "attitude", "joints")
 
 @dataclass(frozen=True, kw_only=True)
 class SceneReport:
-    """How well simulator and twin agree in one scene.
+    """Differences between simulator and batch dynamics in one scene.
 
     Args:
         scene: its name.

@@ -28,7 +28,7 @@ STEP = 0.002
 
 @dataclass(frozen=True, kw_only=True)
 class BackendReport:
-    """What `check_backend` found.
+    """Result of `check_backend`.
 
     Args:
         name: of the backend.

@@ -1,4 +1,4 @@
-"""Bodies of the checks, awkward on purpose: mass off the origin, tilted axes, moving links."""
+"""Test bodies in general position: mass off the origin, tilted axes, moving links."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How each hook of an effect is called at one instant."""
+"""Calls of each hook of an effect at one instant."""
 
 from __future__ import annotations
 
@@ -90,6 +90,6 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
 
 
 def is_bundle(hook: str, output: Any) -> bool:
-    """Whether an output is of the type that its hook promises."""
+    """Return whether an output has the type that its hook promises."""
     promised = {"actuation": Drives, "drives": Drives, "measure": Reading, "timing": Timing}
     return hook not in promised or isinstance(output, promised[hook])

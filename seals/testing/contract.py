@@ -1,4 +1,4 @@
-"""The refusal of a plug-in that breaks its contract."""
+"""Error of a plug-in that breaks its contract."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ FALL = (
 
 @dataclass(frozen=True, kw_only=True)
 class ControlReport:
-    """What `check_guide` or `check_controller` found.
+    """Result of `check_guide` or `check_controller`.
 
     Args:
         name: of the plug-in.

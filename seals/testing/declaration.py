@@ -1,4 +1,4 @@
-"""What every physical plug-in declares: fields, parameters with their physics, a law in words."""
+"""Checks of a plug-in's declaration: fields, parameters, docstring."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def check_declaration(name: str, cls: type, *, headings: bool = True) -> None:
     require(
         dataclasses.is_dataclass(cls),
         name,
-        "is no dataclass",
+        "is not a dataclass",
         "Write @dataclass(kw_only=True) above it.",
     )
     fields = [f for f in dataclasses.fields(typing.cast(Any, cls)) if f.init]
@@ -86,7 +86,7 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
     Raises:
         ContractError: a promise does not hold.
     """
-    require(issubclass(cls, Effect), name, "is no effect", "Derive it from seals.effects.Effect.")
+    require(issubclass(cls, Effect), name, "is not an effect", "Derive it from seals.Effect.")
     check_declaration(name, cls)
     hooks = tuple(hook for hook in HOOKS if hasattr(cls, hook))
     require(bool(hooks), name, "has no hook", f"Define one or more of: {', '.join(HOOKS)}.")
@@ -103,7 +103,7 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
     require(
         isinstance(owned, tuple) and all(isinstance(phenomenon, str) for phenomenon in owned),
         name,
-        f"accounts_for={owned!r} is no tuple of phenomena",
+        f"accounts_for={owned!r} is not a tuple of phenomena",
         "Name what the effect owns, for instance ('quadratic drag',).",
     )
     return hooks

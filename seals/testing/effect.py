@@ -20,7 +20,7 @@ MEMORY_ORDER = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class EffectReport:
-    """What `check_effect` found.
+    """Result of `check_effect`.
 
     Args:
         name: of the effect.

@@ -28,7 +28,7 @@ EDGE = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class FluidReport:
-    """What `check_fluid` found.
+    """Result of `check_fluid`.
 
     Args:
         name: of the fluid.

@@ -1,4 +1,4 @@
-"""Late and lost readings of a sensor: what the world makes of its latency and dropout."""
+"""Checks of a sensor's latency and dropout."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def check_delivery(
 def _record(
     sensor: Any, instant: Callable[[int], Felt], seed: int, count: int
 ) -> tuple[list[Values | None], list[tuple[int, float, Values]]]:
-    """What stands in the log, and what arrives: step, time it was taken, reading."""
+    """Record the logged and the delivered readings: step, time it was taken, reading."""
     rng, way, line = np.random.default_rng(seed), Delivery(sensor), NEW
     memory = sensor.start(rng)
     rows: list[Values | None] = []

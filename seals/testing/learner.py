@@ -23,7 +23,7 @@ SIZE = 24
 
 @dataclass(frozen=True, kw_only=True)
 class LearnerReport:
-    """What `check_learner` found.
+    """Result of `check_learner`.
 
     Args:
         name: of the learner.
@@ -102,7 +102,7 @@ class _LearnerCheck:
         agent = self._start(pixels=self.environment.pixels)
         if agent.wants != "no":
             size = SIZE if self.environment.pixels else 0
-            agent.teach(demonstrations(4, size=size))
+            agent.add_demonstrations(demonstrations(4, size=size))
         self._learn(agent)
         observation = self.environment.reset(list(range(COUNT)))
         for _ in range(steps if agent.interactive else 0):

@@ -1,4 +1,4 @@
-"""Parameter values at which an effect matters to a body of about a kilogramme and a decimetre."""
+"""Parameter values at which an effect is significant for a body of 1 kg and 0.1 m."""
 
 from __future__ import annotations
 

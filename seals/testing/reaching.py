@@ -1,11 +1,11 @@
-"""A point that is to reach another: the smallest environment on which a learner can be tried."""
+"""Point-reaching environment, for tests of learners."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from seals.learn.batched import Turn
+from seals.learn.batched import StepResult
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -64,7 +64,7 @@ class PointReach:
         turns = (self._seed[:, None] + 1.0) * roots.to(self.device)
         return ((turns - turns.floor()) * 2.0 - 1.0).float()
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Move every point."""
         import torch
 
@@ -78,7 +78,7 @@ class PointReach:
         self._seed = torch.where(ended, self._seed + 0.5, self._seed)
         self._state = torch.where(ended[:, None], self._start(), final)
         self._age = torch.where(ended, 0.0, self._age)
-        return Turn(
+        return StepResult(
             observation=self._shown(self._state),
             reward=REWARD * arrived.float() - distance,
             terminated=arrived,
@@ -88,7 +88,7 @@ class PointReach:
             facts={"distance": distance},
         )
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return the step straight towards the target."""
         away = self._state[:, 3:] - self._state[:, :3]
         return (away / STRIDE).clamp(-1.0, 1.0)
@@ -123,7 +123,7 @@ class PointReach:
 
 
 def demonstrations(episodes: int, *, size: int = 0, seed: int = 10_000) -> Mapping[str, Any]:
-    """Return episodes of the expert, as `seals.learn.learner.Agent.teach` takes them.
+    """Return episodes of the expert, as `seals.learn.learner.Agent.add_demonstrations` takes them.
 
     Args:
         episodes: how many.
@@ -137,21 +137,21 @@ def demonstrations(episodes: int, *, size: int = 0, seed: int = 10_000) -> Mappi
     running = torch.ones(episodes, dtype=torch.bool)
     found: dict[str, list[Any]] = {}
     while bool(running.any()):
-        action = environment.expert()
-        turn = environment.step(action)
+        action = environment.scripted_policy()
+        result = environment.step(action)
         row = {
             "observation": observation,
             "action": action,
-            "reward": turn.reward,
-            "next_observation": turn.final,
-            "terminated": turn.terminated,
-            "truncated": turn.truncated,
+            "reward": result.reward,
+            "next_observation": result.final,
+            "terminated": result.terminated,
+            "truncated": result.truncated,
             "episode": torch.arange(episodes),
         }
         for key, value in row.items():
             found.setdefault(key, []).append(_chosen(value, running))
-        observation = turn.observation
-        running = running & ~(turn.terminated | turn.truncated)
+        observation = result.observation
+        running = running & ~(result.terminated | result.truncated)
     return {key: _joined(parts) for key, parts in found.items()}
 
 

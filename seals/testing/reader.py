@@ -23,7 +23,7 @@ HEADINGS = ("Channels:", "Units:", "Limitations:")
 
 @dataclass(frozen=True, kw_only=True)
 class ReaderReport:
-    """What `check_reader` found.
+    """Result of `check_reader`.
 
     Args:
         name: of the reader.
@@ -94,7 +94,7 @@ def check_reader(
 
 
 def _check_refusals(name: str, reader: Reader) -> None:
-    """Check that sources which are no logs are refused in words."""
+    """Check that files which are not logs are refused with a `LogError`."""
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         (root / "hollow").mkdir()

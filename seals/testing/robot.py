@@ -17,7 +17,7 @@ from seals.testing.contract import require
 
 @dataclass(frozen=True, kw_only=True)
 class RobotReport:
-    """What `check_robot` found.
+    """Result of `check_robot`.
 
     Args:
         name: of the robot.

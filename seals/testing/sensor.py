@@ -31,7 +31,7 @@ HEIGHTS = {"under water": -3.0, "in the air": 2.0}
 
 @dataclass(frozen=True, kw_only=True)
 class SensorReport:
-    """What `check_sensor` found.
+    """Result of `check_sensor`.
 
     Args:
         name: of the sensor.
@@ -129,7 +129,7 @@ def _check_due(name: str, sensor: Sensor, seed: int) -> str:
 
 
 def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> bool:
-    """Whether a reading at a place holds every channel; check what it holds."""
+    """Return whether a reading has every channel; check its values."""
     reading, _ = sensor.sense(_moving(1, place), memory, np.random.default_rng(seed), due=True)
     shapes = {key: int(np.size(value)) for key, value in (reading or {}).items()}
     declared = sensor.channels()

@@ -93,7 +93,7 @@ def _value(config: Any, key: str) -> float:
         return float(value)
     known = [s.key for s in _every(config)]
     raise ConfigError(
-        f"sliders: {key} is no number of this run.\n{suggestion(key, known, label='Numbers')}"
+        f"sliders: {key} is not a numeric setting.\n{suggestion(key, known, label='Numbers')}"
     )
 
 

@@ -87,7 +87,7 @@ def test_an_enemy_that_is_not_there_is_refused() -> None:
         guide.aim(seen((0.0, 0.0), robot=(1.0, 0.0)), guide.start(seen((0.0, 0.0))))
     with pytest.raises(ConfigError, match=r"flee\.calm=0\.2 is below"):
         Flee(calm=0.2)
-    with pytest.raises(ConfigError, match="is no place on the ground"):
+    with pytest.raises(ConfigError, match="is not a position on the ground"):
         Seek(place=[1.0])
 
 

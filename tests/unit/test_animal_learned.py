@@ -30,10 +30,10 @@ def _led(*words: str) -> Any:
 
 
 def _copy(folder: Path, **change: Any) -> Path:
-    """Copy the shipped policy, with entries of its card replaced."""
+    """Copy the shipped policy, with entries of its metadata replaced."""
     shutil.copytree(policy_folder("crab/walk"), folder)
-    card = json.loads((folder / "card.json").read_text())
-    (folder / "card.json").write_text(json.dumps({**card, **change}))
+    metadata = json.loads((folder / "card.json").read_text())
+    (folder / "card.json").write_text(json.dumps({**metadata, **change}))
     return folder
 
 
@@ -90,21 +90,21 @@ def test_a_body_of_the_scene_is_followed_for_ever() -> None:
 
 
 def test_policies_are_shipped_by_the_robots_they_lead() -> None:
-    """Each has a small folder and a card that says how it was made and how it did."""
+    """Each has a small folder and metadata that says how it was made and how it did."""
     assert "crab/walk" in shipped()
     for name, folder in shipped().items():
-        card = json.loads((folder / "card.json").read_text())
-        assert card["command"].startswith(("seals train", "python -m seals."))
-        assert card["held_out"]["success"] >= 0.9
-        assert card["curve"][-1]["step"] == card["step"]
+        metadata = json.loads((folder / "card.json").read_text())
+        assert metadata["command"].startswith(("seals train", "python -m seals."))
+        assert metadata["held_out"]["success"] >= 0.9
+        assert metadata["curve"][-1]["step"] == metadata["step"]
         assert sum(file.stat().st_size for file in folder.iterdir()) < 300_000, name
 
 
 def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
-    """Other robots, controllers, tasks and cards that ask for more than values."""
+    """Other robots, controllers, tasks and metadata files that ask for more than values."""
     refused = {
         "robot has": ["robot=sea_spider"],
-        "is no place": ["guide.place=[1.0]"],
+        "is not a position on the ground": ["guide.place=[1.0]"],
         "Did you mean 'crab/walk'": ["guide.policy=crab/wlak"],
     }
     for said, words in refused.items():

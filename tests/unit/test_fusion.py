@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import pytest
@@ -65,7 +66,7 @@ def test_forms_tell_apart_what_must_not_stand_for_one_another() -> None:
 
 def test_a_compiled_law_gives_what_the_law_gives() -> None:
     """Nests come back in their form, what is passed on is the very tensor, results agree."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     turn = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -75,7 +76,7 @@ def test_a_compiled_law_gives_what_the_law_gives() -> None:
 
     draw = torch.Generator().manual_seed(0)
     given = _Pair(torch.randn(50, 3, generator=draw), torch.ones(50, 1))
-    fused = Fused(law)
+    fused = compile_law(law)
     for state in (given, _Pair(given.a + 1.0, given.b)):
         found, expected = fused(state, 0.1), law(state, 0.1)
         assert isinstance(found, _Pair)
@@ -90,10 +91,10 @@ def test_a_compiled_law_gives_what_the_law_gives() -> None:
 
 def test_one_tensor_in_two_places_stands_for_two(monkeypatch: pytest.MonkeyPatch) -> None:
     """What was the same at the first call may differ at the next, in results and in passing."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     _kept(monkeypatch)
-    fused = Fused(lambda pair: (_Pair(pair.a + 1.0, pair.b * 2.0), pair))
+    fused = compile_law(lambda pair: (_Pair(pair.a + 1.0, pair.b * 2.0), pair))
     zero = torch.zeros(3)
     assert fused(_Pair(zero, zero))[0].a.tolist() == [1.0] * 3
     found, passed = fused(_Pair(torch.full((3,), 4.0), torch.full((3,), 5.0)))
@@ -103,7 +104,7 @@ def test_one_tensor_in_two_places_stands_for_two(monkeypatch: pytest.MonkeyPatch
 
 def test_work_on_constants_is_done_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """What depends on constants alone is a constant; small matrices become sums without zeros."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     graphs = _kept(monkeypatch)
     matrix = torch.tensor([[0.0, 2.0], [1.0, 0.0]])
@@ -112,7 +113,7 @@ def test_work_on_constants_is_done_once(monkeypatch: pytest.MonkeyPatch) -> None
         return x @ (matrix.T.sin() * 0.0 + matrix), x @ matrix
 
     x = torch.randn(70, 2, generator=torch.Generator().manual_seed(1))
-    for found, expected in zip(Fused(law)(x), law(x), strict=True):
+    for found, expected in zip(compile_law(law)(x), law(x), strict=True):
         torch.testing.assert_close(found, expected)
     names = _names(graphs[0])
     assert not any("mm" in name or "sin" in name or "add" in name for name in names)
@@ -124,7 +125,7 @@ def test_large_constants_are_kept_where_many_operations_lead_to_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What is cheaply made is made again and again; one number for many is not kept many times."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     graphs = _kept(monkeypatch)
     rows = torch.linspace(0.0, 1.0, 9000)[:, None]
@@ -140,7 +141,7 @@ def test_large_constants_are_kept_where_many_operations_lead_to_them(
         return x + (rows + 1.0), x * found[:, 0:1], x - nothing
 
     x = torch.ones(9000, 1)
-    found = Fused(law)(x)
+    found = compile_law(law)(x)
     for one, other in zip(found, (x + rows + 1.0, x * deep, x), strict=True):
         torch.testing.assert_close(one, other)
     names = _names(graphs[0])
@@ -169,21 +170,21 @@ def test_numbers_that_rows_hold_for_themselves_are_counted() -> None:
 
 def test_many_small_matrices_are_written_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their products are sums; those of large matrices stay calls."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     graphs = _kept(monkeypatch)
     draw = torch.Generator().manual_seed(2)
     a, b = (torch.randn(80, 3, 3, generator=draw) for _ in range(2))
-    torch.testing.assert_close(Fused(torch.matmul)(a, b), a @ b)
+    torch.testing.assert_close(compile_law(torch.matmul)(a, b), a @ b)
     large = torch.randn(80, 9, 9, generator=draw)
-    torch.testing.assert_close(Fused(torch.matmul)(large, large), large @ large)
+    torch.testing.assert_close(compile_law(torch.matmul)(large, large), large @ large)
     assert "aten.bmm.default" not in _names(graphs[0])
     assert "aten.bmm.default" in _names(graphs[1])
 
 
 def test_what_is_written_in_place_is_as_the_law_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal beginnings of which one is written over are not taken for the same."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     _kept(monkeypatch)
 
@@ -193,17 +194,17 @@ def test_what_is_written_in_place_is_as_the_law_says(monkeypatch: pytest.MonkeyP
         return one + x, other + x
 
     x = torch.ones(3, 2)
-    for found, expected in zip(Fused(law)(x), law(x), strict=True):
+    for found, expected in zip(compile_law(law)(x), law(x), strict=True):
         assert torch.equal(found, expected)
 
 
 def test_a_repeated_law_is_one_piece_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Called five times it is followed once; alone it stays as it is."""
-    from seals.tensor_compiler import Fused, repeated
+    from seals.tensor_compiler import compile_law
 
     graphs = _kept(monkeypatch)
 
-    @repeated
+    @partial(compile_law, nested=True)
     def once(state: _Pair) -> _Pair:
         return _Pair(state.a * 0.5 + 1.0, state.b)
 
@@ -216,7 +217,7 @@ def test_a_repeated_law_is_one_piece_of_others(monkeypatch: pytest.MonkeyPatch) 
     alone = once(state)
     assert not graphs
     assert alone.a.tolist() == [1.0, 1.5, 2.0, 2.5]
-    found = Fused(law)(state)
+    found = compile_law(law)(state)
     torch.testing.assert_close(found.a, law(state).a)
     assert found.b is state.b
     assert len(graphs) == 2
@@ -225,32 +226,32 @@ def test_a_repeated_law_is_one_piece_of_others(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_asks_whether_any_takes_one_way_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Within a fused law the answer is yes, whatever the numbers are."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     _kept(monkeypatch)
 
     def law(x: Any) -> Any:
         return torch.where(x > 0.0, x * 2.0, x) if some(x > 0.0) else x
 
-    fused = Fused(law)
+    fused = compile_law(law)
     assert fused(torch.tensor([-1.0, -2.0])).tolist() == [-1.0, -2.0]
     assert fused(torch.tensor([-1.0, 3.0])).tolist() == [-1.0, 6.0]
 
 
 def test_a_law_that_asks_for_a_number_is_refused() -> None:
     """The place is told, and the way out."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     def law(x: Any) -> Any:
         return x * 2.0 if float(x.sum()) > 0.0 else x
 
     with pytest.raises(ConfigError, match=r"test_fusion, line \d+, asks for a number"):
-        Fused(law)(torch.ones(3))
+        compile_law(law)(torch.ones(3))
 
 
 def test_a_compiler_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first line, what it needs, and what to leave out."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     said = ["no working C++ compiler\nmore"]
 
@@ -259,7 +260,7 @@ def test_a_compiler_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("torch._inductor.compile", broken)
     with pytest.raises(ConfigError, match=r"no working C\+\+ compiler\n.*g\+\+"):
-        Fused(torch.sin)(torch.ones(3))
+        compile_law(torch.sin)(torch.ones(3))
     said.clear()
     with pytest.raises(ConfigError, match=r"failed: RuntimeError\n"):
-        Fused(torch.sin)(torch.ones(3))
+        compile_law(torch.sin)(torch.ones(3))

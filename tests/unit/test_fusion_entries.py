@@ -98,14 +98,14 @@ LAWS: dict[str, Callable[[Any, Any], Any]] = {
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_gives_the_same_entry_by_entry(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Shapes, types and numbers; without a compiler, which takes no part in it."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     monkeypatch.setattr("seals.tensor_compiler.fused.compiled", lambda graph, given: graph)
     draw = torch.Generator().manual_seed(0)
     given = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
     other = torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw)
     law = LAWS[name]
-    fused = Fused(law)
+    fused = compile_law(law)
     for x, m in (given, other):
         found, expected = fused(x, m), law(x, m)
         if not isinstance(expected, tuple):
@@ -118,7 +118,7 @@ def test_a_law_gives_the_same_entry_by_entry(name: str, monkeypatch: pytest.Monk
 
 def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
     """No operation between what is given and what is told has more than one index."""
-    from seals.tensor_compiler import Fused
+    from seals.tensor_compiler import compile_law
 
     graphs = []
     monkeypatch.setattr(
@@ -131,7 +131,7 @@ def test_every_entry_is_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
         return torch.cat((turned, cross(axis, turned)), dim=1)
 
     draw = torch.Generator().manual_seed(1)
-    Fused(law)(torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw))
+    compile_law(law)(torch.randn(B, 3, generator=draw), torch.randn(B, 3, 3, generator=draw))
     names = {str(n.target) for n in graphs[0].graph.nodes if n.op == "call_function"}
     moves = {"aten.select.int", "aten.stack.default", "aten.reshape.default",
              "aten.permute.default", "aten.expand.default"}  # fmt: skip

@@ -46,7 +46,7 @@ def test_a_cell_of_a_script_longer_than_a_table_allows(tmp_path: Path) -> None:
     """An open quote swallows the rest of the file, up to the limit of the reader of tables."""
     file = tmp_path / "keys.csv"
     file.write_text('t,control,value\n0.5,"' + "w" * 140_000 + "\n")
-    with pytest.raises(ConfigError, match="is no table"):
+    with pytest.raises(ConfigError, match="is not a table"):
         read_track(file)
 
 
@@ -131,7 +131,7 @@ def test_what_fuzzing_found_ends_in_words(
 def test_a_cell_of_a_curve_longer_than_a_table_allows(tmp_path: Path) -> None:
     """The tables of trainings, read for a comparison and when one is taken up again."""
     (tmp_path / "evaluation.csv").write_text('step,loss\n1,"' + "w" * 140_000 + "\n")
-    with pytest.raises(LogError, match="is no table"):
+    with pytest.raises(LogError, match="is not a table"):
         read_run(tmp_path, arm="a")
     with pytest.raises(ConfigError, match="is damaged"):
         Rows(tmp_path / "evaluation.csv", ["step", "loss"], keep=1)

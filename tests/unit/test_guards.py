@@ -55,9 +55,9 @@ def test_entities_of_a_mesh_are_refused(coding: str, tmp_path: Path) -> None:
 def test_only_plain_meshes_are_opened(name: str, tmp_path: Path) -> None:
     """The mesh library opens archives as well; a robot needs none."""
     (tmp_path / name).write_bytes(b"PK\3\4")
-    with pytest.raises(RobotError, match="is no mesh file"):
+    with pytest.raises(RobotError, match="is not a mesh file"):
         refuse_strange_format(tmp_path / name, "mesh")
-    with pytest.raises(RobotError, match="is no mesh file"):
+    with pytest.raises(RobotError, match="is not a mesh file"):
         hull_from_mesh(tmp_path / name)
 
 

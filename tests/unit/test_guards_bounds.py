@@ -161,7 +161,9 @@ def test_a_policy_holds_no_links(name: str, tmp_path: Path) -> None:
     torch.manual_seed(1)
     network = description(observation=3, action=1, hidden=[4], layer_norm=False)
     tensors = actor_of(network).state_dict()
-    folder = save_policy(tmp_path / "policy", network=network, tensors=tensors, card={"env": "a"})
+    folder = save_policy(
+        tmp_path / "policy", network=network, tensors=tensors, metadata={"env": "a"}
+    )
     load_policy(folder)
     (folder / name).rename(tmp_path / "elsewhere")
     (folder / name).symlink_to(tmp_path / "elsewhere")

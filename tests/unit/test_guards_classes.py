@@ -173,7 +173,10 @@ def test_trust_makes_no_class_of_a_plug_ins_place() -> None:
         ("urdf: r.urdf\nsummary: '${oc.env:HOME}'\n", "holds a reference"),
         ("urdf: ../r.urdf\n", "lies outside"),
         ("urdf: linked.urdf\n", "lies outside"),
-        ("urdf: r.urdf\neffects: {'a@hydra.callbacks.b': {effect: gravity}}\n", "is no name"),
+        (
+            "urdf: r.urdf\neffects: {'a@hydra.callbacks.b': {effect: gravity}}\n",
+            "is not a valid name",
+        ),
         ("urdf: r.urdf\neffects: {a: {effect: gravity, _target_: os.system}}\n", "begin with '_'"),
     ],
 )
@@ -214,5 +217,5 @@ def test_expressions_of_a_macro_stay_arithmetic(expression: str, elsewhere: Path
     file.write_text(text.format("${radians(180) + len([k for k in range(3)])}"))
     assert '"6.14' in expanded(file)
     file.write_text(text.format("${" + expression + "}"))
-    with pytest.raises(RobotError, match="is no name for an expression"):
+    with pytest.raises(RobotError, match="is not a valid name in an expression"):
         expanded(file)

@@ -123,7 +123,7 @@ def test_what_is_out_of_sight_is_not_observed() -> None:
 )
 def test_the_diver_knows_what_to_do(now: Instant, up: int, grips: bool) -> None:
     """It descends, closes, goes on closing or opening, lifts, opens again, and looks from above."""
-    action = TaskCatch().expert(now)[0]
+    action = TaskCatch().scripted_policy(now)[0]
     assert np.sign(np.round(action[2], 1)) == up
     assert bool(action[3] > 0.0) is grips
 
@@ -136,7 +136,7 @@ def test_a_leaning_body_is_led_by_where_its_hand_will_hang() -> None:
     now = _diver([0.0, 0.0, -0.97])
     arm = turn[0] @ [0.0, 0.0, -0.42]
     leaning = now._replace(rotation=turn, tool=now.position + arm)
-    np.testing.assert_allclose(TaskCatch().expert(leaning)[0, :2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(TaskCatch().scripted_policy(leaning)[0, :2], 0.0, atol=1e-12)
 
 
 def test_a_hand_that_swings_does_not_close() -> None:
@@ -144,17 +144,17 @@ def test_a_hand_that_swings_does_not_close() -> None:
     task, calm = TaskCatch(), _diver([0.0, 0.0, -0.796])
     c, s = np.cos(0.15), np.sin(0.15)
     turn = np.array([[[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]])
-    assert task.expert(calm)[0, 3] > 0.0
-    assert task.expert(calm._replace(rotation=turn))[0, 3] < 0.0
-    assert task.expert(calm._replace(spin=np.array([[0.3, 0.0, 0.0]])))[0, 3] < 0.0
+    assert task.scripted_policy(calm)[0, 3] > 0.0
+    assert task.scripted_policy(calm._replace(rotation=turn))[0, 3] < 0.0
+    assert task.scripted_policy(calm._replace(spin=np.array([[0.3, 0.0, 0.0]])))[0, 3] < 0.0
 
 
 def test_a_hand_comes_down_only_over_the_animal() -> None:
     """Open fingers beside the animal stay above it, even if the level hand would hang over it."""
     task, over = TaskCatch(), _diver([0.0, 0.0, -0.85])
     beside = over._replace(tool=over.tool + np.array([[0.05, 0.0, 0.0]]))
-    assert task.expert(over)[0, 2] < 0.0
-    assert task.expert(beside)[0, 2] > 0.0
+    assert task.scripted_policy(over)[0, 2] < 0.0
+    assert task.scripted_policy(beside)[0, 2] > 0.0
 
 
 def test_a_closing_hand_keeps_its_own_pace() -> None:
@@ -163,10 +163,10 @@ def test_a_closing_hand_keeps_its_own_pace() -> None:
     jostled = np.array([[0.5, 0.0, 0.0]])
     opened = _diver([0.0, 0.0, -1.0])._replace(target_velocity=jostled)
     closing = _diver([0.0, 0.0, -0.796], grip=0.5, last=1.0)._replace(target_velocity=jostled)
-    assert task.expert(opened)[0, 0] * task.speed == pytest.approx(0.12)
-    assert task.expert(closing)[0, 0] == pytest.approx(0.0)
+    assert task.scripted_policy(opened)[0, 0] * task.speed == pytest.approx(0.12)
+    assert task.scripted_policy(closing)[0, 0] == pytest.approx(0.0)
     drifting = closing._replace(velocity=np.array([[0.03, 0.0, 0.0]]))
-    assert task.expert(drifting)[0, 0] * task.speed == pytest.approx(0.03)
+    assert task.scripted_policy(drifting)[0, 0] * task.speed == pytest.approx(0.03)
 
 
 def test_a_walk_is_rewarded_for_its_terms() -> None:
@@ -232,10 +232,10 @@ def test_the_account_of_a_walk_closes_at_the_target() -> None:
     task.bind(robot)
     episodes = Episodes(task)
     now = _crab(0.4)._replace(start=np.array([[0.4]]))
-    books, told = episodes.start(now), []
+    ledger, told = episodes.start(now), []
     for k, x in enumerate((0.2, 0.02, 0.01, 0.005, 0.5)):
         then = _crab(x, power=1.0)._replace(start=now.start, time=np.array([[0.2 * (k + 1)]]))
-        verdict, books = episodes.judge(then, now, books)
+        verdict, ledger = episodes.assess(then, now, ledger)
         told.append([float(verdict.facts[n][0]) for n in ("reached_after", "cost_of_transport")])
         now = then
     # three steps of 0.2 s at 1 W over 0.39 m
@@ -257,7 +257,7 @@ def test_the_scripted_crab_comes_to_its_target() -> None:
     walks.reset([2_000_000_000])
     task, costs, slips = walks.task, [], []
     for _ in range(15):
-        turn = walks.step(walks.expert())
+        turn = walks.step(walks.scripted_policy())
         now = walks.worlds[0].now
         speed = float(np.hypot(*now.velocity[0, :2]))
         if 0.8 < now.time[0, 0] < 1.9:
@@ -281,7 +281,7 @@ def test_the_diver_lifts_a_crab_from_the_bottom() -> None:
     dives.reset([1])
     low = float(dives.worlds[0].now.target[0, 2])
     for _ in range(70):
-        dives.step(dives.expert())
+        dives.step(dives.scripted_policy())
         now = dives.worlds[0].now
         if now.target[0, 2] > low + 0.1:
             break

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError, MissingExtra, SealsError
-from seals.learn.cards import config_hash
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import read_hdf5, write_hdf5
 from seals.learn.demonstrations.folder import read, write
 from seals.learn.demonstrations.minari import write_minari
+from seals.learn.metadata import config_hash
 
 tensordict = pytest.importorskip("tensordict", reason="the extra learn is not installed")
 h5py = pytest.importorskip("h5py", reason="the extra learn is not installed")
@@ -82,10 +82,10 @@ def test_both_formats_give_back_what_they_took(tmp_path: Path, pixels: bool) -> 
     demos = some(pixels=pixels)
     assert_same(demos, read(write(demos, tmp_path / "inside")))
     assert_same(demos, read_hdf5(write_hdf5(demos, tmp_path / "outside.hdf5")))
-    card = json.loads((tmp_path / "inside" / "card.json").read_text())
-    assert card["human"] is False
-    assert card["success"] == [True, True, False]
-    assert card["returns"][1] == pytest.approx(float(demos.episodes[1].reward[0]))
+    metadata = json.loads((tmp_path / "inside" / "card.json").read_text())
+    assert metadata["human"] is False
+    assert metadata["success"] == [True, True, False]
+    assert metadata["returns"][1] == pytest.approx(float(demos.episodes[1].reward[0]))
 
 
 def test_the_folder_is_a_tensordict(tmp_path: Path) -> None:
@@ -158,11 +158,11 @@ def test_an_episode_that_contradicts_itself_is_refused(change: dict[str, Any], w
 
 
 def edit_card(**change: Any) -> Callable[[Path], None]:
-    """Return a fault: entries of the card replaced."""
+    """Return a fault: entries of the metadata replaced."""
 
     def fault(folder: Path) -> None:
-        card = json.loads((folder / "card.json").read_text())
-        (folder / "card.json").write_text(json.dumps({**card, **change}))
+        metadata = json.loads((folder / "card.json").read_text())
+        (folder / "card.json").write_text(json.dumps({**metadata, **change}))
 
     return fault
 
@@ -270,11 +270,11 @@ def replaced(name: str, make: Callable[[Any, str], object]) -> Callable[[Any], N
 
 
 def edit_hdf5_card(**change: Any) -> Callable[[Any], None]:
-    """Return a fault: entries of the card replaced."""
+    """Return a fault: entries of the metadata replaced."""
 
     def fault(file: Any) -> None:
-        card = json.loads(file["data"].attrs["card"])
-        file["data"].attrs["card"] = json.dumps({**card, **change})
+        metadata = json.loads(file["data"].attrs["card"])
+        file["data"].attrs["card"] = json.dumps({**metadata, **change})
 
     return fault
 
@@ -294,10 +294,10 @@ def foreign(file: Any, name: str) -> None:
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (lambda f: f["data"].attrs.__delitem__("card"), "has no card"),
+        (lambda f: f["data"].attrs.__delitem__("card"), "has no metadata"),
         (lambda f: f["data"].attrs.__setitem__("card", "{"), "cannot be read"),
         (edit_hdf5_card(steps=[10**12, 1, 7]), "at most 20000000"),
-        (edit_hdf5_card(sizes=[5, 2]), r"The card says: float32 of the shape \(5, 5\)"),
+        (edit_hdf5_card(sizes=[5, 2]), r"The metadata says: float32 of the shape \(5, 5\)"),
         (
             replaced("data/demo_0/actions", lambda f, n: f.__setitem__(n, h5py.SoftLink("/x"))),
             "missing or a link",

@@ -101,7 +101,7 @@ def test_a_lean_is_seen_apart_from_the_way_and_costs_either_way() -> None:
     assert task.distance(leaning)[0] == pytest.approx(2.0 * 0.5 * np.sin(0.3))
     assert np.allclose(task.way(leaning), 0.0)
     assert np.allclose(task.observation(leaning)[0, :3], 0.0)
-    assert np.allclose(task.expert(leaning), 0.0)
+    assert np.allclose(task.scripted_policy(leaning), 0.0)
     away = 2.0 * 0.5 * np.sin(0.3)
     assert task.reward(level, level, still)[0][0] == pytest.approx(1.0)
     assert task.reward(leaning, leaning, still)[0][0] == pytest.approx(
@@ -137,10 +137,10 @@ def test_a_shuffled_target_tells_nothing_and_stays() -> None:
 def test_success_must_be_held() -> None:
     """Five control steps within the distance count, four do not, and a break starts anew."""
     episodes = Episodes(TaskReach())
-    books = episodes.start(_instant(1.0))
+    ledger = episodes.start(_instant(1.0))
     wins = []
     for d in [0.04] * 4 + [0.06] + [0.015] * 5 + [1.0]:
-        verdict, books = episodes.judge(_instant(d), _instant(d), books)
+        verdict, ledger = episodes.assess(_instant(d), _instant(d), ledger)
         wins.append((bool(verdict.success[0]), float(verdict.facts["success_1cm"][0])))
     assert [w for w, _ in wins] == [False] * 9 + [True, True]
     assert {near for _, near in wins} == {0.0}
@@ -158,10 +158,10 @@ def test_success_must_be_held() -> None:
 def test_success_ends_the_episode_where_it_shall(task: TaskReach, ends: bool) -> None:
     """With ``ends``, and with the paper's reward, at the fifth step within the distance."""
     episodes = Episodes(task)
-    books = episodes.start(_instant(1.0))
+    ledger = episodes.start(_instant(1.0))
     seen = []
     for _ in range(5):
-        verdict, books = episodes.judge(_instant(0.04), _instant(0.04), books)
+        verdict, ledger = episodes.assess(_instant(0.04), _instant(0.04), ledger)
         seen.append(bool(verdict.terminated[0]))
     assert seen == [False] * 4 + [ends]
 
@@ -169,10 +169,10 @@ def test_success_ends_the_episode_where_it_shall(task: TaskReach, ends: bool) ->
 def test_an_episode_ends_when_its_time_is_over() -> None:
     """8 s at 25 Hz are 200 steps; the last one is truncated, not terminated."""
     episodes = Episodes(TaskReach())
-    books = episodes.start(_instant(1.0))
+    ledger = episodes.start(_instant(1.0))
     ends = []
     for _ in range(200):
-        verdict, books = episodes.judge(_instant(1.0), _instant(1.0), books)
+        verdict, ledger = episodes.assess(_instant(1.0), _instant(1.0), ledger)
         ends.append((bool(verdict.terminated[0]), bool(verdict.truncated[0])))
     assert ends[:-1] == [(False, False)] * 199
     assert ends[-1] == (False, True)
@@ -210,12 +210,12 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
     """Rewards and the starts of later episodes are those of the run that went on."""
     twins = _twins(4)
     twins.reset([1, 2, 3, 4])
-    twins.step(twins.expert())
+    twins.step(twins.scripted_policy())
     kept = twins.snapshot()
-    ahead = [twins.step(twins.expert()) for _ in range(15)]
+    ahead = [twins.step(twins.scripted_policy()) for _ in range(15)]
     other = _twins(4)
     other.restore(kept)
-    again = [other.step(other.expert()) for _ in range(15)]
+    again = [other.step(other.scripted_policy()) for _ in range(15)]
     for a, b in zip(ahead, again, strict=True):
         assert torch.equal(a.reward, b.reward)
         assert torch.equal(a.observation, b.observation)

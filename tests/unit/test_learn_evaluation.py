@@ -16,7 +16,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.control.key_events import Event
 from seals.errors import ConfigError
-from seals.learn.batched import Turn
+from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record, replayed
 from seals.learn.evaluation.judgement import judgement
@@ -31,7 +31,7 @@ from seals.learn.evaluation.policies import (
 from seals.learn.evaluation.variants import variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
-from seals.learn.worlds import world_hash
+from seals.learn.world_hash import world_hash
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")
@@ -66,14 +66,14 @@ class Toy:
     def _seen(self) -> Any:
         return torch.stack([self.x, self.left], 1)
 
-    def step(self, action: Any) -> Turn:
+    def step(self, action: Any) -> StepResult:
         """Move by a tenth of the action; what ended begins anew with seed 9."""
         self.x += 0.1 * action[:, 0]
         self.left -= 1
         final, ended = self._seen(), self.left == 0
         distance, reward = self.x.abs().clone(), -self.x.abs()
         self._begin([9] * self.count, torch.nonzero(ended)[:, 0].tolist())
-        return Turn(
+        return StepResult(
             observation=self._seen(),
             reward=reward,
             terminated=ended & (distance < 0.05),
@@ -83,7 +83,7 @@ class Toy:
             facts={"distance": distance, "success_1cm": (distance < 0.01).float()},
         )
 
-    def expert(self) -> Any:
+    def scripted_policy(self) -> Any:
         """Go to zero at full speed, and stay."""
         return (-10.0 * self.x[:, None]).clamp(-1, 1)
 
@@ -230,8 +230,8 @@ def test_a_policy_is_found_by_name() -> None:
         policy_of("scriptd", env, device="cpu")
 
 
-def card(folder: Path, overrides: Any) -> Path:
-    """A policy's card with overrides."""
+def metadata(folder: Path, overrides: Any) -> Path:
+    """A policy's metadata with overrides."""
     folder.mkdir()
     text = {"format": "seals-policy", "version": 1, "network": {}, "overrides": overrides}
     (folder / "card.json").write_text(json.dumps(text))
@@ -240,7 +240,7 @@ def card(folder: Path, overrides: Any) -> Path:
 
 def test_the_card_sets_the_world(tmp_path: Path) -> None:
     """Overrides of the training come first; words of the same key take their place."""
-    place = card(tmp_path / "p", ["task.duration=2", "+effect@effects.stream=current"])
+    place = metadata(tmp_path / "p", ["task.duration=2", "+effect@effects.stream=current"])
     assert with_card([f"policy={place}", "episodes=3"]) == [
         "task.duration=2",
         "+effect@effects.stream=current",
@@ -266,7 +266,7 @@ def test_the_card_sets_the_world(tmp_path: Path) -> None:
 def test_a_hostile_card_sets_nothing(tmp_path: Path, word: Any) -> None:
     """Classes, references, flags and Hydra's own settings are refused."""
     with pytest.raises(ConfigError, match=r"no training writes|a list of words"):
-        with_card([f"policy={card(tmp_path / 'p', [word])}"])
+        with_card([f"policy={metadata(tmp_path / 'p', [word])}"])
 
 
 def test_the_grid_changes_what_it_says() -> None:

@@ -91,8 +91,8 @@ def test_a_training_leaves_a_film_only_where_it_is_asked_for(
         folder = tmp_path / wanted
         assert main(["train", *TINY, f"film={wanted}", f"hydra.run.dir={folder}"]) == 0
         assert (folder / "policy.mp4").is_file() == (wanted == "true")
-        card = json.loads((folder / "policy" / "card.json").read_text())
-        hashes.append((card["config_hash"], card["world_hash"], card["overrides"]))
+        metadata = json.loads((folder / "policy" / "card.json").read_text())
+        hashes.append((metadata["config_hash"], metadata["world_hash"], metadata["overrides"]))
     assert hashes[0] == hashes[1]
     assert len(frames(folder / "policy.mp4")) == 11
     assert f"film: {folder / 'policy.mp4'} (0.4 s, start 1000000000)" in capsys.readouterr().out

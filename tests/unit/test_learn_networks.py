@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.learn.gaussian import HIGHEST, LOWEST, squashed
 from seals.learn.networks import actor_of, description, mlp, policy_of
 from seals.learn.scaling import Running, formed
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.shifting import shifted
+from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")
@@ -22,7 +22,7 @@ torch.set_num_threads(1)
 def test_squashed_actions_have_the_density_of_their_transform() -> None:
     """The log density agrees with PyTorch's own normal distribution under a tanh transform."""
     output = torch.randn(500, 6, generator=generator_of(1, "cpu"))
-    action, density = squashed(output, generator_of(2, "cpu"))
+    action, log_prob = TanhNormal(output).sample(generator_of(2, "cpu"))
     mean, raw = output.double().chunk(2, -1)
     deviation = (LOWEST + 0.5 * (HIGHEST - LOWEST) * (torch.tanh(raw) + 1.0)).exp()
     tanh = torch.distributions.TanhTransform()
@@ -33,14 +33,14 @@ def test_squashed_actions_have_the_density_of_their_transform() -> None:
     inside = (action.abs() < 0.999).all(-1)
     assert int(inside.sum()) > 100
     wanted = law.log_prob(action.double()).sum(-1)
-    assert float((density - wanted)[inside].abs().max()) < 2e-3
+    assert float((log_prob - wanted)[inside].abs().max()) < 2e-3
 
 
 def test_squashed_actions_keep_a_finite_density_at_the_edge() -> None:
     """A mean far outside gives the action 1 and a density that does not overflow."""
-    action, density = squashed(torch.tensor([[30.0, -5.0]]), generator_of(1, "cpu"))
+    action, log_prob = TanhNormal(torch.tensor([[30.0, -5.0]])).sample(generator_of(1, "cpu"))
     assert action.item() == 1.0
-    assert bool(torch.isfinite(density).all())
+    assert bool(torch.isfinite(log_prob).all())
 
 
 def test_running_scale_is_that_of_all_observations() -> None:

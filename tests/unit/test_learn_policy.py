@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from seals.errors import ConfigError, MissingExtra, SealsError
-from seals.learn.cards import config_hash, entry
-from seals.learn.policy import load_policy, read_policy_card, save_policy
+from seals.learn.metadata import config_hash, entry
+from seals.learn.policy import load_policy, read_policy_metadata, save_policy
 from seals.learn.starts import TRAINING_END, held_out_seeds, training_seed, validation_seeds
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
@@ -30,9 +30,9 @@ def saved(tmp_path: Path) -> tuple[Path, Any]:
     actor = actor_of(network)
     # an untrained normaliser would hide that its buffers are kept
     actor[0].running_mean += torch.arange(5.0)
-    card = {"env": "Toy-v0", "config_hash": config_hash({}), "learner": "sac", "seed": 1}
+    metadata = {"env": "Toy-v0", "config_hash": config_hash({}), "learner": "sac", "seed": 1}
     folder = save_policy(
-        tmp_path / "policy", network=network, tensors=actor.state_dict(), card=card
+        tmp_path / "policy", network=network, tensors=actor.state_dict(), metadata=metadata
     )
     return folder, actor
 
@@ -45,24 +45,24 @@ def test_a_policy_comes_back(saved: tuple[Path, Any]) -> None:
     policy.begin([0] * 7)
     assert torch.equal(policy.act(seen), actor(seen).detach())
     assert not policy.act(seen).requires_grad
-    assert policy.card["learner"] == "sac"
+    assert policy.metadata["learner"] == "sac"
 
 
 def edit(**change: Any) -> Callable[[Path], None]:
-    """Return a fault: entries of the card replaced."""
+    """Return a fault: entries of the metadata replaced."""
 
     def fault(folder: Path) -> None:
-        card = json.loads((folder / "card.json").read_text())
-        (folder / "card.json").write_text(json.dumps({**card, **change}))
+        metadata = json.loads((folder / "card.json").read_text())
+        (folder / "card.json").write_text(json.dumps({**metadata, **change}))
 
     return fault
 
 
 def widen(folder: Path) -> None:
-    """A card that asks for more memory than any machine has."""
-    card = json.loads((folder / "card.json").read_text())
-    card["network"]["hidden"] = [10**9, 10**9]
-    (folder / "card.json").write_text(json.dumps(card))
+    """Metadata that asks for more memory than any machine has."""
+    metadata = json.loads((folder / "card.json").read_text())
+    metadata["network"]["hidden"] = [10**9, 10**9]
+    (folder / "card.json").write_text(json.dumps(metadata))
 
 
 @pytest.mark.parametrize(
@@ -95,14 +95,14 @@ def test_strange_policies_are_refused(
 def test_an_absent_folder_is_refused(tmp_path: Path) -> None:
     """The words name the key of the command line."""
     with pytest.raises(ConfigError, match=r"policy=.*nowhere: there is no card.json"):
-        read_policy_card(tmp_path / "nowhere")
+        read_policy_metadata(tmp_path / "nowhere")
 
 
 def test_the_folder_of_a_training_leads_to_its_policy(saved: tuple[Path, Any]) -> None:
     """Who names the folder above is told which one holds the policy."""
     folder, _ = saved
     with pytest.raises(ConfigError, match=rf"Did you mean policy={folder}\?"):
-        read_policy_card(folder.parent)
+        read_policy_metadata(folder.parent)
 
 
 def test_starts_never_meet() -> None:
@@ -120,12 +120,12 @@ def test_starts_never_meet() -> None:
 
 def test_entries_have_types() -> None:
     """A whole number may stand for a real one; a truth value stands for neither."""
-    card = {"rate": 25, "flag": True}
-    assert entry(card, "rate", float, where="card") == 25.0
+    metadata = {"rate": 25, "flag": True}
+    assert entry(metadata, "rate", float, where="card") == 25.0
     with pytest.raises(ConfigError, match="'flag' is True"):
-        entry(card, "flag", int, where="card")
+        entry(metadata, "flag", int, where="card")
     with pytest.raises(ConfigError, match="Did you mean 'rate'"):
-        entry(card, "rates", float, where="card")
+        entry(metadata, "rates", float, where="card")
 
 
 @pytest.mark.parametrize("package", ["torch", "safetensors"])

@@ -14,8 +14,8 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.build import build_learning
+from seals.learn.environments.domain_randomisation import drawn
 from seals.learn.environments.posterior import estimates
-from seals.learn.environments.varied import drawn
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
@@ -127,7 +127,7 @@ def test_a_rotor_is_found_by_its_number(tmp_path: Path) -> None:
     ("entry", "more", "words", "said"),
     [
         (wind(), {}, [], "it found wind, and the environment has no such effect"),
-        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "cannot be told: breeze, gale"),
+        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "cannot be distinguished: breeze, gale"),
         ({**water_drag(), "link": 3}, {}, [], "quadratic_drag on link 3"),
         (wind(), {"verdict": "nothing_missing"}, [WIND], "nothing is missing"),
         ({"name": "wind", "parameters": {"velocity_x": {"value": 1}}}, {}, [WIND], "low90=None"),
@@ -166,8 +166,8 @@ def test_a_training_takes_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixt
     tiny = ["count=4", "course.steps=8", "course.episodes=2", "task.duration=0.2", WIND]
     words = ["train", "env=hover", *tiny, f"varied_from={folder}"]
     assert main([*words, f"hydra.run.dir={tmp_path / 'run'}"]) == 0
-    card = json.loads((tmp_path / "run" / "policy" / "card.json").read_text())
-    assert not any("varied_from" in word for word in card["overrides"])
+    metadata = json.loads((tmp_path / "run" / "policy" / "card.json").read_text())
+    assert not any("varied_from" in word for word in metadata["overrides"])
     capsys.readouterr()
     assert main([*words, "backend=free", f"hydra.run.dir={tmp_path / 'b'}"]) == 2
     assert "only twins differ" in capsys.readouterr().err

@@ -122,7 +122,7 @@ def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch
 
 
 def _drawn_ahead(twins: Any) -> None:
-    from seals.learn.environments.ahead import joined
+    from seals.learn.environments.prefetched_resets import joined
     from seals.learn.environments.twin import STARTING
 
     parts = []

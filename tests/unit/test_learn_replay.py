@@ -45,7 +45,7 @@ def test_a_return_over_three_steps() -> None:
     assert out[2]["action"].item() == 0.0
     assert out[2]["reward"].item() == 3.0
     assert out[2]["discount"].item() == 0.125
-    assert out[2]["following"].item() == 3.0
+    assert out[2]["next_observation"].item() == 3.0
 
 
 @pytest.mark.parametrize(("terminated", "discount"), [(True, 0.0), (False, 0.25)])
@@ -61,7 +61,7 @@ def test_a_return_stops_where_the_episode_ends(terminated: bool, discount: float
     assert out["reward"].item() == 2.0
     assert out["discount"].item() == discount
     # the observation that the episode reached, not the first of the next one
-    assert out["following"].item() == 2.0
+    assert out["next_observation"].item() == 2.0
     # the last step of the episode stands for itself alone
     out = pushed(returns, t=101.0, reward=64.0, terminated=False, truncated=False)
     assert (out["observation"].item(), out["reward"].item()) == (1.0, 2.0)
@@ -80,7 +80,7 @@ def test_environments_end_by_themselves() -> None:
     assert out is not None
     assert out["reward"].tolist() == [1.0, 1.5]
     assert out["discount"].tolist() == [0.0, 0.25]
-    assert out["following"].tolist() == [[1.0], [2.0]]
+    assert out["next_observation"].tolist() == [[1.0], [2.0]]
 
 
 def test_the_single_step_comes_along() -> None:
@@ -90,7 +90,7 @@ def test_the_single_step_comes_along() -> None:
     out = pushed(returns, t=1.0, reward=2.0, terminated=False, truncated=False)
     assert (out["reward"].item(), out["step_reward"].item()) == (2.0, 1.0)
     assert (out["discount"].item(), out["step_discount"].item()) == (0.25, 0.5)
-    assert (out["following"].item(), out["step_following"].item()) == (2.0, 1.0)
+    assert (out["next_observation"].item(), out["step_next_observation"].item()) == (2.0, 1.0)
 
 
 def test_returns_of_whole_episodes() -> None:
@@ -107,7 +107,7 @@ def test_returns_of_whole_episodes() -> None:
     found = of_episodes(columns, Returns(length=2, gamma=0.5))
     assert found["reward"].tolist() == [1.5, 1.5, 1.0, 15.0, 10.0]
     assert found["discount"].tolist() == [0.25, 0.0, 0.0, 0.25, 0.5]
-    assert found["following"][:, 0].tolist() == [2.0, 3.0, 3.0, 5.0, 5.0]
+    assert found["next_observation"][:, 0].tolist() == [2.0, 3.0, 3.0, 5.0, 5.0]
 
 
 def test_advantages_by_hand() -> None:

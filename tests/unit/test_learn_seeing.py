@@ -44,7 +44,7 @@ def test_the_ball_is_where_the_pinhole_says() -> None:
     larger = [word.replace("=16", "=48") for word in SMALL]
     seeing = _seeing(8, "ball=0.15", "optics.noise=false", *larger)
     red = _red(seeing.reset(list(range(8)))["pixels"])
-    now, eyes = seeing.now, seeing.eyes
+    now, eyes = seeing.now, seeing.cameras
     checked = 0
     for k in range(8):
         for camera in range(2):
@@ -93,12 +93,12 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
     """Pictures, their noise and the frames under way go on."""
     seeing = _seeing(2)
     seeing.reset([1, 2])
-    seeing.step(seeing.expert())
+    seeing.step(seeing.scripted_policy())
     kept = seeing.snapshot()
-    ahead = [seeing.step(seeing.expert()).observation["pixels"] for _ in range(3)]
+    ahead = [seeing.step(seeing.scripted_policy()).observation["pixels"] for _ in range(3)]
     other = _seeing(2)
     other.restore(kept)
-    again = [other.step(other.expert()).observation["pixels"] for _ in range(3)]
+    again = [other.step(other.scripted_policy()).observation["pixels"] for _ in range(3)]
     assert all(torch.equal(a, b) for a, b in zip(ahead, again, strict=True))
 
 
@@ -130,7 +130,7 @@ def test_what_cannot_be_seen_is_refused_in_words(words: list[str], said: str) ->
 
 def test_a_world_without_cameras_is_named_as_before() -> None:
     """Frames and ball make no other world of one that shows no pictures."""
-    from seals.learn.worlds import world_hash
+    from seals.learn.world_hash import world_hash
 
     plain, other = (compose(["env=reach", *w], root="learn") for w in ([], ["ball=0.2"]))
     assert world_hash(plain) == world_hash(other)

@@ -11,7 +11,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.shipped import DEMONSTRATIONS, demonstrations_folder, shipped
-from seals.learn.worlds import world_hash
+from seals.learn.world_hash import world_hash
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 

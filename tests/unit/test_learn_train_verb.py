@@ -148,8 +148,12 @@ def test_a_training_from_the_command_line(
         "sac",
         0,
     )
-    card = json.loads((run / "policy" / "card.json").read_text())
-    assert (card["learner"], card["step"], card["overrides"]) == ("sac", 12, ["task.duration=0.2"])
+    metadata = json.loads((run / "policy" / "card.json").read_text())
+    assert (metadata["learner"], metadata["step"], metadata["overrides"]) == (
+        "sac",
+        12,
+        ["task.duration=0.2"],
+    )
     with (run / "evaluation.csv").open(newline="") as file:
         assert [row["step"] for row in csv.DictReader(file)] == ["0", "6", "12"]
     assert not (run / FILE).exists()

@@ -52,15 +52,15 @@ def training_of(
     spaces = Spaces(observation_size=6, action_size=3, count=count)
     agent = learner.start(spaces, device="cpu", seed=seed)
     if agent.wants == "must":
-        agent.teach(demonstrations(4))
+        agent.add_demonstrations(demonstrations(4))
     return Training(
         PointReach(count),
         agent,
         course=course
         or Course(steps=400, look_every=200, log_every=50, episodes=4, checkpoint=0.0),
         folder=folder,
-        judge=PointReach(4),
-        card={"learner": "toy", "config_hash": "0"},
+        eval_env=PointReach(4),
+        metadata={"learner": "toy", "config_hash": "0"},
         seed=seed,
     )
 
@@ -123,7 +123,8 @@ folder, resume = Path(sys.argv[1]), sys.argv[2] == "resume"
 learner = SAC(hidden=[16, 16], batch=32, capacity=3000, random_steps=40)
 agent = learner.start(Spaces(observation_size=6, action_size=3, count=4), device="cpu", seed=1)
 course = Course(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
-training = Training(PointReach(4), agent, course=course, folder=folder, judge=PointReach(4), seed=1)
+envs = PointReach(4), PointReach(4)
+training = Training(envs[0], agent, course=course, folder=folder, eval_env=envs[1], seed=1)
 if resume:
     training.take_up(read_checkpoint(folder, device="cpu"))
 training.run()
@@ -242,7 +243,7 @@ def test_a_training_ends_when_it_is_good_enough(tmp_path: Path) -> None:
             self.environment = environment
 
         def act(self, observation: Any, *, explore: bool) -> Any:
-            return self.environment.expert()
+            return self.environment.scripted_policy()
 
         def observe(self, *_: Any) -> None:
             """Learn nothing."""
@@ -262,7 +263,7 @@ def test_a_training_ends_when_it_is_good_enough(tmp_path: Path) -> None:
     expert: Any = Expert(environment)
     course = Course(steps=4000, look_every=40, episodes=4, stop_at=1.0, in_a_row=2, checkpoint=0.0)
     training = Training(
-        environment, expert, course=course, folder=tmp_path / "early", judge=PointReach(4)
+        environment, expert, course=course, folder=tmp_path / "early", eval_env=PointReach(4)
     )
     outcome = training.run()
     assert outcome.early
@@ -306,7 +307,7 @@ def test_the_expert_scores_full_marks() -> None:
             """Forget nothing."""
 
         def act(self, observation: Any) -> Any:
-            return environment.expert()
+            return environment.scripted_policy()
 
     environment = PointReach(5)
     state = environment.reset(validation_seeds(5)).double()

@@ -12,7 +12,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.varied import drawn
+from seals.learn.environments.domain_randomisation import drawn
 from seals.schema import param
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -60,7 +60,7 @@ def test_twins_from_one_start_part_when_they_differ() -> None:
 
 
 def test_a_training_in_varied_environments_is_judged_in_the_configured_one(tmp_path: Path) -> None:
-    """The world of the policy's card is the same with and without; an engine refuses."""
+    """The world of the policy's metadata is the same with and without; an engine refuses."""
     hashes = []
     for share in (0.0, 1.0):
         folder = tmp_path / str(share)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import itertools
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ from seals.robots.workshop.links import Machine
 from seals.run import build_world, initial_configuration
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
+
+sys.path.insert(0, str(Path(__file__).parent))
+from texts import same_text
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 MADE = ("aam", "hexacopter", "aam_dual_arm", "auv")
@@ -61,7 +65,7 @@ def test_files_are_those_of_the_script(name: str, tmp_path: Path) -> None:
     old = {p.relative_to(folder) for p in folder.rglob("*") if p.suffix in (".urdf", ".obj")}
     assert new == old
     for file in new:
-        assert (tmp_path / file).read_text() == (folder / file).read_text(), file
+        same_text((tmp_path / file).read_text(), (folder / file).read_text(), str(file))
     assert sum((folder / file).stat().st_size for file in new) < 400_000
 
 

@@ -57,7 +57,7 @@ def test_sliders_are_named_with_their_range(run: Path) -> None:
         ("initial.position.2:3:1", "LOW below HIGH"),
         ("initial.position.2:a:b", "LOW below HIGH"),
         ("initial.position.2:3:4", "leaves out the run's own"),
-        ("name", "no number"),
+        ("name", "not a numeric setting"),
     ],
 )
 def test_a_slider_that_cannot_be_is_refused(run: Path, word: str, words: str) -> None:
@@ -152,7 +152,10 @@ Words = Callable[[Path], list[str]]
         (lambda run: ["replay=nowhere"], "there is no run in this folder"),
         (lambda run: [str(run), "time.duration=3"], "cannot be changed by time.duration=3"),
         (lambda run: [f"replay={run}", "port=70000"], "Allowed: 1024 to 65535"),
-        (lambda run: [f"replay={run}", "sliders=[a:0:1]"], "a is no number of this run"),
+        (
+            lambda run: [f"replay={run}", "sliders=[a:0:1]"],
+            "a is not a numeric setting",
+        ),
         (lambda run: [], "robot is not given"),
         (lambda run: ["viewer@show=tiny"], "shows no sessions"),
     ],

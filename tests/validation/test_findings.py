@@ -17,6 +17,8 @@ from seals.logs.log import Log
 from seals.logs.native import read_native
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.sysid.hypothesis import Hypothesis
+from seals.sysid.report.application import _write, answer_of
 from seals.sysid.report.gains import gain_over, held_out_by_window, ladder
 from seals.sysid.report.report import LARGEST, model_after, write_report
 from seals.sysid.report.started import attitude, tracks
@@ -24,6 +26,10 @@ from seals.sysid.report.table import NAMED, REJECTED, UNTRIED, ranking, short_ta
 from seals.sysid.report.tolerances import moved
 from seals.sysid.report.words import headline, next_steps
 from seals.sysid.report.wrench import log_rows
+from seals.sysid.residual_force import localise
+from seals.sysid.validation.answer import read_answer
+from seals.sysid.validation.writing import _intervals
+from seals.sysid.words import sentence
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -63,6 +69,44 @@ def report(windy: tuple[Diagnosis, Log], tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("report")
     assert write_report(*windy, folder) == folder / "report.html"
     return folder
+
+
+def test_figures_that_are_not_determined_end_in_no_traceback(
+    windy: tuple[Diagnosis, Log], tmp_path: Path
+) -> None:
+    """A 1-sigma that is NaN: null in JSON, words in text and page, and the verdict stays."""
+    found, log = windy
+    claim, rounds = found.answer.claims[0], found.search.rounds
+
+    def lost(h: Hypothesis) -> Hypothesis:
+        fit = dataclasses.replace(h.fit, known=dict.fromkeys(h.fit.keys, np.nan))
+        return dataclasses.replace(h, fit=fit)
+
+    claim = dataclasses.replace(claim, hypothesis=lost(claim.hypothesis))
+    tried = ((lost(rounds[0][0]), *rounds[0][1:]), *rounds[1:])
+    doubtful = dataclasses.replace(
+        found,
+        answer=dataclasses.replace(found.answer, claims=(claim,)),
+        search=dataclasses.replace(found.search, rounds=tried),
+        held_out={"before": 2.0, "after": np.nan, "noise_floor": 1.0},
+    )
+    missing = localise(found.problem, found.search.nominal)
+    _write(tmp_path, answer_of(doubtful, missing))
+    page = write_report(doubtful, log, tmp_path, localisation=missing).read_text(encoding="utf-8")
+    for name in ("diagnosis.json", "report.json"):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        assert re.search(r"\bNaN\b|\bInfinity\b", text) is None
+    table = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    value = next(iter(table["effects"][0]["parameters"].values()))
+    assert value["low90"] is None
+    assert isinstance(value["value"], float)
+    assert table["held_out_error"]["after"] is None
+    assert "(90 %: not determined)" in sentence(doubtful)
+    assert "2 → not determined" in page
+    assert doubtful.answer.verdict.exit_code == 10
+    # an effect without an interval can still be added
+    effect = read_answer(tmp_path).effects[0]
+    assert _intervals(claim.hypothesis.candidates[claim.index], effect) == {}
 
 
 def test_the_report_is_two_whole_files_of_bounded_size(report: Path) -> None:

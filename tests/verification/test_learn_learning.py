@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from seals.learn.batched import Turn
+from seals.learn.batched import StepResult
 from seals.learn.learner import Spaces
 from seals.learn.training.course import Course
 from seals.learn.training.loop import Outcome, Training
@@ -50,14 +50,14 @@ class Bandit:
         self.age = 0
         return torch.ones(self.count, 1)
 
-    def step(self, action: Any) -> Turn:
+    def step(self, action: Any) -> StepResult:
         """Pay and end, or not."""
         self.age += 1
         over = torch.full((self.count,), self.age >= self.length)
         self.age = 0 if self.age >= self.length else self.age
         here = torch.ones(self.count, 1)
         never = torch.zeros_like(over)
-        return Turn(
+        return StepResult(
             observation=here,
             reward=1.0 - self.steep * (action[:, 0] - 0.5).square(),
             terminated=never if self.cut else over,
@@ -131,11 +131,11 @@ def trained(learner: Any, folder: Path, *, steps: int, count: int, shown: int = 
     spaces = Spaces(observation_size=6, action_size=3, count=count)
     agent = learner.start(spaces, device="cpu", seed=0)
     if shown:
-        agent.teach(demonstrations(shown))
+        agent.add_demonstrations(demonstrations(shown))
     every = max(steps, 1)
     course = Course(steps=steps, look_every=every, log_every=every, episodes=50, checkpoint=0.0)
     return Training(
-        PointReach(count), agent, course=course, folder=folder, judge=PointReach(50)
+        PointReach(count), agent, course=course, folder=folder, eval_env=PointReach(50)
     ).run()
 
 

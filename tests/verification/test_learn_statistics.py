@@ -11,7 +11,7 @@ import scipy.optimize
 import scipy.stats
 
 from seals.errors import SealsError
-from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band, drawn_statistics, iqm
+from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band, iqm
 from seals.learn.statistics.curve import area, curve, held, last_mean, metric, on_grid
 from seals.learn.statistics.improvement import (
     improvement,
@@ -63,15 +63,16 @@ def test_iqm_is_the_trimmed_mean() -> None:
 
 def test_strata_are_resampled_by_themselves() -> None:
     """The variance of the resampled mean is that of the strata, not that between them."""
-    low, high = np.array([0.0, 0.2, 0.4, 0.1]), np.array([10.0, 10.6, 10.1])
+    random = np.random.default_rng(4)
+    low, high = random.normal(0.0, 0.2, 40), random.normal(10.0, 0.5, 30)
     # mean of N draws, n_k of them from stratum k: sum n_k var_k / N^2
-    expected = (4 * low.var() + 3 * high.var()) / 7**2
-    drawn = drawn_statistics(
-        [low, high], statistic=lambda x: x.mean(axis=-1), resamples=40_000, seed=3
+    expected = (40 * low.var() + 30 * high.var()) / 70**2
+    found = bootstrap(
+        [low, high], statistic=lambda x: x.mean(axis=-1), level=0.6827, resamples=40_000, seed=3
     )
-    # a variance from n draws has a relative error of about sqrt(2 / n) = 0.7 %
-    assert drawn.var() == pytest.approx(expected, rel=0.04)
-    assert drawn.mean() == pytest.approx(np.concatenate([low, high]).mean(), abs=0.01)
+    # a mean of seventy draws is nearly normal: one deviation to either side
+    assert (found.high - found.low) / 2 == pytest.approx(math.sqrt(expected), rel=0.04)
+    assert found.value == pytest.approx(np.concatenate([low, high]).mean())
 
 
 @pytest.mark.parametrize("runs", [5, 10, 20])

@@ -46,10 +46,10 @@ class Seek(Behaviour):
     slow: float = param(0.05, "m", bounds=(1e-4, 100.0), tolerance=0.0, source="chosen", fit=False)
 
     def __post_init__(self) -> None:
-        """Refuse a target that is no place."""
+        """Refuse a target that is not a finite position."""
         if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
             raise ConfigError(
-                f"seek.place={list(self.place)} is no place on the ground.\n"
+                f"seek.place={list(self.place)} is not a position on the ground.\n"
                 "Allowed: two finite numbers [x, y]."
             )
 

@@ -1,1 +1,1 @@
-"""Demonstrations: episodes with a card, in memory-mapped files inside and HDF5 outside."""
+"""Demonstrations: episodes with metadata, in memory-mapped files inside and HDF5 outside."""

@@ -1,4 +1,4 @@
-"""``seals record``: episodes of a policy, kept as demonstrations with a card."""
+"""``seals record``: episodes of a policy, kept as demonstrations with metadata."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.learn.devices import usable_device
 from seals.learn.learner import need_torch
 from seals.learn.shipped import demonstrations_folder
 from seals.learn.starts import training_seed
-from seals.learn.worlds import world_config, world_hash
+from seals.learn.world_hash import world_config, world_hash
 
 FOLDER = "demonstrations"
 KEEP = ("successes", "all")

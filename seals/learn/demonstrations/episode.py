@@ -1,4 +1,4 @@
-"""One demonstrated episode, and many of them with their card."""
+"""One demonstrated episode, and many of them with their metadata."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Origin:
 
     Args:
         env: the environment's id or name.
-        config_hash: of its configuration, as `seals.learn.cards.config_hash` makes it.
+        config_hash: of its configuration, as `seals.learn.metadata.config_hash` makes it.
         who: a person or a program.
         by: the program's or the session's name.
         observation: names of the observation's columns; empty where they have none.

@@ -2,7 +2,7 @@
 
 ``data`` holds one group an episode: ``demo_0/obs/state``, ``demo_0/next_obs/state``,
 ``demo_0/actions``, ``rewards``, ``dones``, and SEALS' own ``terminated`` and ``truncated``. The
-card stands as JSON in the attribute ``card`` of ``data``.
+metadata stands as JSON in the attribute ``card`` of ``data``.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError, LogError, MissingExtra
-from seals.learn.cards import checked_card
-from seals.learn.demonstrations.card import FORM, Declared, card_of, declared
 from seals.learn.demonstrations.episode import Demonstrations, Episode
 from seals.learn.demonstrations.layout import joined
+from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
+from seals.learn.metadata import check_metadata
 from seals.logs.atomic import atomic_path
 
 _FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32"}
@@ -42,16 +42,16 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
         DiskFull: there is no room for it.
     """
     h5py = _h5py()
-    card = card_of(demonstrations)
+    metadata = metadata_of(demonstrations)
     # in memory: HDF5 cannot give up a file whose disk is full
     whole = io.BytesIO()
     with h5py.File(whole, "w", libver="v110") as file:
         data = file.create_group("data")
-        data.attrs["card"] = json.dumps(card, allow_nan=False)
+        data.attrs["card"] = json.dumps(metadata, allow_nan=False)
         data.attrs["total"] = demonstrations.steps
         # what robomimic builds an environment from
         data.attrs["env_args"] = json.dumps(
-            {"env_name": card["env"], "type": 2, "env_kwargs": {}}, allow_nan=False
+            {"env_name": metadata["env"], "type": 2, "env_kwargs": {}}, allow_nan=False
         )
         for number, episode in enumerate(demonstrations.episodes):
             group = data.create_group(f"demo_{number}")
@@ -72,8 +72,8 @@ def read_hdf5(path: str | Path) -> Demonstrations:
 
     Raises:
         MissingExtra: h5py is not installed.
-        ConfigError: the card is missing, broken, or declares too much.
-        LogError: the file cannot be read, or holds something else than the card declares.
+        ConfigError: the metadata is missing, broken, or declares too much.
+        LogError: the file cannot be read, or holds something else than the metadata declares.
     """
     h5py = _h5py()
     place = Path(path)
@@ -82,7 +82,7 @@ def read_hdf5(path: str | Path) -> Demonstrations:
     try:
         with h5py.File(place, "r") as file:
             data = _group(file, "data", place)
-            found = declared(_card(data, place), where=str(place))
+            found = declared(_metadata(data, place), where=str(place))
             episodes = [_episode(data, number, found, place) for number in range(len(found.steps))]
     except (OSError, KeyError, RuntimeError, ValueError) as cause:
         raise LogError(f"{path} cannot be read: {cause}.\nIt must be a whole HDF5 file.") from cause
@@ -104,20 +104,20 @@ def _columns(episode: Episode) -> dict[str, NDArray[Any]]:
     return out
 
 
-def _card(data: Any, place: Path) -> Mapping[str, Any]:
+def _metadata(data: Any, place: Path) -> Mapping[str, Any]:
     text = data.attrs.get("card")
     if not isinstance(text, str) or len(text) > _MOST_CARD:
         raise ConfigError(
-            f"{place} has no card, or one that is too long.\n"
+            f"{place} has no metadata, or one that is too long.\n"
             "Give a file that seals record wrote: who showed what is not to be guessed."
         )
     try:
-        card = json.loads(text)
+        metadata = json.loads(text)
     except (ValueError, RecursionError) as cause:
         raise ConfigError(
-            f"{place}: its card cannot be read: {cause}.\nIt must be JSON."
+            f"{place}: its metadata cannot be read: {cause}.\nIt must be JSON."
         ) from cause
-    return checked_card(card, form=FORM, where=f"{place}, card")
+    return check_metadata(metadata, form=FORM, where=f"{place}, card")
 
 
 def _group(parent: Any, name: str, place: Path) -> Any:
@@ -172,7 +172,7 @@ def _numbers(group: Any, name: str, shape: tuple[int, ...], kind: str, place: Pa
     if child.shape != shape or child.dtype != np.dtype(kind):
         raise LogError(
             f"{where} is {child.dtype} of the shape {child.shape}.\n"
-            f"The card says: {kind} of the shape {shape}"
+            f"The metadata says: {kind} of the shape {shape}"
         )
     if child.is_virtual or child.external:
         raise LogError(f"{where} lies in another file.\nAllowed: arrays in the file itself")

@@ -1,8 +1,8 @@
-"""Demonstrations as a folder: a card, and a TensorDict in memory-mapped files.
+"""Demonstrations as a folder: metadata, and a TensorDict in memory-mapped files.
 
 The files can be opened by ``TensorDict.load_memmap`` as they are. :func:`read` does not: that call
-would run what a stranger's folder tells it to. It takes only the files that the card promises, of
-exactly the sizes that it promises, as plain numbers.
+would run what a stranger's folder tells it to. It takes only the files that the metadata
+promises, of exactly the sizes that it promises, as plain numbers.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import LogError, MissingExtra
-from seals.learn.cards import CARD, read_card
-from seals.learn.demonstrations.card import FORM, card_of, declared
 from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.layout import arrays_of, episodes_of, expected
+from seals.learn.demonstrations.metadata import FORM, declared, metadata_of
+from seals.learn.metadata import CARD, read_metadata
 from seals.logs.atomic import atomic_folder, write_json
 from seals.logs.room import reserve
 
@@ -61,7 +61,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     with atomic_folder(folder, replace=replace) as beside:
         reserve(beside, sum(values.nbytes + _BLOCK for values in arrays.values()) + _MOST_META)
         data.memmap(str(beside))
-        write_json(beside / CARD, card_of(demonstrations))
+        write_json(beside / CARD, metadata_of(demonstrations))
     return Path(folder)
 
 
@@ -72,8 +72,8 @@ def read(folder: str | Path) -> Demonstrations:
         folder: that :func:`write` made.
 
     Raises:
-        ConfigError: the card is missing, broken, or declares too much.
-        LogError: a file is missing, strange, or not of the size that the card declares.
+        ConfigError: the metadata is missing, broken, or declares too much.
+        LogError: a file is missing, strange, or not of the size that the metadata declares.
 
     Example:
         >>> read("no/such/folder")
@@ -83,7 +83,7 @@ def read(folder: str | Path) -> Demonstrations:
         Give a folder that holds one.
     """
     root = Path(folder)
-    found = declared(read_card(root, form=FORM, key="demonstrations"), where=str(root / CARD))
+    found = declared(read_metadata(root, form=FORM, key="demonstrations"), where=str(root / CARD))
     wanted = expected(found)
     _refuse_strange(root, wanted)
     for place in ("", "next"):
@@ -112,7 +112,7 @@ def tensordict_of() -> Any:
 
 
 def _refuse_strange(root: Path, wanted: Mapping[str, Any]) -> None:
-    """Links, and files that the card does not promise."""
+    """Links, and files that the metadata does not promise."""
     promised = {f"{name}.memmap" for name in wanted} | {CARD, _META, f"next/{_META}", "next"}
     for path in _walk(root):
         name = path.relative_to(root).as_posix()
@@ -143,7 +143,7 @@ def _check_meta(folder: Path, wanted: Mapping[str, Any], *, prefix: str) -> None
         if stated != (list(shape), f"torch.{kind}"):
             raise LogError(
                 f"{path} says that '{name}' is {stated[1]} of the shape {stated[0]}.\n"
-                f"The card says: {kind} of the shape {list(shape)}"
+                f"The metadata says: {kind} of the shape {list(shape)}"
             )
     below = {} if prefix else {"next": {"type": "TensorDict"}}
     more = {k: v for k, v in meta.items() if k not in inner and k not in ("shape", "device")}
@@ -168,7 +168,7 @@ def _array(path: Path, shape: tuple[int, ...], kind: str) -> NDArray[Any]:
     size = math.prod(shape) * np.dtype(kind).itemsize
     if not path.is_file() or path.stat().st_size != size:
         given = f"{path.stat().st_size} bytes" if path.is_file() else "missing"
-        raise LogError(f"{path} is {given}.\nThe card promises {size} bytes.")
+        raise LogError(f"{path} is {given}.\nThe metadata promises {size} bytes.")
     # raw bytes: a truth value other than 0 and 1 would be no truth value to NumPy
     raw = np.fromfile(path, dtype=np.uint8 if kind == "bool" else kind)
     if kind == "bool":

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import LogError
-from seals.learn.demonstrations.card import Declared
 from seals.learn.demonstrations.episode import Demonstrations, Episode
+from seals.learn.demonstrations.metadata import Declared
 
 Arrays = dict[str, NDArray[Any]]
 """Arrays by path: ``action``, ``next/reward``; the first axis is the step."""
 
 
 def expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
-    """Return shape and type of every array that a card promises, by path."""
+    """Return shape and type of every array that metadata promises, by path."""
     steps = sum(found.steps)
     seen, done = found.sizes
     flag = ((steps, 1), "bool")
@@ -66,11 +66,11 @@ def episodes_of(
 
     Args:
         arrays: by path, of the shapes that :func:`expected` gives.
-        found: what the card declares.
+        found: what the metadata declares.
         where: the folder or file, for the words of a refusal.
 
     Raises:
-        LogError: the arrays contradict each other or the card.
+        LogError: the arrays contradict each other or the metadata.
     """
     last = np.cumsum(found.steps)
     out = []

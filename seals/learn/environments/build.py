@@ -70,27 +70,27 @@ def batched_of(
         twins = TwinEnvironments(
             settings, task, count=count, device=device, seed=seed, values=values, fused=fused
         )
-        return _seeing(twins, settings, config, seed=seed)
+        return _with_pixels(twins, settings, config, seed=seed)
+    from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
-    from seals.learn.environments.worlds import WorldEnvironments
 
     worlds = [WorldEnvironment(settings, task)]
     for _ in range(count - 1):
         # a scene belongs to one backend object: each world is built from the configuration anew
         worlds.append(WorldEnvironment(*build_learning(config)))
-    return WorldEnvironments(worlds, device=device, seed=seed)
+    return SequentialEnvironments(worlds, device=device, seed=seed)
 
 
-def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
+def _with_pixels(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
     """Return twins with the pictures of the cameras of the run, where there are any."""
     from seals.run.sight import sees
 
     found: Batched = twins
     if any(map(sees, settings.sensors.values())):
-        from seals.learn.environments.eyes import Eyes
-        from seals.learn.environments.seeing import SeeingEnvironments
+        from seals.learn.environments.batch_cameras import BatchCameras
+        from seals.learn.environments.pixels import PixelEnvironments
 
-        eyes = Eyes(
+        cameras = BatchCameras(
             settings,
             twins.robot,
             twins.task.posture,
@@ -98,5 +98,5 @@ def _seeing(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
             device=twins.device,
             seed=seed,
         )
-        found = SeeingEnvironments(twins, eyes, frames=int(config.frames))
+        found = PixelEnvironments(twins, cameras, frames=int(config.frames))
     return found

@@ -1,4 +1,4 @@
-"""Bookkeeping of episodes: how long, how far, held for how long, won or lost."""
+"""Episode accounting: length, distance, time at the target, success and failure."""
 
 from __future__ import annotations
 
@@ -73,25 +73,25 @@ class Episodes:
         self.steps = max(1, round(task.duration * task.rate))
 
     def start(self, now: Instant) -> Ledger:
-        """Return the books of episodes that begin."""
+        """Return the ledger of episodes that begin."""
         zero = now.position[:, 0:1] * 0.0
         xp = namespace(zero)
         columns = xp.concat([zero] * len(self._names), axis=1)
         memory = xp.concat((zero, zero), axis=1)
         return Ledger(zero, columns, columns, zero, memory, zero + UNKNOWN, zero, zero)
 
-    def judge(self, now: Instant, before: Instant, books: Ledger) -> tuple[Verdict, Ledger]:
-        """Return what a control step did, and the new books."""
+    def assess(self, now: Instant, before: Instant, ledger: Ledger) -> tuple[Verdict, Ledger]:
+        """Return what a control step did, and the new ledger."""
         xp = namespace(now.position)
         distance = self.task.distance(now)
-        reward, memory = self.task.reward(now, before, books.memory)
+        reward, memory = self.task.reward(now, before, ledger.memory)
         near = [xp.astype(distance < d, distance.dtype)[:, None] for d in self._distances]
         within = xp.concat(near, axis=1)
-        streak = (books.streak + 1.0) * within
-        won = xp.maximum(books.won, xp.astype(streak >= self._hold, streak.dtype))
-        steps = books.steps + 1.0
-        total = books.total + reward[:, None]
-        account = self._account(now, distance, books, won[:, -1:] > 0.5)
+        streak = (ledger.streak + 1.0) * within
+        won = xp.maximum(ledger.won, xp.astype(streak >= self._hold, streak.dtype))
+        steps = ledger.steps + 1.0
+        total = ledger.total + reward[:, None]
+        account = self._account(now, distance, ledger, won[:, -1:] > 0.5)
         kept = Ledger(steps, streak, won, total, memory, *account)
         terminated = self.task.ended(now, memory)
         success = won[:, len(self._names) - 1] > 0.5
@@ -107,25 +107,25 @@ class Episodes:
         return Verdict(reward, terminated, truncated, success, facts), kept
 
     def _account(
-        self, now: Instant, distance: Array, books: Ledger, won: Array
+        self, now: Instant, distance: Array, ledger: Ledger, won: Array
     ) -> tuple[Array, Array, Array]:
         """Return when the target was reached, what that took and how far it went; then all rests.
 
         Args:
             now: after the step.
             distance: from the target [m], shape (N,).
-            books: before the step.
+            ledger: before the step.
             won: whether the target has been reached by now, shape (N, 1).
         """
         xp = namespace(distance)
-        before = xp.isnan(books.reached)
-        reached = xp.where(before & won, now.time, books.reached)
+        before = xp.isnan(ledger.reached)
+        reached = xp.where(before & won, now.time, ledger.reached)
         if self._effort is None:
-            return reached, books.effort, books.gained
-        spent = books.effort + self._effort(now)[:, None]
+            return reached, ledger.effort, ledger.gained
+        spent = ledger.effort + self._effort(now)[:, None]
         gained = now.start - distance[:, None]
         return (
             reached,
-            xp.where(before, spent, books.effort),
-            xp.where(before, gained, books.gained),
+            xp.where(before, spent, ledger.effort),
+            xp.where(before, gained, ledger.gained),
         )

@@ -1,4 +1,4 @@
-"""What full worlds know and twins do not: grip, touch, phases of legs, power, slip."""
+"""Measurements of full worlds that the batch lacks: grip, touch, phases of legs, power, slip."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Facts:
 
     def now(self) -> dict[str, Floats]:
         """Return all facts that are asked for, shape (1, k) each."""
-        return {name: told().reshape(1, -1) for name, told in self._kinds.items()}
+        return {name: measure().reshape(1, -1) for name, measure in self._kinds.items()}
 
     def _needs(self) -> None:
         """Refuse facts about what is not there."""

@@ -70,14 +70,14 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         import torch
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
-        told = {name: float(x[0]) for name, x in turn.facts.items()}
-        facts = {name: value for name, value in told.items() if not math.isnan(value)}
+        values = {name: float(x[0]) for name, x in turn.facts.items()}
+        facts = {name: value for name, value in values.items() if not math.isnan(value)}
         ended = bool(turn.terminated[0]), bool(turn.truncated[0])
         return _numbers(turn.final, 0), float(turn.reward[0]), *ended, facts
 
-    def expert(self) -> Numbers:
+    def scripted_policy(self) -> Numbers:
         """Return what the task's scripted expert would do now."""
-        found: Numbers = self._batched.expert().numpy()[0]
+        found: Numbers = self._batched.scripted_policy().numpy()[0]
         return found
 
     def close(self) -> None:

@@ -69,8 +69,8 @@ def _of_the_answer(
     finding: Finding, entry: Mapping[str, Any], effects: Mapping[str, Any], *, added: bool
 ) -> dict[str, Estimate]:
     """Estimates of one missing effect; ``added`` where the environment has its values already."""
-    kind, told = str(entry["name"]), entry.get("parameters") or {}
-    places = {k: told[k]["value"] for k in _PLACES if k in told}
+    kind, parameters = str(entry["name"]), entry.get("parameters") or {}
+    places = {k: parameters[k]["value"] for k in _PLACES if k in parameters}
     alike = _alike(kind, effects, medium=str(entry.get("medium") or ""), **places)
     if added:
         alike = [name for name in alike if effects[name].correction] or alike
@@ -85,11 +85,11 @@ def _of_the_answer(
         where = f"it found {kind} on link {entry['link']}" if elsewhere else f"it found {kind}"
         raise ConfigError(
             f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
-            f"cannot be told: {', '.join(alike)}.\n"
+            f"cannot be distinguished: {', '.join(alike)}.\n"
             "Take the model that seals add makes of it: +model=NAME"
         )
     found = {}
-    for field, given in told.items():
+    for field, given in parameters.items():
         if field in _PLACES:
             continue
         value, sd = _interval(given, f"{finding.file}: {kind}.{field}")
@@ -133,7 +133,7 @@ def _kind(instance: str) -> tuple[str, dict[str, Any]]:
 
 
 def _alike(kind: str, effects: Mapping[str, Any], *, medium: str = "", **places: Any) -> list[str]:
-    """Names of the effects of a kind, in a medium and at a place, where these are told.
+    """Names of the effects of a kind, in a medium and at a place, where these are given.
 
     Of several those on the link that a diagnosis means: the one that the plug-in itself names.
     """
@@ -161,8 +161,8 @@ def _field(effect: Any, field: str, file: Path) -> str:
 
 def _interval(given: Any, where: str) -> tuple[float, float]:
     """Value and standard deviation of a 90 % interval."""
-    told = given if isinstance(given, Mapping) else {}
-    value, low, high = (_number(told.get(k), f"{where}.{k}") for k in ("value", "low90", "high90"))
+    known = given if isinstance(given, Mapping) else {}
+    value, low, high = (_number(known.get(k), f"{where}.{k}") for k in ("value", "low90", "high90"))
     return value, abs(high - low) / (2.0 * _NORMAL90)
 
 

@@ -1,4 +1,4 @@
-"""Where everything of one environment stands, for whoever wants to look at an episode."""
+"""Poses of robot, objects and target of one environment, for films of an episode."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.arrays import Floats
 
 
 class Place(NamedTuple):
-    """Where a robot or an object is.
+    """Pose and joint values of a robot or an object.
 
     Args:
         position: of its base, world [m], shape (3,).

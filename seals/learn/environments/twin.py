@@ -12,10 +12,10 @@ from seals.arrays import Array, Floats, as_like, namespace, on_accelerator, some
 from seals.batch.piloted import Flight, PilotedTwin
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
-from seals.learn.batched import Turn
-from seals.learn.environments.ahead import Starts
+from seals.learn.batched import StepResult
 from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
 from seals.learn.environments.plain import plain, rebuilt
+from seals.learn.environments.prefetched_resets import Starts
 from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
@@ -25,7 +25,7 @@ from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds
 from seals.run.settings import RunSettings
-from seals.tensor_compiler import Fused
+from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -44,13 +44,13 @@ class Scene(NamedTuple):
         flight: of the twins.
         goal: numbers from which the task knows the target, shape (N, g).
         now: what is the case.
-        books: of the episodes.
+        ledger: of the episodes.
     """
 
     flight: Flight
     goal: Array
     now: Instant
-    books: Ledger
+    ledger: Ledger
 
 
 class TwinEnvironments:
@@ -119,7 +119,7 @@ class TwinEnvironments:
         self._alone = fused or on_accelerator(self._like)
         if self._alone:
             self._generator = generator_of(seed, device)
-        self._joined = Fused(self._law) if fused else self._law
+        self._joined = compile_law(self._law) if fused else self._law
         self._starts: Starts | None = None
         self._recorded: Recorded | None = None
         self._still: Any = None
@@ -137,14 +137,14 @@ class TwinEnvironments:
         self._set(self._opened(*self._begun(draw)))
         return self._seen(self._scene.now)
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Act once everywhere; see `seals.learn.batched.Batched`."""
         import torch
 
         with torch.no_grad():
             asked = self._taken(action)
             if self._alone and self._starts is None:
-                self._draw_ahead()
+                self._prefetch_resets()
             if not on_accelerator(asked):
                 self._scene, (found, self.reached) = self._moved(self._scene, asked)
             else:
@@ -153,34 +153,34 @@ class TwinEnvironments:
                 self._scene = recorded.state
             if self._watcher is not None:
                 self._watcher(self._standing(self.reached))
-            turn: Turn = found
-            return turn
+            result: StepResult = found
+            return result
 
-    def _moved(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[Turn, Instant]]:
+    def _moved(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with the chances of episodes that begin in it."""
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
-        found: tuple[Scene, tuple[Turn, Instant]] = self._joined(scene, asked, chance)
+        found: tuple[Scene, tuple[StepResult, Instant]] = self._joined(scene, asked, chance)
         return found
 
     def _law(
         self, scene: Scene, asked: Array, chance: Array | None
-    ) -> tuple[Scene, tuple[Turn, Instant]]:
+    ) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments; no decision is taken on an accelerator's word."""
         before, xp = scene.now, namespace(asked)
         velocity, yaw = self.task.command(asked, before)
         flight = self._twin.fly(scene.flight, velocity, yaw, self._steps)
         now = self._instant(flight, scene.goal, asked, before.start)
-        verdict, books = self.episodes.judge(now, before, scene.books)
+        verdict, ledger = self.episodes.assess(now, before, scene.ledger)
         near = xp.all(xp.abs(now.position) < FARTHEST, axis=1)
         # nothing compares with what is not a number
         lost = ~near
         terminated = verdict.terminated | lost
         ended = terminated | verdict.truncated
         final = self._seen(now)
-        after = Scene(flight, scene.goal, now, books)
+        after = Scene(flight, scene.goal, now, ledger)
         if some(ended):
             after = self._renewed(after, ended, chance)
-        turn = Turn(
+        result = StepResult(
             observation=self._seen(after.now),
             reward=self._given(verdict.reward),
             terminated=self._flag(terminated),
@@ -189,11 +189,11 @@ class TwinEnvironments:
             success=self._flag(verdict.success & ended),
             facts={name: self._given(x, none=float("nan")) for name, x in verdict.facts.items()},
         )
-        return after, (turn, now)
+        return after, (result, now)
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return what the task's scripted expert would do now, shape (N, a)."""
-        return self._given(self.task.expert(self._scene.now))
+        return self._given(self.task.scripted_policy(self._scene.now))
 
     @property
     def now(self) -> Instant:
@@ -240,12 +240,12 @@ class TwinEnvironments:
         self._recorded = Recorded(self._moved, self._scene, asked, self._generator)
         return self._recorded
 
-    def _draw_ahead(self) -> None:
+    def _prefetch_resets(self) -> None:
         """Draw starts, so that no episode that begins takes a decision of the processor."""
-        from seals.learn.environments.ahead import AHEAD, joined
+        from seals.learn.environments.prefetched_resets import PREFETCHED, joined
 
         parts = []
-        for _ in range(-(-AHEAD // self.count)):
+        for _ in range(-(-PREFETCHED // self.count)):
             flight, goal = self._begun(self.task.draw(self._rng, self.count))
             parts.append((flight.state, flight.drive, goal))
         self._still, self._starts = flight, joined(parts, STARTING)
@@ -265,7 +265,7 @@ class TwinEnvironments:
             self._twin.merged(opened.flight, scene.flight, ended),
             namespace(ended).where(ended[:, None], opened.goal, scene.goal),
             picked(opened.now, scene.now, ended),
-            picked(opened.books, scene.books, ended),
+            picked(opened.ledger, scene.ledger, ended),
         )
 
     def _opened(self, flight: Flight, goal: Array) -> Scene:

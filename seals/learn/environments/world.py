@@ -84,7 +84,7 @@ class WorldEnvironment:
         self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (getattr(task, "object", ""),) if n])
         self.now: Instant = self._instant(np.zeros((1, len(task.action_names))), np.zeros((1, 1)))
-        self._books: Ledger = self.episodes.start(self.now)
+        self._ledger: Ledger = self.episodes.start(self.now)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
         self._fresh = self.world.backend.snapshot()
 
@@ -101,7 +101,7 @@ class WorldEnvironment:
         first = self._instant(still, np.zeros((1, 1)))
         away = np.linalg.norm(first.target - first.tool, axis=1, keepdims=True)
         self.now = first._replace(start=away)
-        self._books = self.episodes.start(self.now)
+        self._ledger = self.episodes.start(self.now)
         return self._seen()
 
     def step(self, action: Floats) -> Step:
@@ -111,7 +111,7 @@ class WorldEnvironment:
         self._guide.tell(self._wanted(asked))
         broken = not self._advanced()
         self.now = before if broken else self._instant(asked, before.start)
-        verdict, self._books = self.episodes.judge(self.now, before, self._books)
+        verdict, self._ledger = self.episodes.assess(self.now, before, self._ledger)
         # told with every step: a course of training shows how often its engine gave up
         verdict.facts["broken"] = np.array([float(broken)])
         if broken:
@@ -136,9 +136,9 @@ class WorldEnvironment:
             return False
         return True
 
-    def expert(self) -> Floats:
+    def scripted_policy(self) -> Floats:
         """Return what the task's scripted expert would do now, shape (a,)."""
-        found: Floats = self.task.expert(self.now)[0]
+        found: Floats = self.task.scripted_policy(self.now)[0]
         return found
 
     def watch(self, watcher: Watcher | None) -> None:

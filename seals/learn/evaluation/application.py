@@ -18,7 +18,7 @@ from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
 from seals.learn.starts import held_out_seeds
-from seals.learn.worlds import world_hash
+from seals.learn.world_hash import world_hash
 
 ROOT = "evaluate"
 _BATCH = 100
@@ -173,13 +173,13 @@ def filmed(trial: Trial, out: Path) -> Path:
 
 def elsewhere(config: Any) -> str:
     """Return words where a policy is judged in another world than that of its training."""
-    from seals.learn.cards import CARD
-    from seals.learn.policy import read_policy_card
+    from seals.learn.metadata import CARD
+    from seals.learn.policy import read_policy_metadata
     from seals.learn.shipped import shipped
 
     name = str(config.policy)
     place = shipped().get(name, Path(name))
-    trained = read_policy_card(place).get("world_hash") if (place / CARD).is_file() else None
+    trained = read_policy_metadata(place).get("world_hash") if (place / CARD).is_file() else None
     if trained in (None, world_hash(config)):
         return ""
     return "This is not the world of its training: what is lost here is the gap between both."

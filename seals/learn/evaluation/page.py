@@ -79,9 +79,9 @@ def _sections(found: Sequence[Judgement]) -> list[Section]:
     ]
     blocks = [Bars(title="Success, 95% interval", x_label="share of episodes", bars=bars)]
     lines = tuple(_distances(judged) for judged in found if "distance" in judged.columns)
-    told = [Paragraph(text=text) for text in sentences(found)]
+    values = [Paragraph(text=text) for text in sentences(found)]
     sections = [
-        Section(title="Success", blocks=[*told, *blocks]),
+        Section(title="Success", blocks=[*values, *blocks]),
         Section(title="Table", blocks=[Table(head=head, rows=rows, right=range(1, len(head)))]),
     ]
     if lines:

@@ -37,7 +37,7 @@ class PolicyScripted:
 
     def act(self, observation: Any) -> Tensor:
         """Return the expert's actions."""
-        return self.environment.expert()
+        return self.environment.scripted_policy()
 
 
 class PolicyRandom:
@@ -111,7 +111,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
 
     found = load_policy(policy_folder(name, besides=NAMED, key=key), device=device)
     wanted = (environment.observation_size, environment.action_size)
-    given = (found.card["network"].get("observation"), found.card["network"].get("action"))
+    given = (found.metadata["network"].get("observation"), found.metadata["network"].get("action"))
     if given != wanted:
         raise ConfigError(
             f"{key}={name} sees {given[0]} numbers and says {given[1]}; here there are "

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
+from seals.learn.replay.returns import present_names
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -109,7 +110,7 @@ class Memory:
             return
         self._make(int(state["protected"]))
         # the order in the storage is that of the rows, the cursor goes where it was
-        self._buffer.writer.fill(self._rows(state["rows"]), int(state["cursor"]))
+        self._buffer.writer.fill(self._rows(present_names(state["rows"])), int(state["cursor"]))
         self.sampler.load_state_dict(state["sampler"])
 
     def _whole(self) -> Any:

@@ -10,7 +10,7 @@ from seals.learn.observations import each, where
 if TYPE_CHECKING:
     from torch import Tensor
 
-STEP = ("step_reward", "step_discount", "step_following")
+STEP = ("step_reward", "step_discount", "step_next_observation")
 """Columns of the single step, beside those over several."""
 
 
@@ -20,12 +20,12 @@ class Returns:
     Equation:
         reward    = sum over k < m of gamma^k r_(t+k)
         discount  = gamma^m, or 0 where the episode was terminated
-        following = the observation reached by the last of the m steps
+        next_observation = the observation reached by the last of the m steps
 
     m is ``length``, or less where the episode ends before. An episode that was truncated could have
-    gone on: its discount stays, and ``following`` is the last observation it reached, not the first
-    of the next episode. A transition comes out ``length`` - 1 steps after it began, for all
-    environments at once, so that the shapes never change.
+    gone on: its discount stays, and ``next_observation`` is the last observation it reached, not
+    the first of the next episode. A transition comes out ``length`` - 1 steps after it began, for
+    all environments at once, so that the shapes never change.
 
     Args:
         length: most steps of a transition.
@@ -68,14 +68,14 @@ class Returns:
                 running, item["discount"] * reward, torch.zeros_like(reward)
             )
             item["discount"] = torch.where(running, item["discount"] * discount, item["discount"])
-            item["following"] = where(running, final, item["following"])
+            item["next_observation"] = where(running, final, item["next_observation"])
             item["alive"] = running & alive
         begun = {
             "observation": observation,
             "action": action,
             "reward": reward,
             "discount": discount,
-            "following": final,
+            "next_observation": final,
             "alive": alive,
         }
         if self.both:
@@ -98,14 +98,24 @@ class Returns:
 
     def load(self, state: Mapping[str, Any]) -> None:
         """Put them back."""
-        self._under_way = [dict(item) for item in state["under_way"]]
+        self._under_way = [present_names(item) for item in state["under_way"]]
+
+
+def present_names(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Rename columns of older checkpoints, which said ``following`` for the next observation.
+
+    Example:
+        >>> list(present_names({"following": 0, "action": 1}))
+        ['next_observation', 'action']
+    """
+    return {key.replace("following", "next_observation"): x for key, x in columns.items()}
 
 
 def of_episodes(columns: Mapping[str, Any], returns: Returns) -> dict[str, Any]:
     """Return all transitions of whole episodes, such as demonstrations, as tensors.
 
     Args:
-        columns: as `seals.learn.learner.Agent.teach` takes them, already tensors.
+        columns: as `seals.learn.learner.Agent.add_demonstrations` takes them, already tensors.
         returns: fresh, of the length and discount wanted; nothing stays under way.
     """
     import torch

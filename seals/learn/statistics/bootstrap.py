@@ -1,4 +1,4 @@
-"""The interquartile mean, and percentile intervals from a stratified bootstrap."""
+"""Interquartile mean, and percentile intervals from a stratified bootstrap."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seals.arrays import Floats
-from seals.errors import SealsError
-from seals.learn.statistics.interval import LEVEL, Interval
+from seals.learn.statistics.interval import LEVEL, Interval, checked_scores
 
 RESAMPLES = 10_000
 """Resamples of one interval: its limits then move by about a hundredth of its width."""
@@ -77,12 +76,13 @@ def bootstrap(
         >>> bootstrap([[0.1, 0.2, 0.3, 0.4]]).value
         0.25
     """
-    groups = [np.asarray(stratum, dtype=float) for stratum in strata]
-    _refuse_few(groups)
-    value = float(statistic(np.concatenate(groups)))
-    drawn = drawn_statistics(groups, statistic=statistic, resamples=resamples, seed=seed)
-    low, high = np.quantile(drawn, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-    return Interval(value, float(low), float(high))
+    groups = [checked_scores(stratum) for stratum in strata]
+
+    def joined(*samples: Floats, axis: int) -> Floats:
+        return statistic(np.concatenate(samples, axis=-1))
+
+    low, high = percentiles(groups, joined, level=level, resamples=resamples, seed=seed)
+    return Interval(float(statistic(np.concatenate(groups))), float(low), float(high))
 
 
 def bootstrap_band(
@@ -111,46 +111,43 @@ def bootstrap_band(
         SealsError: there are fewer than two runs, or a value is not finite.
     """
     values = np.asarray(curves, dtype=float)
-    _refuse_few(list(values.T) or [values])
-    random = np.random.default_rng(seed)
-    picks = random.integers(0, len(values), size=(resamples, len(values)))
-    ends = [0.5 - 0.5 * level, 0.5 + 0.5 * level]
-    line = np.asarray(statistic(values.T), dtype=float)
-    # point by point: all resampled curves at once would not fit into memory
-    limits = np.array([np.quantile(statistic(column[picks]), ends) for column in values.T])
-    return line, limits[:, 0], limits[:, 1]
+    columns = np.stack([checked_scores(column) for column in values.T])
+
+    def joined(sample: Floats, *, axis: int) -> Floats:
+        return statistic(sample)
+
+    low, high = percentiles([columns], joined, level=level, resamples=resamples, seed=seed)
+    return np.asarray(statistic(columns), dtype=float), low, high
 
 
-def drawn_statistics(
-    groups: Sequence[Floats], *, statistic: Statistic, resamples: int, seed: int
-) -> Floats:
-    """Return the statistic of every resample, shape (resamples,).
+def percentiles(
+    samples: Sequence[Floats],
+    statistic: Callable[..., Floats],
+    *,
+    level: float,
+    resamples: int,
+    seed: int,
+) -> tuple[Floats, Floats]:
+    """Return the limits of a percentile interval, by `scipy.stats.bootstrap`.
 
     Args:
-        groups: scores of each stratum, each of shape (runs,).
-        statistic: takes shape (..., runs), returns shape (...).
+        samples: each resampled by itself along its last axis.
+        statistic: takes resampled samples and ``axis=-1``, returns their values.
+        level: of the interval.
         resamples: number of resamples.
         seed: of the draws.
     """
-    random = np.random.default_rng(seed)
-    runs = sum(len(group) for group in groups)
-    rows = max(1, _CHUNK // runs)
-    parts = []
-    for first in range(0, resamples, rows):
-        count = min(rows, resamples - first)
-        picks = [g[random.integers(0, len(g), size=(count, len(g)))] for g in groups]
-        parts.append(np.asarray(statistic(np.concatenate(picks, axis=-1)), dtype=float))
-    return np.concatenate(parts)
+    import scipy.stats
 
-
-def _refuse_few(groups: Sequence[Floats]) -> None:
-    for group in groups:
-        if group.ndim != 1 or len(group) < 2:
-            raise SealsError(
-                f"a bootstrap of scores of shape {group.shape} says nothing.\n"
-                "Give at least two runs: train with more seeds."
-            )
-        if not np.isfinite(group).all():
-            raise SealsError(
-                f"a score is not finite: {group.tolist()}.\nLook into the run that made it."
-            )
+    found = scipy.stats.bootstrap(
+        samples,
+        statistic,
+        n_resamples=resamples,
+        batch=max(1, _CHUNK // sum(sample.size for sample in samples)),
+        vectorized=True,
+        axis=-1,
+        confidence_level=level,
+        method="percentile",
+        random_state=np.random.default_rng(seed),
+    )
+    return found.confidence_interval.low, found.confidence_interval.high

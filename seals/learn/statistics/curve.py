@@ -1,4 +1,4 @@
-"""What one learning curve is worth: its mean height, and where it ends."""
+"""Metrics of a learning curve: normalised area and mean of its last part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is one arm better than another: probability of improvement, pairs of seeds, an exact test."""
+"""Comparison of two arms: probability of improvement, paired seeds, exact rank-sum test."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike
 
 from seals.arrays import Floats
 from seals.errors import SealsError
-from seals.learn.statistics.bootstrap import RESAMPLES
-from seals.learn.statistics.interval import LEVEL, Interval, normal_quantile, wilson
-
-_HALVINGS = 60
-"""Bisections of an interval of length one: beyond the last digit of a float."""
+from seals.learn.statistics.bootstrap import RESAMPLES, percentiles
+from seals.learn.statistics.interval import (
+    LEVEL,
+    Interval,
+    checked_scores,
+    normal_quantile,
+    wilson,
+)
 
 
 def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Interval:
@@ -45,7 +48,7 @@ def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) ->
         >>> improvement([0.9, 0.8, 0.95, 0.7, 0.9], [0.1, 0.2, 0.3, 0.1, 0.4]).text()
         '1.00 (0.64 to 1.00)'
     """
-    x, y = _scores(better), _scores(worse)
+    x, y = checked_scores(better), checked_scores(worse)
     p = probability(x, y)
     z2 = normal_quantile(level) ** 2
     runs = (len(x), len(y))
@@ -77,16 +80,13 @@ def improvement_bootstrap(
     Raises:
         SealsError: an arm has fewer than two runs, or a score is not finite.
     """
-    x, y = _scores(better), _scores(worse)
-    random = np.random.default_rng(seed)
-    drawn = np.empty(resamples)
-    # the sign of every pair once; a resample picks rows and columns
-    signs = 0.5 + 0.5 * np.sign(x[:, None] - y[None, :])
-    for k in range(resamples):
-        rows = np.bincount(random.integers(0, len(x), len(x)), minlength=len(x))
-        columns = np.bincount(random.integers(0, len(y), len(y)), minlength=len(y))
-        drawn[k] = rows @ signs @ columns / signs.size
-    low, high = np.quantile(drawn, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+    x, y = checked_scores(better), checked_scores(worse)
+
+    def share(first: Floats, second: Floats, *, axis: int) -> Floats:
+        pairs = np.sign(first[..., :, None] - second[..., None, :])
+        return 0.5 + 0.5 * np.asarray(pairs.mean(axis=(-2, -1)))
+
+    low, high = percentiles([x, y], share, level=level, resamples=resamples, seed=seed)
     return Interval(probability(x, y), float(low), float(high))
 
 
@@ -101,7 +101,7 @@ def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Inte
     Raises:
         SealsError: the arms differ in their number of runs, or all pairs are tied.
     """
-    x, y = _scores(better), _scores(worse)
+    x, y = checked_scores(better), checked_scores(worse)
     if len(x) != len(y):
         raise SealsError(
             f"{len(x)} and {len(y)} runs make no pairs.\nGive both arms the same seeds."
@@ -133,8 +133,11 @@ def rank_test(x: ArrayLike, y: ArrayLike) -> float:
         >>> rank_test([1, 2, 3], [4, 5, 6])
         0.1
     """
-    first, second = _scores(x), _scores(y)
-    doubled = _doubled_ranks(np.concatenate([first, second]))
+    from scipy.stats import rankdata
+
+    first, second = checked_scores(x), checked_scores(y)
+    # twice the mean ranks, which are whole numbers
+    doubled = (2 * rankdata(np.concatenate([first, second]))).astype(int)
     m = len(first)
     centre = m * (len(doubled) + 1)
     seen = abs(int(doubled[:m].sum()) - centre)
@@ -148,14 +151,6 @@ def rank_test(x: ArrayLike, y: ArrayLike) -> float:
     return extreme / math.comb(len(doubled), m)
 
 
-def _doubled_ranks(values: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    """Twice the mean ranks, which are whole numbers."""
-    below = (values[None, :] < values[:, None]).sum(axis=1)
-    tied = (values[None, :] == values[:, None]).sum(axis=1)
-    doubled: np.ndarray[tuple[int, ...], np.dtype[np.intp]] = 2 * below + tied + 1
-    return doubled
-
-
 def _variance(t: float, runs: tuple[int, int]) -> float:
     m, n = runs
     k = 0.5 * (m + n) - 1.0
@@ -163,26 +158,11 @@ def _variance(t: float, runs: tuple[int, int]) -> float:
 
 
 def _limit(p: float, end: float, z2: float, runs: tuple[int, int]) -> float:
-    """The solution between the estimate and an end of the scale."""
-    inside, outside = p, end
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (inside + outside)
-        if (p - middle) ** 2 <= z2 * _variance(middle, runs):
-            inside = middle
-        else:
-            outside = middle
-    return 0.5 * (inside + outside)
+    """Return the root of the score equation between the estimate and an end of the scale."""
+    from scipy.optimize import brentq
 
+    def excess(t: float) -> float:
+        return (p - t) ** 2 - z2 * _variance(t, runs)
 
-def _scores(values: ArrayLike) -> Floats:
-    scores = np.asarray(values, dtype=float)
-    if scores.ndim != 1 or len(scores) < 2:
-        raise SealsError(
-            f"an arm with scores of shape {scores.shape} cannot be compared.\n"
-            "Give at least two runs of each arm: train with more seeds."
-        )
-    if not np.isfinite(scores).all():
-        raise SealsError(
-            f"a score is not finite: {scores.tolist()}.\nLook into the run that made it."
-        )
-    return scores
+    # where p is 0 or 1 it is a root itself
+    return float(brentq(excess, p + 1e-9 * (end - p), end, xtol=1e-14))

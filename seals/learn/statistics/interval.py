@@ -1,11 +1,14 @@
-"""An estimate with its interval, and Wilson's interval of a share."""
+"""Estimates with intervals, Wilson's interval of a share, and the check of scores."""
 
 from __future__ import annotations
 
-import math
 from statistics import NormalDist
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seals.arrays import Floats
 from seals.errors import SealsError
 
 LEVEL = 0.95
@@ -77,12 +80,27 @@ def wilson(successes: int, trials: int, *, level: float = LEVEL) -> Interval:
             f"{successes} successes in {trials} trials have no share.\n"
             "Allowed: at least one trial, and no more successes than trials."
         )
-    z2 = normal_quantile(level) ** 2
-    share = successes / trials
-    centre = share + z2 / (2 * trials)
-    half = math.sqrt(z2 * share * (1.0 - share) / trials + (z2 / (2 * trials)) ** 2)
-    scale = 1.0 + z2 / trials
-    # rounding must not push a limit beyond the estimate
-    low = 0.0 if successes == 0 else (centre - half) / scale
-    high = 1.0 if successes == trials else (centre + half) / scale
-    return Interval(share, low, high)
+    from scipy.stats import binomtest
+
+    normal_quantile(level)
+    found = binomtest(successes, trials).proportion_ci(confidence_level=level, method="wilson")
+    return Interval(successes / trials, float(found.low), float(found.high))
+
+
+def checked_scores(values: ArrayLike) -> Floats:
+    """Return scores of the runs of one arm as an array, shape (runs,).
+
+    Raises:
+        SealsError: there are fewer than two runs, or a score is not finite.
+    """
+    scores = np.asarray(values, dtype=float)
+    if scores.ndim != 1 or len(scores) < 2:
+        raise SealsError(
+            f"an arm with scores of shape {scores.shape} cannot be compared.\n"
+            "Give at least two runs of each arm: train with more seeds."
+        )
+    if not np.isfinite(scores).all():
+        raise SealsError(
+            f"a score is not finite: {scores.tolist()}.\nLook into the run that made it."
+        )
+    return scores

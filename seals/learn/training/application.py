@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
-from seals.learn.cards import config_hash
 from seals.learn.learner import need_torch
+from seals.learn.metadata import config_hash
 from seals.learn.training.beginning import agent_of, environments
 from seals.learn.training.checkpoint import FILE
 from seals.learn.training.course import Course
 from seals.learn.training.loop import POLICY, Outcome, Training
 from seals.learn.training.settings import OWN
-from seals.learn.worlds import world_hash
+from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 
 FREE = ("course", "resume", "threads", "name", "film")
@@ -60,7 +60,7 @@ def train_into(
     Args:
         folder: where to.
         config: composed from the root ``train``.
-        overrides: what the user wrote, for the policy's card.
+        overrides: what the user wrote, for the policy's metadata.
         resume: whether to take up the checkpoint in the folder.
 
     Raises:
@@ -77,41 +77,41 @@ def train_into(
         from seals.learn.film import refuse_unfilmed
 
         refuse_unfilmed(config)
-    with environments(config) as (environment, judge):
+    with environments(config) as (environment, eval_env):
         agent, remarks = agent_of(config, environment)
         if config.backend.get("fused"):
             remarks.append("the first step compiles the twins, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
-        told = {"success": "-"}
-        with progress("training", total, lambda: f"success {told['success']}") as tell:
+        metrics = {"success": "-"}
+        with progress("training", total, lambda: f"success {metrics['success']}") as tell:
             training = Training(
                 environment,
                 agent,
                 course=course,
                 folder=folder,
-                judge=judge,
-                card=_card(facts, environment),
+                eval_env=eval_env,
+                metadata=_metadata(facts, environment),
                 seed=int(config.seed),
                 tell=tell,
-                heard=lambda success: told.update(success=f"{success:.0%}"),
+                heard=lambda success: metrics.update(success=f"{success:.0%}"),
             )
             if resume:
                 remarks += _take_up(training, folder, config)
             outcome = _run(training, folder, facts, remarks)
         if config.film:
-            _film(folder, judge, config)
+            _film(folder, eval_env, config)
         return outcome
 
 
-def _film(folder: Path, judge: Any, config: Any) -> None:
+def _film(folder: Path, eval_env: Any, config: Any) -> None:
     """Leave a film of the policy; a training that is done is not lost with its film."""
     from seals.learn.film import FILM, film
     from seals.learn.policy import load_policy
     from seals.learn.starts import validation_seeds
 
-    policy = load_policy(folder / POLICY, device=judge.device)
+    policy = load_policy(folder / POLICY, device=eval_env.device)
     try:
-        print(film(judge, policy, validation_seeds(1)[0], config=config, path=folder / FILM))
+        print(film(eval_env, policy, validation_seeds(1)[0], config=config, path=folder / FILM))
     except SealsError as cause:
         print(f"note: there is no film of the policy. {cause}", file=sys.stderr)
 
@@ -222,7 +222,7 @@ def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _card(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
+def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
     keys = ("learner", "seed", "env", "config_hash", "world_hash")
     own = [word for word in facts["overrides"] if _root(word) not in (*OWN, *FREE, "seed")]
     task = getattr(environment, "task", None)

@@ -1,4 +1,4 @@
-"""What a training begins with: environments, an agent, and the demonstrations it is shown."""
+"""Set-up of a training: environments, agent and demonstrations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces
 from seals.learn.starts import training_seed
 from seals.learn.training.settings import TrainSettings
-from seals.learn.worlds import world_hash
+from seals.learn.world_hash import world_hash
 from seals.schema import check_value, parameters_of
 
 
@@ -38,11 +38,11 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
         # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
         where = "cpu" if environment.pixels is None else device
         few = min(judges, episodes)
-        judge = batched_of(config, count=few, device=where, seed=seed, fused=False)
+        eval_env = batched_of(config, count=few, device=where, seed=seed, fused=False)
         try:
-            yield environment, judge
+            yield environment, eval_env
         finally:
-            judge.close()
+            eval_env.close()
     finally:
         environment.close()
 
@@ -65,8 +65,8 @@ def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
             "Say backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
+    from seals.learn.environments.domain_randomisation import drawn
     from seals.learn.environments.posterior import estimates
-    from seals.learn.environments.varied import drawn
 
     effects = build_learning(config)[0].effects
     known = None if diagnosis is None else estimates(str(diagnosis), effects, config.model)
@@ -101,7 +101,7 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
     if config.demonstrations is None:
         return agent, []
     columns, remarks = _shown(config, environment)
-    agent.teach(columns)
+    agent.add_demonstrations(columns)
     return agent, remarks
 
 

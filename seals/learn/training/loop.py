@@ -1,4 +1,4 @@
-"""The loop of a training: act, remember, improve, look, and keep what would be lost."""
+"""Training loop: act, observe, update, evaluate and write checkpoints."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from seals.learn.policy import NetworkPolicy, save_policy
 from seals.learn.starts import validation_seeds
 from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
 from seals.learn.training.course import Course
+from seals.learn.training.episode_statistics import EpisodeStatistics
 from seals.learn.training.rows import Rows
 from seals.learn.training.scoring import Scores, score
-from seals.learn.training.tally import Tally
 
 if TYPE_CHECKING:
     from seals.learn.batched import Batched
@@ -46,15 +46,15 @@ class Outcome(NamedTuple):
 
 
 class Training:
-    """A training that can be cut off at any time and taken up again.
+    """Training that can be interrupted between updates and resumed.
 
     Args:
         environment: that the agent acts in.
         agent: that learns; taught before, where it wants demonstrations.
         course: how long, and what is written.
         folder: where to.
-        judge: environment of the evaluations, or None for no evaluation.
-        card: what the policy's card says beside its network.
+        eval_env: environment of the evaluations, or None for no evaluation.
+        metadata: what the policy's metadata says beside its network.
         seed: of the first episodes.
         tell: takes the number of control steps made, or of updates where there are no steps.
         heard: takes the share of successes of each evaluation.
@@ -67,15 +67,16 @@ class Training:
         *,
         course: Course,
         folder: Path,
-        judge: Batched | None = None,
-        card: Mapping[str, Any] | None = None,
+        eval_env: Batched | None = None,
+        metadata: Mapping[str, Any] | None = None,
         seed: int = 0,
         tell: Callable[[int], None] = lambda _: None,
         heard: Callable[[float], None] = lambda _: None,
     ) -> None:
-        """Make the tally; nothing is written yet."""
+        """Set up the statistics; nothing is written yet."""
         self.environment, self.agent, self.course = environment, agent, course
-        self.folder, self.judge, self.card, self.seed = folder, judge, dict(card or {}), seed
+        self.folder, self.eval_env, self.seed = folder, eval_env, seed
+        self.metadata = dict(metadata or {})
         self._tell, self._heard = tell, heard
         self.step = self.updates = 0
         self.success: float | None = None
@@ -84,9 +85,9 @@ class Training:
         self._kept = time.perf_counter()
         self._next = {"log": course.log_every, "look": course.look_every}
         self._looked = [-1, -1]
-        self._told: dict[str, int] = {}
+        self._row_counts: dict[str, int] = {}
         self._begun = self.stop = False
-        self._tally = Tally(environment.count, environment.device)
+        self._statistics = EpisodeStatistics(environment.count, environment.device)
         self._observation: Any = None
         self._rows: dict[str, Rows] = {}
         self._board: Any = None
@@ -96,16 +97,16 @@ class Training:
         if not self._begun:
             self._begin()
         # a training taken up may stand between two updates
-        self._improve()
+        self._update()
         self._after()
         while self.agent.interactive and self.step < self.course.steps and not self._enough():
             action = self.agent.act(self._observation, explore=True)
-            turn = self.environment.step(action)
-            self.agent.observe(self._observation, action, turn)
-            self._observation = turn.observation
-            self._tally.step(turn)
+            result = self.environment.step(action)
+            self.agent.observe(self._observation, action, result)
+            self._observation = result.observation
+            self._statistics.step(result)
             self.step += self.environment.count
-            self._improve()
+            self._update()
             self._after()
         return self._end()
 
@@ -116,14 +117,14 @@ class Training:
         self._look()
 
     def _seeds(self) -> list[int]:
-        """Return a seed for each environment, all below those that judge."""
+        """Return a seed for each environment, all below those of evaluations."""
         first = (self.seed * 1_000_003 + self.step) % 900_000_000
         return [first + number for number in range(self.environment.count)]
 
-    def _improve(self) -> None:
+    def _update(self) -> None:
         """Make all updates that are due."""
         for _ in range(self.agent.due()):
-            self._tally.update(self.agent.update())
+            self._statistics.update(self.agent.update())
             self.updates += 1
             if not self.agent.interactive:
                 self._tell(self.updates)
@@ -157,7 +158,7 @@ class Training:
             self.step = self.course.steps
         if self._looked != [self.step, self.updates]:
             self._look()
-        if self.judge is None:
+        if self.eval_env is None:
             self._save()
         remove_checkpoint(self.folder)
         if self._board is not None:
@@ -175,7 +176,7 @@ class Training:
         return {"step": self.step, "seconds": round(self.seconds, 3), "updates": self.updates}
 
     def _log(self) -> None:
-        figures = {**self._place(), **self._tally.row()}
+        figures = {**self._place(), **self._statistics.row()}
         self._table("training", (*TRAINED, *self.agent.reports)).tell(figures)
         self._chart("training", figures)
 
@@ -183,9 +184,9 @@ class Training:
         """Evaluate the policy as it stands on starts of its own, and save it."""
         self._looked = [self.step, self.updates]
         self._save()
-        if self.judge is None:
+        if self.eval_env is None:
             return
-        found = self._scores(self.judge)
+        found = self._scores(self.eval_env)
         figures: dict[str, Any] = {
             **self._place(),
             "episodes": len(found.seed),
@@ -201,22 +202,22 @@ class Training:
         self._heard(figures["success"])
         self._good = self._good + 1 if self.success >= self.course.stop_at else 0
 
-    def _scores(self, judge: Batched) -> Scores:
+    def _scores(self, eval_env: Batched) -> Scores:
         network, tensors = self.agent.policy()
         actor = actor_of(network)
         actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
-        actor.to(judge.device)
+        actor.to(eval_env.device)
         seeds = validation_seeds(self.course.episodes)
-        return score(judge, NetworkPolicy(actor, self.card), seeds)
+        return score(eval_env, NetworkPolicy(actor, self.metadata), seeds)
 
     def _save(self) -> None:
         network, tensors = self.agent.policy()
-        card = {**self.card, "step": self.step, "updates": self.updates}
-        save_policy(self.folder / POLICY, network=network, tensors=tensors, card=card)
+        metadata = {**self.metadata, "step": self.step, "updates": self.updates}
+        save_policy(self.folder / POLICY, network=network, tensors=tensors, metadata=metadata)
 
     def _table(self, name: str, columns: tuple[str, ...]) -> Rows:
         if name not in self._rows:
-            keep = self._told.get(name, 0)
+            keep = self._row_counts.get(name, 0)
             self._rows[name] = Rows(self.folder / f"{name}.csv", columns, keep=keep)
         return self._rows[name]
 
@@ -259,11 +260,11 @@ class Training:
         except NotImplementedError:
             scene = None
         return {
-            "config": self.card.get("config_hash"),
+            "config": self.metadata.get("config_hash"),
             "agent": self.agent.state(),
             "environment": scene,
             "observation": self._observation,
-            "tally": self._tally.state(),
+            "tally": self._statistics.state(),
             "place": {
                 "step": self.step,
                 "updates": self.updates,
@@ -271,7 +272,10 @@ class Training:
                 "success": self.success,
                 "good": self._good,
                 "looked": list(self._looked),
-                "told": {**self._told, **{name: rows.count for name, rows in self._rows.items()}},
+                "told": {
+                    **self._row_counts,
+                    **{name: rows.count for name, rows in self._rows.items()},
+                },
                 "next": dict(self._next),
             },
             "random": torch.get_rng_state(),
@@ -287,7 +291,7 @@ class Training:
 
         remarks = []
         self.agent.load(state["agent"])
-        self._tally.load(state["tally"])
+        self._statistics.load(state["tally"])
         place = state["place"]
         self.step, self.updates = place["step"], place["updates"]
         self.success, self._good, self._looked = (
@@ -296,7 +300,7 @@ class Training:
             list(place["looked"]),
         )
         self._seconds, self._since = place["seconds"], time.perf_counter()
-        self._next, self._told, self._begun = dict(place["next"]), dict(place["told"]), True
+        self._next, self._row_counts, self._begun = dict(place["next"]), dict(place["told"]), True
         torch.set_rng_state(state["random"].cpu())
         if state["environment"] is not None:
             self.environment.restore(state["environment"])
@@ -305,12 +309,12 @@ class Training:
             self._observation = self.environment.reset(
                 [self.seed + self.step] * self.environment.count
             )
-            self._tally.fresh_episodes()
+            self._statistics.fresh_episodes()
             remarks.append("this engine keeps no state: the episodes under way begin anew")
         return remarks
 
 
 def _mean(values: Any) -> float | None:
-    """Return the mean over the episodes that told, or None where none did."""
-    told = values[~np.isnan(values)]
-    return float(told.mean()) if len(told) else None
+    """Return the mean over the episodes with a value, or None without one."""
+    finite = values[~np.isnan(values)]
+    return float(finite.mean()) if len(finite) else None

@@ -1,4 +1,4 @@
-"""Rows of a CSV file that are there as soon as they are told, and once only after a resume."""
+"""Append-only CSV writer: flushed per row, de-duplicated on resume."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from seals.learn.batched import Batched, Turn
+    from seals.learn.batched import Batched, StepResult
     from seals.learn.policy import Policy
 
 
@@ -78,13 +78,13 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int)
     length = torch.zeros(environment.count, dtype=torch.int64, device=environment.device)
     facts: dict[str, Any] = {}
     while bool(running.any()):
-        turn = environment.step(policy.act(observation))
-        observation = turn.observation
-        returns += torch.where(running, turn.reward.double(), 0.0)
+        result = environment.step(policy.act(observation))
+        observation = result.observation
+        returns += torch.where(running, result.reward.double(), 0.0)
         length += running
-        ended = running & (turn.terminated | turn.truncated)
-        success |= ended & turn.success
-        facts = _latest(facts, turn, running)
+        ended = running & (result.terminated | result.truncated)
+        success |= ended & result.success
+        facts = _latest(facts, result, running)
         running = running & ~ended
 
     def column(values: Any) -> Any:
@@ -99,11 +99,11 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int)
     )
 
 
-def _latest(facts: dict[str, Any], turn: Turn, running: Any) -> dict[str, Any]:
+def _latest(facts: dict[str, Any], result: StepResult, running: Any) -> dict[str, Any]:
     """Return facts brought up to date where an episode still runs."""
     import torch
 
     return {
         name: torch.where(running, value.float(), facts[name]) if name in facts else value.float()
-        for name, value in turn.facts.items()
+        for name, value in result.facts.items()
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
-from seals.logs.atomic import write_text
+from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
@@ -167,4 +166,4 @@ def _folder(out: Path) -> None:
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:
-    write_text(out / ANSWER, json.dumps(answer, indent=1) + "\n")
+    write_json(out / ANSWER, finite(answer))

@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 
 from seals.errors import SealsError
 from seals.registry import get
 from seals.report.style import unit_text
+from seals.sysid.catalogue import installed
 from seals.sysid.factors import Candidate
 
+UNKNOWN = "not determined"
+"""Text in place of a figure that is not finite."""
 _AXIS = re.compile(r"_([xyz]{1,2})$")
 _PARTS = {
     "mass.mass": "mass of the body",
-    "thrust_coefficient.relative_change": "thrust of all actuators",
     "rotors.torque_change": "reaction torque of the rotors",
-    "rotor_lag.time_constant_change": "time constant of the actuators",
-    "command_delay.delay": "delay of the commands",
-    "sensor_delay.delay": "delay of the inertial sensors",
-    "buoyancy.volume_change": "displaced volume",
     "surface.share": "lift while the surface is pierced",
-    "thrust_in_water.ratio_change": "thrust in water",
     "servos.kp": "stiffness of the joint servos",
     "servos.kd": "damping of the joint servos",
-    "inertia.delta": "moment of inertia",
-    "centre_of_gravity.offset": "centre of gravity",
-    "centre_of_buoyancy.offset": "centre of buoyancy",
-    "accelerometer_bias.bias": "offset of the accelerometer",
-    "accelerometer_scale.scale": "scale of the accelerometer",
-    "gyroscope_bias.bias": "offset of the gyroscope",
-    "sensor_misalignment.rotation": "mounting angle of the inertial sensors",
-    "added_mass_change.mass": "added mass of the water",
-    "added_mass_change.inertia": "added moment of inertia of the water",
 }
+"""Adjustable values that belong to the vehicle and to no effect."""
 _ODD = {"waves": "Surface waves move the water about the hull."}
 
 
@@ -66,8 +56,9 @@ def factor_words(key: str) -> str:
     instance, _, parameter = stem.partition(".")
     if stem in _PARTS:
         return _PARTS[stem] + axis
-    if instance.startswith("weak_rotor_"):
-        return f"thrust loss of actuator {instance.rpartition('_')[2]}"
+    declared = _declared(instance, parameter)
+    if declared:
+        return declared + axis
     if instance.startswith("mass_"):
         return f"mass of {instance[5:].replace('_', ' ')}"
     drag = re.fullmatch(r"(\w+_drag)_(air|water)_(change|shape)", instance)
@@ -77,6 +68,18 @@ def factor_words(key: str) -> str:
             return f"exponent of {words}"
         return words + (", quadratic part" if parameter == "quadratic" else "") + axis
     return f"{instance} {parameter}".replace("_", " ") + axis
+
+
+def _declared(instance: str, parameter: str) -> str:
+    """Words that an effect declares for a parameter of one of its instances, or none."""
+    for name, law in installed().items():
+        variant = instance[len(name) + 1 :]
+        if instance != name and not instance.startswith(f"{name}_"):
+            continue
+        words = law.identification.words.get(parameter, "")
+        if words and ("{}" in words or variant in ("", "change")):
+            return words.format(variant)
+    return ""
 
 
 def candidate_words(candidate: Candidate) -> str:
@@ -91,6 +94,30 @@ def candidate_words(candidate: Candidate) -> str:
     return candidate.name + (f" ({', '.join(parts)})" if parts else "")
 
 
+def percent(share: float) -> str:
+    """Return a share in per cent; never 100 for what is not certain.
+
+    Example:
+        >>> percent(0.999), percent(0.5), percent(1.0), percent(float("nan"))
+        ('more than 99 %', '50 %', 'more than 99 %', 'not determined')
+    """
+    if not math.isfinite(share):
+        return UNKNOWN
+    return "more than 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
+
+
+def interval(low: float, high: float, unit: str = "") -> str:
+    """Return the ends of an interval as text.
+
+    Example:
+        >>> interval(0.1, 0.25, "m"), interval(0.1, float("nan"), "m")
+        ('0.1 to 0.25 m', 'not determined')
+    """
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return UNKNOWN
+    return f"{figure(low)} to {figure(high, unit)}"
+
+
 def points(score: float) -> str:
     """Return a score as text: three digits, large ones with thousands apart.
 
@@ -98,15 +125,19 @@ def points(score: float) -> str:
         >>> points(24512.3), points(8.352), points(-0.004)
         ('24,512', '8.35', '-0.004')
     """
-    return f"{score:,.0f}" if abs(score) >= 100.0 else f"{score:.3g}"
+    return f"{score:,.0f}" if 100.0 <= abs(score) < math.inf else figure(score, digits=3)
 
 
-def figure(value: float, unit: str = "") -> str:
-    """Return a number with its unit, four digits.
+def figure(value: float, unit: str = "", digits: int = 4) -> str:
+    """Return a number with its unit; one that is not finite as "not determined".
 
     Example:
-        >>> figure(0.01234, "m/s"), figure(1234567.0)
-        ('0.01234 m/s', '1.235e+06')
+        >>> figure(0.01234, "m/s"), figure(1234567.0), figure(2.345, digits=2)
+        ('0.01234 m/s', '1.235e+06', '2.3')
+        >>> figure(float("nan"), "m/s")
+        'not determined'
     """
+    if not math.isfinite(value):
+        return UNKNOWN
     # adding zero turns a negative zero into a plain one
-    return f"{value + 0.0:.4g} {unit_text(unit)}".strip()
+    return f"{value + 0.0:.{digits}g} {unit_text(unit)}".strip()

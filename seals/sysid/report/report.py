@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from seals.logs.atomic import write_json, write_text
+from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.check import check_log
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
@@ -16,7 +17,7 @@ from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.charts import gain_chart, ladder_chart
 from seals.sysid.report.gains import Step, ladder
-from seals.sysid.report.naming import points
+from seals.sysid.report.naming import UNKNOWN, figure, percent, points
 from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
 from seals.sysid.report.table import Entry, asked, ranking
 from seals.sysid.report.tolerances import Moved, moved, tolerance_chart
@@ -26,7 +27,6 @@ from seals.sysid.report.words import (
     joined,
     next_steps,
     parameter_rows,
-    percent,
 )
 from seals.sysid.report.wrench import wrench_blocks
 from seals.sysid.residual_force import Localisation, localise
@@ -67,20 +67,18 @@ def write_report(
     after = model_after(diagnosis)
     missing = localisation or localise(diagnosis.problem, diagnosis.search.nominal)
     values, nominal = moved(after), moved(diagnosis.search.nominal)
-    write_json(
-        folder / DATA,
-        {
-            "log": log.name,
-            "headline": headline(diagnosis, data),
-            "diagnosis": data,
-            "rank": [e.to_dict() for e in entries],
-            "ladder": [{"model": s.name, "held_out_error": s.error} for s in steps],
-            "channels": levels(diagnosis.search.nominal, after),
-            "missing_force": missing.to_dict(),
-            "tolerances": [m.to_dict() for m in values],
-            "data_check": [str(f) for f in findings],
-        },
-    )
+    content = {
+        "log": log.name,
+        "headline": headline(diagnosis, data),
+        "diagnosis": data,
+        "rank": [e.to_dict() for e in entries],
+        "ladder": [{"model": s.name, "held_out_error": s.error} for s in steps],
+        "channels": levels(diagnosis.search.nominal, after),
+        "missing_force": missing.to_dict(),
+        "tolerances": [m.to_dict() for m in values],
+        "data_check": [str(f) for f in findings],
+    }
+    write_json(folder / DATA, finite(content))
     fixed = [
         _summary(diagnosis, data, missing, folder),
         Section(
@@ -148,7 +146,8 @@ def _summary(
     if data["effects"]:
         facts["confidence"] = " / ".join(percent(e["confidence"]) for e in data["effects"])
     claimed = bool(diagnosis.answer.claims)
-    fall = f"{held['before']:.3g} → {held['after']:.3g}" if claimed else f"{held['before']:.3g}"
+    first, last = (figure(held[k], digits=3) for k in ("before", "after"))
+    fall = f"{first} → {last}" if claimed else first
     facts["held-out error [× noise], before → after" if claimed else "held-out error [× noise]"] = (
         fall
     )
@@ -310,7 +309,7 @@ def _behind(
             f"{m.change:.3g} {m.unit}".removesuffix(" 1"),
             f"{first.get(m.key, 0.0):+.2f}",
             f"{m.sigmas:+.2f}",
-            f"{m.doubt:.2f}",
+            f"{m.doubt:.2f}" if isfinite(m.doubt) else UNKNOWN,
         ]
         for m in values
     ]

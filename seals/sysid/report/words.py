@@ -8,7 +8,7 @@ from typing import Any
 
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
-from seals.sysid.report.naming import effect_words, figure
+from seals.sysid.report.naming import effect_words, figure, interval, percent
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
@@ -41,8 +41,10 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     if verdict in (Verdict.named, Verdict.ambiguous):
         words = " ".join(f"{e['name']}: {effect_words(e['name'])}" for e in data["effects"])
         still = abs(held["before"] - held["after"]) < 0.005 * held["before"]
-        stays, falls = f"stays at {held['after']:.3g}", f"falls from {held['before']:.3g}"
-        fell = "Held-out error " + (stays if still else f"{falls} to {held['after']:.3g}")
+        first, last = (figure(held[k], digits=3) for k in ("before", "after"))
+        fell = "Held-out error " + (
+            f"stays at {last}" if still else f"falls from {first} to {last}"
+        )
         return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
@@ -58,7 +60,7 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         return (
             f"In detail: {reasons}. That is no clean bill of health: such an effect may be there."
         )
-    held_words = f"The held-out error is {held['before']:.3g}; 1 is noise alone. "
+    held_words = f"The held-out error is {figure(held['before'], digits=3)}; 1 is noise alone. "
     return held_words + "No effect of the library improves it beyond chance. " + _unseen(diagnosis)
 
 
@@ -143,21 +145,9 @@ def parameter_rows(data: Mapping[str, Any]) -> list[list[str]]:
         for name, p in effect["parameters"].items():
             unit = p["unit"]
             exact = p["low90"] == p["high90"]
-            interval = "–" if exact else f"{p['low90']:.4g} to {figure(p['high90'], unit)}"
-            rows.append(
-                [effect["name"], name.replace("_", " "), figure(p["value"], unit), interval]
-            )
+            limits = "–" if exact else interval(p["low90"], p["high90"], unit)
+            rows.append([effect["name"], name.replace("_", " "), figure(p["value"], unit), limits])
     return rows
-
-
-def percent(share: float) -> str:
-    """Return a share in per cent; never 100 for what is not certain.
-
-    Example:
-        >>> percent(0.999), percent(0.5), percent(1.0)
-        ('more than 99 %', '50 %', 'more than 99 %')
-    """
-    return "more than 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
 
 
 def joined(parts: Sequence[str]) -> str:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from seals.compare.application import read_logs, settings_of
-from seals.logs.atomic import write_json
+from seals.logs.atomic import finite, write_json
 from seals.sysid.decision.verdict import Verdict
+from seals.sysid.report.naming import figure, interval
 from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
 from seals.sysid.rivals.report import write_runs_report
 
@@ -26,7 +27,7 @@ def execute(config: Any) -> int:
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
     out = Path(settings.out or HydraConfig.get().runtime.output_dir)
-    write_json(out / ANSWER, as_data(found))
+    write_json(out / ANSWER, finite(as_data(found)))
     write_runs_report(found, out)
     for one in found:
         print(sentence(one))
@@ -63,8 +64,8 @@ def sentence(one: RunsDiagnosis) -> str:
         lines.append(f"  {effect['name']}{law}, confidence {100 * effect['confidence']:.0f} %")
         for name, p in effect["parameters"].items():
             unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            span = f"(90 %: {p['low90']:.4g} to {p['high90']:.4g})"
-            lines.append(f"    {name} = {p['value']:.4g}{unit}  {span}")
+            span = f"(90 %: {interval(p['low90'], p['high90'])})"
+            lines.append(f"    {name} = {figure(p['value'])}{unit}  {span}")
     lines += [f"  {words}" for words in table["reasons"]]
     for channel, size in table["rms"].items():
         if size["before"] is not None and size["after"] is not None:

@@ -9,29 +9,16 @@ from typing import Any
 
 from seals import registry
 from seals.compare.settings import CompareSettings, Course
+from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Actuated, Effect, MediumKind
+from seals.effects.identification import Comparison, Size, Stage
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
+from seals.sysid.catalogue import installed
 
-_AXES = ("x", "y", "z")
 _FAST = 5.0
 """Typical speed where no channel tells it [m/s]."""
-_SPRUNG = {"joint_friction": ("viscous", "coulomb"), "angular_drag": ("coefficient", "quadratic")}
-"""Effects of two laws that are told apart: one candidate for each stem."""
-_DRIVEN = ("thrust_coefficient", "rotor_lag", "command_delay", "weak_rotor", "rotor_drag")
-_SENSED = {
-    "accelerometer_bias": "specific_force",
-    "accelerometer_scale": "specific_force",
-    "sensor_misalignment": "specific_force",
-    "gyroscope_bias": "angular_velocity",
-}
-_WATER = (
-    *("buoyancy", "centre_of_buoyancy", "added_mass", "slamming", "radiation_damping"),
-    *("current", "lift", "linear_drag", "quadratic_drag", "angular_drag"),
-)
-_AIR = ("lift", "linear_drag", "quadratic_drag", "angular_drag", "wind")
-_BODY = ("payload", "inertia", "centre_of_gravity")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +114,7 @@ def library_of(settings: CompareSettings, robot: RobotModel) -> Library:
             free = tuple(k for k in candidate.keys if k not in tolerances)
             for key in free:
                 parameter = key.partition(".")[2]
-                keys[key] = sizes.key(name, instance, effect, parameter, instance in nominal)
+                keys[key] = sizes.key(effect, parameter, instance in nominal)
             if free:
                 found.append(replace(candidate, keys=free))
     return Library(
@@ -196,27 +183,57 @@ def _offered(
     settings: CompareSettings, robot: RobotModel, nominal: Sequence[str]
 ) -> dict[str, Effect]:
     """Configured effects outside the nominal model first: they know their links; then the rest."""
-    out = {n: e for n, e in settings.effects.items() if n not in nominal and n != "gravity"}
-    wet = settings.environment.water_level is not None
-    drives = any(isinstance(e, Actuated) for e in settings.effects.values())
-    # what is bolted down does not feel its own inertia: the last link moves
-    last = {"links": [robot.links[-1]]} if robot.tree.fixed_base else {}
-    names: list[tuple[str, dict[str, Any]]] = [(n, dict(last)) for n in _BODY]
-    names += [(n, {"medium": MediumKind.water}) for n in _WATER if wet]
-    names += [(n, {"medium": MediumKind.air}) for n in _AIR]
-    names += [("joint_friction", {})] if robot.tree.joints else []
-    names += [(n, {}) for n in (*(_DRIVEN if drives else ()), *_SENSED)]
+    out = {
+        n: e
+        for n, e in settings.effects.items()
+        if n not in nominal and "weight" not in e.accounts_for
+    }
     held = {(name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
-    for name, options in names:
+    for name, law, options in _installed(settings, robot):
         medium = options.get("medium")
         configured = any(
             name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
         )
-        if configured or ((name, medium) in held and name == "buoyancy"):
+        rules = law.identification.compared
+        if configured or ((name, medium) in held and rules is not None and rules.whole):
             continue
         instance = f"more_{name}" + (f"_{medium.value}" if medium else "")
-        out[instance] = registry.get("effect", name).load()(**options)
+        out[instance] = law(**options)
     return out
+
+
+def _installed(
+    settings: CompareSettings, robot: RobotModel
+) -> list[tuple[str, type[Effect], dict[str, Any]]]:
+    """Installed effects that could act on the robot, with options, in the order of their trial."""
+    wet = settings.environment.water_level is not None
+    drives = any(isinstance(e, Actuated) for e in settings.effects.values())
+    # what is bolted down does not feel its own inertia: the last link moves
+    last = {"links": [robot.links[-1]]} if robot.tree.fixed_base else {}
+    found: list[tuple[tuple[int, int, int], str, type[Effect], dict[str, Any]]] = []
+    for name, law in installed().items():
+        rules = law.identification.compared
+        driven = any(callable(getattr(law, h, None)) for h in _DRIVEN)
+        jointed = callable(getattr(law, "joint_loads", None))
+        if rules is None or (driven and not drives) or (jointed and not robot.tree.joints):
+            continue
+        if rules.order[0] == Stage.installed and not strengths_of(law):
+            continue
+        own = getattr(law, "medium", None)
+        media = [MediumKind(m) for m in rules.media] or ([own] if own is not None else [])
+        for medium in media:
+            if wet or medium is not MediumKind.water:
+                group = 2 if medium is MediumKind.air else 1
+                found.append(((group, *rules.order), name, law, {"medium": medium}))
+        if not media:
+            group = 0 if rules.order[0] == Stage.body else 3
+            options = dict(last) if rules.rigid else {}
+            found.append(((group, *rules.order), name, law, options))
+    return [(name, law, options) for _, name, law, options in sorted(found, key=lambda f: f[0])]
+
+
+_DRIVEN = ("actuation", "drive_loads", "timing")
+"""Hooks that act on drives."""
 
 
 def _medium(effect: Effect) -> MediumKind | None:
@@ -224,28 +241,27 @@ def _medium(effect: Effect) -> MediumKind | None:
 
 
 def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Candidate]:
-    fitted = [p for p, meta in parameters_of(effect).items() if meta.fit and _moves(name, p)]
-    if name not in _SPRUNG:
-        groups = {"": fitted}
-    else:
-        groups = {s: [p for p in fitted if p.startswith(s)] for s in _SPRUNG[name]}
-    laws = {"coefficient": "linear"}
+    rules = type(effect).identification.compared or Comparison()
+    fitted = [
+        p
+        for p, meta in parameters_of(effect).items()
+        if meta.fit and not any(p.startswith(stem) for stem in rules.held)
+    ]
+    if rules.order[0] == Stage.installed and type(effect).identification.compared is not None:
+        # zero does not switch a shape off
+        fitted = [p for p in fitted if p in strengths_of(type(effect))]
+    groups = {s: [p for p in fitted if p.startswith(s)] for s in rules.laws} or {"": fitted}
     # where there are air and water, the one that is not meant as a rule is said
     air = ["in air"] if both and _medium(effect) is MediumKind.air else []
     return [
         Candidate(
             name=name,
-            law=", ".join(filter(None, [laws.get(law, law), *air])),
+            law=", ".join(filter(None, [rules.laws.get(law, law), *air])),
             instance=instance,
             keys=tuple(f"{instance}.{p}" for p in parameters),
         )
         for law, parameters in groups.items()
     ]
-
-
-def _moves(name: str, parameter: str) -> bool:
-    """Where a mass sits is not found from a few runs: it stays at the origin of its link."""
-    return not (name == "payload" and parameter.startswith("position"))
 
 
 def _chosen(found: list[Candidate], wanted: Sequence[str]) -> list[Candidate]:
@@ -274,40 +290,29 @@ class _Sizes:
         self.kick = 0.0 if settings.compare.course is Course.simulated else 1.0
         weight = mass * settings.environment.gravity
         length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
-        self.table: dict[tuple[str, str], float] = {
-            ("linear_drag", "coefficient"): 0.2 * weight / _FAST,
-            ("quadratic_drag", "coefficient"): 0.2 * weight / _FAST**2,
-            ("lift", "coefficient"): max(length**2, 1e-3),
-            ("added_mass", "mass"): 0.5 * max(mass, 1000.0 * volume),
-            ("added_mass", "inertia"): 0.5 * mass * length**2,
-            ("radiation_damping", "coefficient"): weight / _FAST,
-            ("radiation_damping", "angular"): weight * length / _FAST,
-            ("angular_drag", "coefficient"): 0.1 * mass * length**2,
-            ("angular_drag", "quadratic"): 0.1 * mass * length**2,
-            ("slamming", "coefficient"): 1.0,
-            ("buoyancy", "volume_change"): 0.1 * max(volume, 1e-9),
-            ("payload", "mass"): 0.1 * mass,
-            ("inertia", "delta"): 0.1 * mass * length**2,
-            ("centre_of_gravity", "offset"): 0.05 * length,
-            ("centre_of_buoyancy", "offset"): 0.05 * length,
-            ("joint_friction", "viscous"): 0.01 * weight * length,
-            ("joint_friction", "coulomb"): 0.01 * weight * length,
-            ("current", "velocity"): 0.1,
-            ("wind", "velocity"): 1.0,
-            ("rotor_lag", "time_constant"): 0.03,
-            ("command_delay", "delay"): 0.02,
-            ("rotor_drag", "coefficient"): 0.03,
-            ("accelerometer_bias", "bias"): 0.3,
-        }
+        self.gravity = settings.environment.gravity
+        self.size = Size(mass=mass, weight=weight, volume=volume, length=length, speed=_FAST)
 
-    def key(self, name: str, instance: str, effect: Effect, parameter: str, nominal: bool) -> Key:
+    def key(self, effect: Effect, parameter: str, nominal: bool) -> Key:
         """Return what is known of one key of a candidate."""
-        stem = next((s for (n, s) in self.table if n == name and parameter.startswith(s)), "")
+        law = type(effect)
+        rules = law.identification.compared
         off = float(getattr(effect, parameter)) if nominal else 0.0
-        if name == "buoyancy":
+        if rules is not None and rules.whole:
             off = -self.volume
-        scale = self.table.get((name, stem), 0.05)
+        scale = self._scale(law, parameter)
         # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
         # shorter than a step or a damping far from resonance changes nothing
         start = off + self.kick * scale
         return replace(_key(effect, parameter, off=off), scale=scale, start=start)
+
+    def _scale(self, law: type[Effect], parameter: str) -> float:
+        """Plausible size: as stated, 0.05 by default, or from the unit for laws from outside."""
+        rules = law.identification.compared or Comparison(order=(Stage.surroundings, 0))
+        for stem, scale in rules.scales.items():
+            if parameter.startswith(stem):
+                return scale(self.size)
+        if rules.order[0] != Stage.installed:
+            return 0.05
+        meta, size = parameters_of(law)[parameter], self.size
+        return unit_scale(meta, mass=size.mass, length=size.length, gravity=self.gravity)

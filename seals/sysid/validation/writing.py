@@ -145,10 +145,11 @@ def _intervals(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, Any
     given = effect.get("parameters", {})
     table: dict[str, Any] = {}
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        if name in given and "low90" in given[name]:
+        ends = [given.get(name, {}).get(end) for end in ("low90", "high90")]
+        # null in an answer: the log did not determine the interval
+        if None not in ends:
             instance, _, parameter = key.partition(".")
-            both = [_short(given[name]["low90"]), _short(given[name]["high90"])]
-            table.setdefault(instance, {})[parameter] = both
+            table.setdefault(instance, {})[parameter] = [_short(end) for end in ends]
     return table
 
 

@@ -87,7 +87,9 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
     """
     target = np.asarray(settings.look_at or way.middle, dtype=float)
     if target.shape != (3,):
-        raise ConfigError(f"look_at={settings.look_at} is no place.\nAllowed: look_at=[x,y,z]")
+        raise ConfigError(
+            f"look_at={settings.look_at} is not a position.\nAllowed: look_at=[x,y,z]"
+        )
     origin = _origin(settings, way, target)
     looking(origin, target)
     if not settings.follow:
@@ -104,7 +106,9 @@ def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
     if not isinstance(camera, str):
         own = np.asarray(list(camera), dtype=float)
         if own.shape != (3,) or not np.all(np.isfinite(own)):
-            raise ConfigError(f"camera={camera} is no place.\nAllowed: camera=[x,y,z], or a name.")
+            raise ConfigError(
+                f"camera={camera} is not a finite position.\nAllowed: camera=[x,y,z], or a name."
+            )
         return own
     if camera not in _DIRECTIONS:
         raise ConfigError(f"camera={camera} is not known.\n{suggestion(camera, CAMERAS)}")

@@ -1,4 +1,4 @@
-"""Cards: small JSON files that say what lies beside them, read without trust."""
+"""Metadata files (card.json) of policies and demonstrations, read as untrusted input."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from seals.errors import ConfigError, suggestion
 
 CARD = "card.json"
 _MOST_BYTES = 1_000_000
-"""Of a card: a stranger's file is not read without a bound."""
+"""Of metadata: a stranger's file is not read without a bound."""
 
 T = TypeVar("T")
 
 
-def read_card(folder: Path, *, form: str, key: str) -> dict[str, Any]:
-    """Read the card of a folder.
+def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
+    """Read the metadata of a folder.
 
     Args:
         folder: that holds `CARD`.
-        form: what the card must say that it is, as ``seals-policy``.
+        form: what the metadata must say that it is, as ``seals-policy``.
         key: of the command line that named the folder, for the words of a refusal.
 
     Raises:
-        ConfigError: there is no card, it cannot be read, or it is that of something else.
+        ConfigError: there is no metadata, it cannot be read, or it is that of something else.
     """
     path = folder / CARD
     if not folder.is_dir() or not path.is_file() or path.is_symlink():
@@ -36,37 +36,38 @@ def read_card(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     try:
-        card = json.loads(path.read_text(encoding="utf-8"))
+        metadata = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as cause:
         raise ConfigError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
-    return checked_card(card, form=form, where=str(path))
+    return check_metadata(metadata, form=form, where=str(path))
 
 
-def checked_card(card: Any, *, form: str, where: str) -> dict[str, Any]:
-    """Return what was read as a card of a form, or refuse it.
+def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
+    """Return what was read as metadata of a form, or refuse it.
 
     Raises:
         ConfigError: it is none.
     """
-    if not isinstance(card, dict) or card.get("format") != form:
-        given = card.get("format") if isinstance(card, dict) else type(card).__name__
+    if not isinstance(metadata, dict) or metadata.get("format") != form:
+        given = metadata.get("format") if isinstance(metadata, dict) else type(metadata).__name__
         raise ConfigError(f"{where} is of the format {given!r}.\nAllowed here: '{form}'")
-    if card.get("version") != 1:
+    if metadata.get("version") != 1:
         raise ConfigError(
-            f"{where} is of version {card.get('version')!r}.\nThis program reads version 1: update."
+            f"{where} is of version {metadata.get('version')!r}.\n"
+            "This program reads version 1: update."
         )
-    return card
+    return metadata
 
 
-def entry(card: Mapping[str, Any], name: str, kind: type[T], *, where: str) -> T:
-    """Return an entry of a card, of the type that it must have.
+def entry(metadata: Mapping[str, Any], name: str, kind: type[T], *, where: str) -> T:
+    """Return an entry of metadata, of the type that it must have.
 
     Raises:
         ConfigError: it is missing or of another type.
     """
-    if name not in card:
-        raise ConfigError(f"{where} has no '{name}'.\n{suggestion(name, map(str, card))}")
-    value = card[name]
+    if name not in metadata:
+        raise ConfigError(f"{where} has no '{name}'.\n{suggestion(name, map(str, metadata))}")
+    value = metadata[name]
     # a truth value is an integer to Python, but not to a reader
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)

@@ -1,11 +1,11 @@
-"""Which world a policy or a demonstration is of: the part of a configuration that makes it."""
+"""Hash of the part of a configuration that defines world and task."""
 
 from __future__ import annotations
 
 import dataclasses
 from typing import Any
 
-from seals.learn.cards import config_hash
+from seals.learn.metadata import config_hash
 
 FREE = ("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles")
 """Keys of a run that leave its world as it is."""

@@ -1,4 +1,4 @@
-"""Environments that differ in what is not known exactly: parameters within their tolerances."""
+"""Domain randomisation: effect parameters drawn within their declared tolerances."""
 
 from __future__ import annotations
 

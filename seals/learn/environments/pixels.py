@@ -1,4 +1,4 @@
-"""Twins that see: pictures of the last few control steps beside the numbers."""
+"""Batch environments with pixels: stacked camera pictures beside the state vector."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
-from seals.learn.batched import Turn
-from seals.learn.environments.eyes import Eyes
+from seals.learn.environments.batch_cameras import BatchCameras
 from seals.learn.environments.standing import Watcher
 from seals.learn.environments.twin import TwinEnvironments
 
 if TYPE_CHECKING:
     from torch import Tensor
 
+    from seals.learn.batched import StepResult
 
-class SeeingEnvironments:
+
+class PixelEnvironments:
     """Environments whose observations are a mapping of ``state`` and ``pixels``.
 
     A picture holds the colours of all cameras at this control step and those before: velocities
@@ -23,21 +24,21 @@ class SeeingEnvironments:
 
     Args:
         twins: the environments.
-        eyes: their cameras.
+        cameras: their cameras.
         frames: control steps in an observation; at a start all of them show it.
 
     Raises:
         ConfigError: fewer than one.
     """
 
-    def __init__(self, twins: TwinEnvironments, eyes: Eyes, *, frames: int) -> None:
+    def __init__(self, twins: TwinEnvironments, cameras: BatchCameras, *, frames: int) -> None:
         """Take over the sizes."""
         if frames < 1:
             raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
-        self.twins, self.eyes, self._frames = twins, eyes, frames
+        self.twins, self.cameras, self._frames = twins, cameras, frames
         self.count, self.device = twins.count, twins.device
         self.observation_size, self.action_size = twins.observation_size, twins.action_size
-        channels, height, width = eyes.shape
+        channels, height, width = cameras.shape
         self.pixels: tuple[int, int, int] | None = (channels * frames, height, width)
         self.task = twins.task
         self._film: Any = None
@@ -46,27 +47,27 @@ class SeeingEnvironments:
         """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
         state = self.twins.reset(seeds)
         if seeds is not None:
-            self.eyes.seed(seeds[0])
-        self._film = self._still(self.eyes.look(self.twins.now))
+            self.cameras.seed(seeds[0])
+        self._film = self._still(self.cameras.look(self.twins.now))
         return self._observed(state, self._film)
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Act once everywhere; see `seals.learn.batched.Batched`."""
         import torch
 
-        turn = self.twins.step(action)
-        image = self.eyes.look(self.twins.reached)
+        result = self.twins.step(action)
+        image = self.cameras.look(self.twins.reached)
         film = torch.cat([self._film[:, image.shape[1] :], image], 1)
-        final = self._observed(turn.final, film)
-        ended = (turn.terminated | turn.truncated)[:, None, None, None]
+        final = self._observed(result.final, film)
+        ended = (result.terminated | result.truncated)[:, None, None, None]
         if bool(ended.any()):
-            film = torch.where(ended, self._still(self.eyes.look(self.twins.now)), film)
+            film = torch.where(ended, self._still(self.cameras.look(self.twins.now)), film)
         self._film = film
-        return turn._replace(observation=self._observed(turn.observation, film), final=final)
+        return result._replace(observation=self._observed(result.observation, film), final=final)
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return what the task's scripted expert would do now, who need not look."""
-        return self.twins.expert()
+        return self.twins.scripted_policy()
 
     @property
     def now(self) -> Any:
@@ -78,14 +79,14 @@ class SeeingEnvironments:
         return {
             "twins": self.twins.snapshot(),
             "film": self._film.clone(),
-            "noise": self.eyes.snapshot(),
+            "noise": self.cameras.snapshot(),
         }
 
     def restore(self, kept: Any) -> None:
         """Put a snapshot of environments of the same settings back."""
         self.twins.restore(kept["twins"])
         self._film = kept["film"].to(self.device)
-        self.eyes.restore(kept["noise"])
+        self.cameras.restore(kept["noise"])
 
     def watch(self, watcher: Watcher | None) -> None:
         """Tell where the first robot stands, now and after every control step; None ends it."""
@@ -93,7 +94,7 @@ class SeeingEnvironments:
 
     def close(self) -> None:
         """Release the renderer."""
-        self.eyes.close()
+        self.cameras.close()
         self.twins.close()
 
     def _still(self, image: Tensor) -> Tensor:

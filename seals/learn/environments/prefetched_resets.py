@@ -1,4 +1,4 @@
-"""Starts of episodes drawn ahead, so that an accelerator begins episodes by itself."""
+"""Prefetched resets: initial states drawn in advance, picked on the accelerator."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.batch.piloted import Flight
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
-AHEAD = 1 << 16
+PREFETCHED = 1 << 16
 """Starts drawn ahead; an episode begins at any of them with equal chance."""
 
 

@@ -1,4 +1,4 @@
-"""Figures gathered between two rows: losses of updates, and episodes that ended."""
+"""Episode statistics between two log rows: means of losses and of finished episodes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Turn
+    from seals.learn.batched import StepResult
 
 
-class Tally:
-    """Sums on the device of the environments, read only when a row is told.
+class EpisodeStatistics:
+    """Running sums on the device of the environments, read once a log row.
 
     Args:
         count: environments.
@@ -29,18 +29,18 @@ class Tally:
         self._sums: dict[str, Tensor] = {}
         self._updates = 0
 
-    def step(self, turn: Turn) -> None:
+    def step(self, result: StepResult) -> None:
         """Take one step of all environments."""
         import torch
 
-        self._returns += turn.reward.double()
+        self._returns += result.reward.double()
         self._length += 1.0
-        ended = turn.terminated | turn.truncated
+        ended = result.terminated | result.truncated
         weight = ended.double()
         self._ended += torch.stack(
             [
                 weight.sum(),
-                (weight * turn.success.double()).sum(),
+                (weight * result.success.double()).sum(),
                 (weight * self._returns).sum(),
                 (weight * self._length).sum(),
             ]

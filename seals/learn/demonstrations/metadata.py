@@ -1,4 +1,4 @@
-"""The card of demonstrations: written from them, and read back without trust."""
+"""The metadata of demonstrations: written from them, and read back without trust."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.errors import ConfigError, suggestion
-from seals.learn.cards import entry
 from seals.learn.demonstrations.episode import Demonstrations, Origin, Who
+from seals.learn.metadata import entry
 
 FORM = "seals-demonstrations"
 MOST_EPISODES = 100_000
 MOST_STEPS = 20_000_000
 MOST_BYTES = 4 * 2**30
-"""Of all arrays together: what a card declares is not believed beyond it."""
+"""Of all arrays together: what metadata declares is not believed beyond it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """What a card says of the files beside it.
+    """What metadata says of the files beside it.
 
     Args:
         origin: where the demonstrations come from.
@@ -38,8 +38,8 @@ class Declared:
     pixels: tuple[int, int, int] | None
 
 
-def card_of(demonstrations: Demonstrations) -> dict[str, Any]:
-    """Return the card of demonstrations as plain values."""
+def metadata_of(demonstrations: Demonstrations) -> dict[str, Any]:
+    """Return the metadata of demonstrations as plain values."""
     from seals.run.provenance import versions
 
     origin, episodes = demonstrations.origin, demonstrations.episodes
@@ -67,37 +67,37 @@ def card_of(demonstrations: Demonstrations) -> dict[str, Any]:
     }
 
 
-def declared(card: Mapping[str, Any], *, where: str) -> Declared:
-    """Return what a card declares, checked for types and bounds.
+def declared(metadata: Mapping[str, Any], *, where: str) -> Declared:
+    """Return what metadata declares, checked for types and bounds.
 
     Args:
-        card: as read.
+        metadata: as read.
         where: file that it stands in, for the words of a refusal.
 
     Raises:
         ConfigError: an entry is missing, of another type, or beyond its bound.
     """
-    who = entry(card, "who", str, where=where)
+    who = entry(metadata, "who", str, where=where)
     if who not in [w.value for w in Who]:
         raise ConfigError(f"{where}: who is '{who}'.\n{suggestion(who, [w.value for w in Who])}")
     origin = Origin(
-        env=entry(card, "env", str, where=where),
-        config_hash=entry(card, "config_hash", str, where=where),
+        env=entry(metadata, "env", str, where=where),
+        config_hash=entry(metadata, "config_hash", str, where=where),
         who=Who(who),
-        by=entry(card, "by", str, where=where),
-        observation=_items(card, "observation", str, where),
-        action=_items(card, "action", str, where),
-        rate=entry(card, "rate", float, where=where),
-        tried=entry(card, "tried", int, where=where),
-        config=entry(card, "config", dict, where=where),
+        by=entry(metadata, "by", str, where=where),
+        observation=_items(metadata, "observation", str, where),
+        action=_items(metadata, "action", str, where),
+        rate=entry(metadata, "rate", float, where=where),
+        tried=entry(metadata, "tried", int, where=where),
+        config=entry(metadata, "config", dict, where=where),
     )
-    sizes = _items(card, "sizes", int, where)
-    image = None if card.get("pixels") is None else _items(card, "pixels", int, where)
+    sizes = _items(metadata, "sizes", int, where)
+    image = None if metadata.get("pixels") is None else _items(metadata, "pixels", int, where)
     found = Declared(
         origin=origin,
-        steps=_items(card, "steps", int, where),
-        success=_items(card, "success", bool, where),
-        seeds=_items(card, "seeds", int, where),
+        steps=_items(metadata, "steps", int, where),
+        success=_items(metadata, "success", bool, where),
+        seeds=_items(metadata, "seeds", int, where),
         sizes=(sizes[0], sizes[1]) if len(sizes) == 2 else (0, 0),
         pixels=None if image is None else (*image, 0, 0, 0)[:3],
     )
@@ -105,9 +105,9 @@ def declared(card: Mapping[str, Any], *, where: str) -> Declared:
     return found
 
 
-def _items(card: Mapping[str, Any], name: str, kind: type, where: str) -> tuple[Any, ...]:
+def _items(metadata: Mapping[str, Any], name: str, kind: type, where: str) -> tuple[Any, ...]:
     """A list of one type."""
-    values = entry(card, name, list, where=where)
+    values = entry(metadata, name, list, where=where)
     for value in values:
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
             raise ConfigError(

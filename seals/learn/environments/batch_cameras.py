@@ -1,4 +1,4 @@
-"""Cameras of many twins at once: where they are, what they see, as learners take it."""
+"""Batch cameras: poses and pictures of the cameras of N environments at once."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ VIEWS = 512
 """Pictures that the optics take at a time: memory stays bounded."""
 
 
-class Eyes:
+class BatchCameras:
     """The cameras of a robot with held joints, and a ball where the target is.
 
     Args:

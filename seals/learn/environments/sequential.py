@@ -1,4 +1,4 @@
-"""Worlds one after the other, as learners and judges see many environments."""
+"""Sequential environments: full worlds stepped one after the other behind the batch protocol."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.learn.batched import Turn
+from seals.learn.batched import StepResult
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.environments.standing import Watcher
 from seals.learn.environments.world import WorldEnvironment
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class WorldEnvironments:
+class SequentialEnvironments:
     """N environments of one task, each in a world of its own, stepped in turn.
 
     Args:
@@ -43,7 +43,7 @@ class WorldEnvironments:
         pairs = zip(self.worlds, chosen, strict=True)
         return self._tensor([world.reset(int(seed)) for world, seed in pairs])
 
-    def step(self, action: Tensor) -> Turn:
+    def step(self, action: Tensor) -> StepResult:
         """Act once everywhere; see `seals.learn.batched.Batched`."""
         import torch
 
@@ -59,7 +59,7 @@ class WorldEnvironments:
         def flags(name: str) -> Tensor:
             return torch.tensor([bool(getattr(v, name)[0]) for v in verdicts], device=self.device)
 
-        return Turn(
+        return StepResult(
             observation=fresh,
             reward=self._tensor([v.reward for v in verdicts])[:, 0],
             terminated=flags("terminated"),
@@ -72,9 +72,9 @@ class WorldEnvironments:
             },
         )
 
-    def expert(self) -> Tensor:
+    def scripted_policy(self) -> Tensor:
         """Return what the task's scripted expert would do now, shape (N, a)."""
-        return self._tensor([world.expert() for world in self.worlds])
+        return self._tensor([world.scripted_policy() for world in self.worlds])
 
     def snapshot(self) -> Any:
         """Refuse: a rigid-body scene cannot be handed out as plain data.

@@ -1,0 +1,82 @@
+"""System identification knows no effect by name: what an effect needs, its class says."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from seals import registry
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "seals" / "sysid"
+OTHER_MEANING = {
+    "experiment_design/control.py": {"thrust_coefficient"},
+    "experiment_design/scene.py": {"thrust_coefficient"},
+    "report/application.py": {"formula"},
+    "residual_force/dependence.py": {"battery"},
+    "residual_force/formula.py": {"lift"},
+    "residual_force/laws.py": {"lift"},
+    "residual_force/localisation.py": {"formula"},
+    "residual_force/terms.py": {"lift"},
+    "validation/answer.py": {"formula"},
+    "vehicle.py": {
+        "battery",
+        "centre_of_buoyancy",
+        "centre_of_gravity",
+        "gravity",
+        "inertia",
+        "thrust_coefficient",
+    },
+}
+"""Words that are also names of effects but mean a key of a log, an answer or a term there."""
+STILL_NAMED: dict[str, set[str]] = {
+    "experiment_design/control.py": {"thrust_in_water"},
+    "experiment_design/flight.py": {"rotor_lag"},
+    "linearise.py": {"sensor_delay"},
+    "residual_force/conditions.py": {"current", "wind"},
+    "residual_force/formula.py": {"formula"},
+    "vehicle.py": {"buoyancy", "thrust_in_water"},
+}
+"""Effects that a file still knows; this list may only shrink."""
+
+
+def literals(path: Path) -> set[str]:
+    """Return the string literals of a source, docstrings left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    prose = {n.value for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    constants = {n for n in ast.walk(tree) if isinstance(n, ast.Constant)} - prose
+    return {n.value for n in constants if isinstance(n.value, str)}
+
+
+def known(path: Path) -> set[str]:
+    """Return the effects that a source names, alone or as the head of ``instance.parameter``."""
+    heads = {text.partition(".")[0] for text in literals(path)}
+    return heads & set(registry.names("effect"))
+
+
+def sources() -> list[str]:
+    """Return all sources of system identification, relative to its folder."""
+    return sorted(p.relative_to(FOLDER).as_posix() for p in FOLDER.rglob("*.py"))
+
+
+@pytest.mark.parametrize("name", sources())
+def test_no_effect_is_known_by_name(name: str) -> None:
+    """No source holds the name of an installed effect but where it means something else."""
+    allowed = OTHER_MEANING.get(name, set()) | STILL_NAMED.get(name, set())
+    assert known(FOLDER / name) - allowed == set()
+
+
+@pytest.mark.parametrize("name", sorted({*OTHER_MEANING, *STILL_NAMED}))
+def test_the_exceptions_are_needed(name: str) -> None:
+    """An exception that a source no longer needs is struck from the lists."""
+    allowed = OTHER_MEANING.get(name, set()) | STILL_NAMED.get(name, set())
+    assert allowed - known(FOLDER / name) == set()
+
+
+def test_a_name_would_be_found(tmp_path: Path) -> None:
+    """The search sees names in tuples and as heads of keys, not in docstrings."""
+    text = '"""wind"""\nA = ("payload", "tether.length")\n'
+    (tmp_path / "source.py").write_text(text, encoding="utf-8")
+    assert known(tmp_path / "source.py") == {"payload", "tether"}
