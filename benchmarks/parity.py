@@ -70,7 +70,7 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     from seals.learn.environments.build import build_learning
     from seals.motion import Inputs
     from seals.run.assembly import build_model
-    from seals.run.carrying import carrying_speeds
+    from seals.run.hover_trim import carrying_speeds
 
     settings, task = build_learning(compose(WORDS, root="learn"))
     robot, effects = build_model(settings)

@@ -10,17 +10,17 @@ from typing import Any
 from seals.errors import ConfigError, MissingExtra
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
-from seals.run.contradictions import contradictions
+from seals.run.compare_runs import differences, version_changes
+from seals.run.conflicting_settings import contradictions
 from seals.run.folder import write_config, write_end, write_log, write_start
-from seals.run.oversights import oversights
+from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
-from seals.run.recall import recalled
+from seals.run.replay_config import recalled
 from seals.run.report import write_plots, write_report
-from seals.run.same import differences, version_changes
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Keeper, Record, simulate
 from seals.run.surface import Surfaces
-from seals.run.thinned import Thinned
+from seals.run.unused_settings import oversights
 from seals.run.views import views_of
 
 

@@ -18,10 +18,10 @@ from seals.errors import ConfigError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.run.carrying import carrying
+from seals.run.effects_owned_by_fluid import refuse_fluid, resting_effects, without
+from seals.run.hover_trim import carrying
 from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
-from seals.run.resting import refuse_fluid, resting_effects, without
 from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_eyes
 from seals.run.stability import check_step
@@ -36,7 +36,7 @@ ROBOT = "robot"
 def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
     """Build the robot and bind its effects and actuators.
 
-    What a fluid accounts for rests, see `seals.run.resting`.
+    What a fluid accounts for rests, see `seals.run.effects_owned_by_fluid`.
 
     Raises:
         SealsError: one of them cannot be used, or an effect and an actuator share a name.

@@ -16,7 +16,7 @@ from seals.environment.settings import check_ground, check_profiles
 from seals.errors import ConfigError, suggestion
 from seals.registry import get, names
 from seals.run.object_settings import ObjectSettings, check_objects
-from seals.run.recall import recalled
+from seals.run.replay_config import recalled
 from seals.run.settings import RunSettings
 from seals.schema import check_fields, check_tree
 

@@ -18,10 +18,10 @@ from seals.robot.build import build_robot
 from seals.robot.model import RobotModel, Surface
 from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
-from seals.run.behaviour import animate, moves, typed
+from seals.run.effects_owned_by_fluid import owned
 from seals.run.immersed import owners
+from seals.run.moving_objects import animate, moves, typed
 from seals.run.object_settings import ObjectSettings
-from seals.run.resting import owned
 from seals.run.settings import RunSettings
 from seals.world import Actor
 

@@ -18,16 +18,16 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.robot.model import RobotModel
-from seals.run.aims import Aims
 from seals.run.assembly import ROBOT, build_world, step_count
 from seals.run.checkpoint import take_up
-from seals.run.commands import Commands
-from seals.run.company import Company, describe_objects
-from seals.run.description import describe_run
+from seals.run.command_recorder import Commands
 from seals.run.fluid_book import FluidBook
+from seals.run.metadata import describe_run
+from seals.run.object_recorder import Company, describe_objects
 from seals.run.pictures import Pictures
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
+from seals.run.setpoint_recorder import Aims
 from seals.run.settings import RunSettings
 from seals.run.stages import Stages
 from seals.world import Ledger, World

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, MissingExtra
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
-from seals.run.thinned import carry_over, file_of, passed
+from seals.run.particle_snapshots import carry_over, file_of, passed
 from seals.world import World
 
 FOLDER = "surface"

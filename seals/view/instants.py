@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.run.thinned import FOLDER
+from seals.run.particle_snapshots import FOLDER
 
 
 class Instants:

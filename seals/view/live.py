@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seals.errors import SealsError
 from seals.rendering.scene import Poses
-from seals.run.thinned import thinned
+from seals.run.particle_snapshots import thinned
 
 RATE = 30.0
 """Frames sent in one second of simulated time [Hz]."""
@@ -135,7 +135,7 @@ def simulate_into(folder: str, mouth: Connection) -> None:
     """
     from seals.run.application import run_into
     from seals.run.build import build_run
-    from seals.run.recall import recalled
+    from seals.run.replay_config import recalled
 
     try:
         settings = build_run(recalled(Path(folder), key="view"))

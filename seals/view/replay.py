@@ -18,8 +18,8 @@ from seals.rendering.scene import Poses
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT
 from seals.run.build import build_run
-from seals.run.company import POSE, TURN
-from seals.run.recall import recalled
+from seals.run.object_recorder import POSE, TURN
+from seals.run.replay_config import recalled
 from seals.view.stage import Stage, build_stage
 
 

@@ -16,7 +16,7 @@ from seals.errors import ConfigError, SealsError, suggestion
 from seals.rendering.scene import Poses
 from seals.run.build import build_run
 from seals.run.folder import write_config
-from seals.run.recall import recalled
+from seals.run.replay_config import recalled
 from seals.view.forces import Forces
 from seals.view.instants import Drops
 from seals.view.live import Frame, Live

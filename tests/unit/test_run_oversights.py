@@ -12,8 +12,8 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import ended
 from seals.run.build import build_run
-from seals.run.contradictions import contradictions
-from seals.run.oversights import oversights
+from seals.run.conflicting_settings import contradictions
+from seals.run.unused_settings import oversights
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import yaml
 
 from seals.cli.main import main
 from seals.logs.table import read_parquet
-from seals.run.same import differences, version_changes
+from seals.run.compare_runs import differences, version_changes
 
 LINE = ["run", "experiment=drop_test", "time.duration=0.6", "initial.velocity=[0.3,0,0]", "seed=11"]
 

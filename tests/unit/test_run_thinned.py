@@ -10,8 +10,8 @@ import pytest
 
 from seals.cli.main import main
 from seals.errors import ConfigError
-from seals.run.recall import recalled
-from seals.run.thinned import MOST, Thinned, thinned
+from seals.run.particle_snapshots import MOST, Thinned, thinned
+from seals.run.replay_config import recalled
 from seals.view import open_replay
 from seals.view.instants import Drops
 from seals.view.session import Session

@@ -16,7 +16,7 @@ from omegaconf import OmegaConf
 from seals.cli.main import main
 from seals.errors import ConfigError, MissingExtra
 from seals.plugins.viewers.browser.server import open_server
-from seals.run.recall import recalled
+from seals.run.replay_config import recalled
 from seals.view.session import Session
 from seals.view.sliders import Slider, sliders_of
 

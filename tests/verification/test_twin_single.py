@@ -20,7 +20,7 @@ from seals.frames import quaternion_of_rpy
 from seals.learn.environments.build import build_learning
 from seals.motion import Inputs
 from seals.run.assembly import build_model
-from seals.run.carrying import carrying_speeds
+from seals.run.hover_trim import carrying_speeds
 
 torch = pytest.importorskip("torch", reason="twins in single precision need torch")
 

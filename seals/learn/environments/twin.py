@@ -23,7 +23,7 @@ from seals.multibody.tree import forward
 from seals.pytree import copied
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
-from seals.run.carrying import carrying_speeds
+from seals.run.hover_trim import carrying_speeds
 from seals.run.settings import RunSettings
 from seals.tensor_compiler import compile_law
 

@@ -1,4 +1,4 @@
-"""What a run was told twice, and differently."""
+"""Find settings that a run was given twice, with different values."""
 
 from __future__ import annotations
 

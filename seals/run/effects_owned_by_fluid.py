@@ -1,4 +1,4 @@
-"""Effects of a robot's folder that rest because a fluid makes them itself."""
+"""Effects of a robot's folder that are left out because the fluid computes them itself."""
 
 from __future__ import annotations
 

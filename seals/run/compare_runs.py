@@ -1,4 +1,4 @@
-"""Whether two runs are the same, bit for bit."""
+"""Compare the logs of two runs bit for bit."""
 
 from __future__ import annotations
 

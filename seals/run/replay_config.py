@@ -1,4 +1,4 @@
-"""Takes a run up again from its folder alone: the configuration as it was, typed anew."""
+"""Read the configuration of an earlier run from its folder and type it anew."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records what was commanded of the drives and servos of a robot, row by row."""
+"""Record the commands to drives and servos of a robot row by row."""
 
 from __future__ import annotations
 

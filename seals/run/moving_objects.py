@@ -1,4 +1,4 @@
-"""Objects that move by themselves: the guide and the controller of an animal in the scene."""
+"""Objects that move by themselves: guide and controller of an animal in the scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rotors that carry the robot from the first instant."""
+"""Trim of a hover: rotor speeds that carry the robot from the first instant."""
 
 from __future__ import annotations
 

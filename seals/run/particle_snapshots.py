@@ -1,4 +1,4 @@
-"""Some of the particles of a run's water, every so often, to be looked at afterwards."""
+"""Record a subset of the fluid's particles at intervals, for viewers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records the objects of a run beside its robot: where they are, and what acts on them."""
+"""Record the objects of a run beside its robot: their poses and the loads on them."""
 
 from __future__ import annotations
 

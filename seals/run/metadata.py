@@ -1,4 +1,4 @@
-"""What ``meta.yaml`` says of a simulated run: vehicle, environment, effects, sensors."""
+"""Metadata of a simulated run for ``meta.yaml``: vehicle, environment, effects, sensors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
 from seals.robot.whole_body import whole_body
-from seals.run.equipment import (
+from seals.run.equipment_metadata import (
     describe_battery,
     describe_drives,
     describe_servos,

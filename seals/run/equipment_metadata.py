@@ -1,4 +1,4 @@
-"""What ``meta.yaml`` says of rotors, thrusters, servos and battery of a simulated robot."""
+"""Metadata of rotors, thrusters, servos and battery for ``meta.yaml``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records what the guide wanted of the robot, row by row: the action of a demonstration."""
+"""Record the setpoints of the guide row by row: the actions of a demonstration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run was told that has no effect on it."""
+"""Find settings of a run that have no effect on it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from seals.errors import suggestion
 from seals.registry import get, names
-from seals.run.resting import resting_effects
+from seals.run.effects_owned_by_fluid import resting_effects
 from seals.run.settings import RunSettings
 
 
