@@ -220,13 +220,15 @@ def line_of(fluid: FluidWindow, time: float) -> Floats:
     rest[:, 0] = np.linspace(box.lower[0] + rim, box.upper[0] - rim, POINTS)
     rest[:, 1] = box.upper[1] - rim
     rest[:, 2] = domain.outer.level
-    return domain.outer.places(rest, time)
+    places: Floats = domain.outer.places(rest, time)
+    return places
 
 
 def moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
     """Whether the window will move in the next step."""
     domain = fluid.simulation
-    return domain.box.cells_to(domain.outer.rest(state.position[:1], time)[0]) != (0, 0)
+    rest = domain.outer.rest(state.position[:1], time)[0]
+    return bool(domain.box.cells_to(rest) != (0, 0))
 
 
 def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:

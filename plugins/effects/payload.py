@@ -102,7 +102,9 @@ class Payload(Effect):
         """A link's own mass within its tolerance, at its centre of mass."""
         robot = subject.robot
         mass = float(robot.mass[link])
-        at = {f"position_{a}": float(robot.centre[link][i]) for i, a in enumerate(AXES)}
+        at: dict[str, Any] = {
+            f"position_{a}": float(robot.centre[link][i]) for i, a in enumerate(AXES)
+        }
         where: dict[str, Any] = {"links": [robot.links[link]]} if link else {}
         return Addition(
             instance=instance,
@@ -116,7 +118,9 @@ class Payload(Effect):
     def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
         """A load on the base anywhere, on an arm about the tip of its last link."""
         total = subject.mass
-        tip = {"position_z": 2.0 * float(subject.robot.centre[link][2])} if link else {}
+        tip: dict[str, Any] = (
+            {"position_z": 2.0 * float(subject.robot.centre[link][2])} if link else {}
+        )
         axes = ("z",) if link else AXES
         place = {f"position_{a}": Freed(scale=0.03) for a in axes}
         load = Freed(scale=0.1 * total, bounds=(0.0, 2.0 * total))

@@ -105,7 +105,7 @@ def unit_scale(meta: Parameter, *, mass: float, length: float, gravity: float) -
         length: its size [m].
         gravity: [m/s^2].
     """
-    most = max(abs(b) for b in meta.bounds)
+    most = float(max(abs(b) for b in meta.bounds))
     powers = dimension(meta.unit)
     if powers is None:
         return min(10.0 * meta.tolerance or 1.0, most)

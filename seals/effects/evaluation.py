@@ -159,8 +159,8 @@ class Evaluator:
         ]
         for b in self.effects.joint_others if self.implicit else self.effects.joint_loads:
             wanted = self._picks[b.name, "joint_loads"]
-            part, medium = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
-            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            beside = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
+            given = (*beside, joints, inputs, memory.get(b.name), b.params)
             force, kept = b.hooks.joint_loads(*wanted.pick(given))
             joint_loads.append((b, force))
             _keep(new, b, kept)

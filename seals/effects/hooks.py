@@ -52,7 +52,8 @@ def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
         >>> arguments_of(Shaft(), "joint_loads")
         ('joints', 'medium', 'memory', 'params')
     """
-    return _arguments(type(effect), hook)
+    owner: Any = type(effect)
+    return _arguments(owner, hook)
 
 
 @functools.cache

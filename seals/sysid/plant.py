@@ -270,8 +270,8 @@ class Plant:
         joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
         torque = np.zeros_like(rates)
         for b in bound.joint_loads:
-            given = (None, None, joints, inputs, None, b.params)
-            torque = torque + b.hooks.joint_loads(*pick_of(b.effect, "joint_loads")(given))[0]
+            taken = (None, None, joints, inputs, None, b.params)
+            torque = torque + b.hooks.joint_loads(*pick_of(b.effect, "joint_loads")(taken))[0]
         return torque
 
     def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:

@@ -150,4 +150,5 @@ def percentiles(
         method="percentile",
         random_state=np.random.default_rng(seed),
     )
-    return found.confidence_interval.low, found.confidence_interval.high
+    low, high = found.confidence_interval
+    return np.asarray(low), np.asarray(high)
