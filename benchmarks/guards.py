@@ -85,7 +85,11 @@ GUARDS: dict[str, Guard] = {
         "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
     ),
     "meshes inside": Guard(
-        "seals.robot.meshes", "if not target.is_relative_to(folder):", "if False:", ROBOT, "outside"
+        "seals.robot.meshes",
+        "if not target.is_relative_to(_root(folder)):",
+        "if False:",
+        ROBOT,
+        "outside",
     ),
     "hulls inside": Guard(
         "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"

@@ -12,8 +12,8 @@ from seals.cli.listing import singular
 from seals.config.derive import schema_of
 from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
-from seals.report.console import table
 from seals.schema import Parameter, parameters_of
+from seals.text_table import table
 
 
 def describe(arguments: list[str]) -> int:

@@ -14,7 +14,7 @@ from pathlib import Path
 from seals import registry
 from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
-from seals.report.console import table
+from seals.text_table import table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from seals import registry
 from seals.config.recipes import recipe_groups
 from seals.errors import BrokenPlugin, ConfigError, suggestion
-from seals.report.console import table
+from seals.text_table import table
 
 
 def list_installed(arguments: list[str]) -> int:

@@ -11,7 +11,6 @@ import numpy as np
 
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_table
-from seals.report.console import table as aligned
 from seals.sweep.conditions import read_conditions
 from seals.sweep.metrics import USUAL, Measures, refuse_unknown
 from seals.sweep.picture import SUFFIXES, draw
@@ -27,6 +26,7 @@ from seals.sweep.rows import (
     shown,
     written,
 )
+from seals.text_table import table as aligned
 
 
 def execute(config: Any) -> int:

@@ -46,7 +46,7 @@ def test_a_folder_is_replaced_only_when_told_and_only_a_log(
     assert "replace=true" in capsys.readouterr().err
     assert main([*words, "replace=true"]) == 0
     assert main([*words[:-1], f"out={bench}", "replace=true"]) == 2
-    assert "no log folder" in capsys.readouterr().err
+    assert "is not a log folder" in capsys.readouterr().err
     assert (bench / "tank.csv").exists()
 
 

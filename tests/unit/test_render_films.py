@@ -124,7 +124,7 @@ def test_frames_of_two_films_are_not_mixed(
         (["run=nowhere"], "no run in this folder"),
         (["run=null"], "run is not given"),
         (["camera=sidee"], "Did you mean 'side'"),
-        (["camera=[1,2]"], "no place"),
+        (["camera=[1,2]"], "is not a finite position"),
         (["camera=[0,0,0]", "look_at=[0,0,0]"], "Give two places that differ"),
         (["start=9"], "after the end"),
         (["water_type=coastal_4"], "water_type=coastal_4 is not known"),

@@ -153,7 +153,7 @@ def read_table(path: Path) -> dict[str, Floats]:
     try:
         rows = list(csv.reader(text.splitlines()))
     except csv.Error as cause:
-        raise LogError(f"{path} is no table: {cause}.\nGive the folder of a run.") from cause
+        raise LogError(f"{path} is not a table: {cause}.\nGive the folder of a run.") from cause
     # a run that was killed may have left half a line
     if rows and not text.endswith("\n"):
         rows.pop()

@@ -122,6 +122,6 @@ def terms_words(study: Study) -> str:
 
 def text_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table as lines of text, columns aligned."""
-    from seals.report.console import table
+    from seals.text_table import table
 
     return table([tuple(head), *(tuple(row) for row in rows)], indent="")
