@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from seals.plugins.fluids.coupling.fluid import ParticleFluid
 
 
-class Simulation:
+class Simulation(ABC):
     """Particles in a domain, their boundaries and the bodies in them.
 
     A domain fills in the hooks `_lattice`, `_place`, and where needed `_track`, `_shift`, `_treat`,
@@ -121,13 +122,13 @@ class Simulation:
     def _substeps(self, step: float) -> int:
         return self.settings.substeps or self.water.substeps(step)
 
+    @abstractmethod
     def _lattice(self) -> Floats:
-        """Places of all particles if there were no body [m], shape (n, 3)."""
-        raise NotImplementedError
+        """Return the places of all particles if there were no body [m], shape (n, 3)."""
 
+    @abstractmethod
     def _place(self, states: BodyStates, time: float, step: float) -> None:
         """Set bodies and moving boundaries for the step that begins at ``time``."""
-        raise NotImplementedError
 
     def _track(self, states: BodyStates, time: float) -> tuple[int, int]:
         """Let the domain follow the bodies; return the number of cells moved, east and north."""
@@ -137,10 +138,10 @@ class Simulation:
         """Add and remove particles where the domain moved; return whether it did."""
         return False
 
-    def _treat(self, states: BodyStates, time: float, step: float) -> None:
+    def _treat(self, states: BodyStates, time: float, step: float) -> None:  # noqa: B027  optional
         """Apply forcing and relaxation after a step."""
 
-    def _settle(self, states: BodyStates) -> None:
+    def _settle(self, states: BodyStates) -> None:  # noqa: B027  optional
         """Let the water come to rest before time zero."""
 
     def _fill(self, places: Floats) -> None:
