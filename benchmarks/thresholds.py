@@ -1,0 +1,199 @@
+"""How much the answers hang on each threshold of the diagnosis: each one lower and higher.
+
+    python -m benchmarks.thresholds OUT LOGS... [--by 0.3] [--processes N] [--seconds S]
+
+LOGS are folders in which logs lie at any depth. Every log is diagnosed once with thresholds that
+tell which comparisons would turn out otherwise; only those changes are diagnosed again, since no
+other can change an answer. Changes that matter to the verdict alone repeat the verdict alone. What
+is in OUT already is not done again, and OUT/thresholds.md is written at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import random
+import sys
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from benchmarks.traced import Change, Trace, Traced
+from seals.logs.native import read_native
+from seals.sysid.decision.evidence import judge
+from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.naming import search
+from seals.sysid.problem import prepare
+
+Answer: TypeAlias = list[Any]
+"""Verdict and names."""
+Job: TypeAlias = tuple[Path, Path, str, float]
+"""Folder of results, log, change as text, size of the changes."""
+FIRST = "first"
+"""Job of a log with the standard thresholds."""
+
+
+def traced(by: float, trace: Trace) -> DecisionPolicy:
+    """Return the standard policy with every threshold traced under its two changes."""
+    values = {
+        t.name: Traced(
+            t.value, {(t.name, sign): t.value * (1.0 + sign * by) for sign in (-1, 1)}, trace
+        )
+        for t in DecisionPolicy().thresholds()
+    }
+    return DecisionPolicy(**values)
+
+
+def answer_of(problem: Any, found: Any) -> Answer:
+    """Verdict and sorted names of a search."""
+    answer = judge(problem, found)
+    return [answer.verdict.value, sorted(claim.name for claim in answer.claims)]
+
+
+def first(log: Path, by: float) -> dict[str, Any]:
+    """Diagnose with traced thresholds, then judge again under changes of the verdict alone."""
+    trace = Trace()
+    policy = traced(by, trace)
+    trace.stage = "search"
+    problem = prepare(read_native(log), policy=policy)
+    found = search(problem)
+    trace.stage = "verdict"
+    base = answer_of(problem, found)
+    searched = trace.noted.get("search", set())
+    late = sorted(trace.noted.get("verdict", set()) - searched)
+    trace.stage = "again"
+    answers = {}
+    for change in late:
+        # every model of the search refers to this one object
+        name, value = change[0], getattr(policy, change[0])
+        object.__setattr__(policy, name, value.others[change])
+        answers[key_of(change)] = answer_of(problem, found)
+        object.__setattr__(policy, name, value)
+    return {
+        "answer": base,
+        "used": sorted(trace.used),
+        "search": sorted(key_of(c) for c in searched),
+        "answers": answers,
+    }
+
+
+def again(log: Path, change: Change, by: float) -> dict[str, Any]:
+    """Diagnose with one threshold changed."""
+    name, sign = change
+    value = getattr(DecisionPolicy(), name) * (1.0 + sign * by)
+    problem = prepare(read_native(log), policy=replace(DecisionPolicy(), **{name: value}))
+    return {"answer": answer_of(problem, search(problem))}
+
+
+def key_of(change: Change) -> str:
+    """Text of a change, as ``evidence-`` or ``evidence+``."""
+    return change[0] + ("+" if change[1] > 0 else "-")
+
+
+def file_of(out: Path, log: Path, key: str) -> Path:
+    """File that holds what one diagnosis gave."""
+    return out / "_".join(log.parts[-2:]) / f"{key}.json"
+
+
+def work(job: Job) -> str:
+    """Do one job and keep its result; what fails is kept in words."""
+    out, log, key, by = job
+    warnings.simplefilter("ignore")
+    path = file_of(out, log, key)
+    begin = time.perf_counter()
+    try:
+        change = (key[:-1], 1 if key[-1] == "+" else -1)
+        found = first(log, by) if key == FIRST else again(log, change, by)
+    except Exception as problem:  # one broken case must not end the others
+        found = {"error": f"{type(problem).__name__}: {problem}", "answer": ["error", []]}
+    found["seconds"] = time.perf_counter() - begin
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(found), encoding="utf-8")
+    part.replace(path)
+    return f"{path.parent.name} {key} {found['seconds']:.1f} s {found['answer']}"
+
+
+def share(jobs: Sequence[Job], processes: int, until: float) -> None:
+    """Do the jobs that have no result yet, in this number of processes, until a time."""
+    left = [j for j in jobs if not file_of(j[0], j[1], j[2]).exists()]
+    random.Random(0).shuffle(left)
+    with multiprocessing.Pool(processes) as pool:
+        for k, line in enumerate(pool.imap_unordered(work, left), start=1):
+            print(f"{k}/{len(left)} {line}", flush=True)
+            if time.monotonic() > until:
+                pool.terminate()
+                break
+
+
+def read(path: Path) -> dict[str, Any] | None:
+    """Result of a job, if it is there."""
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def table(out: Path, logs: Sequence[Path], by: float) -> str:
+    """Lines of Markdown: each threshold, its reason, and how many answers change."""
+    firsts = {log: read(file_of(out, log, FIRST)) for log in logs}
+    done = {log: f for log, f in firsts.items() if f is not None and "error" not in f}
+    lines = [
+        f"Answers (verdict and names) of {len(done)} logs that change when one threshold is "
+        f"{by:.0%} lower or higher.",
+        "",
+        f"| threshold | value | unit | reason | -{by:.0%} | +{by:.0%} |",
+        "|---|---|---|---|---|---|",
+    ]
+    for t in DecisionPolicy().thresholds():
+        used = any(t.name in f["used"] for f in done.values())
+        cells = [_changed(out, done, key_of((t.name, sign))) if used else "-" for sign in (-1, 1)]
+        lines.append(f"| `{t.name}` | {t.value:g} | {t.unit} | {t.reason} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _changed(out: Path, done: dict[Path, dict[str, Any]], key: str) -> str:
+    """Cell of the table: number of answers that change, and how many were not asked again."""
+    changed = missing = 0
+    for log, base in done.items():
+        if key in base["answers"]:
+            changed += base["answers"][key] != base["answer"]
+        elif key in base["search"]:
+            found = read(file_of(out, log, key))
+            missing += found is None
+            changed += found is not None and found["answer"] != base["answer"]
+    return f"{changed}" + (f" ({missing} not run)" if missing else "")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("out", type=Path)
+    parser.add_argument("logs", type=Path, nargs="+")
+    parser.add_argument("--by", type=float, default=0.3)
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--seconds", type=float, default=86_400.0)
+    asked = parser.parse_args(words)
+    until = time.monotonic() + asked.seconds
+    logs = sorted({p.parent for top in asked.logs for p in top.rglob("meta.yaml")})
+    share([(asked.out, log, FIRST, asked.by) for log in logs], asked.processes, until)
+    more = []
+    for log in logs:
+        base = read(file_of(asked.out, log, FIRST))
+        more += [(asked.out, log, key, asked.by) for key in (base or {}).get("search", ())]
+    if time.monotonic() < until:
+        share(more, asked.processes, until)
+    text = table(asked.out, logs, asked.by)
+    (asked.out / "thresholds.md").write_text(text, encoding="utf-8")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
