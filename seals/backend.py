@@ -9,7 +9,7 @@ from seals.arrays import Array, Floats
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
 from seals.motion import JointDrive, Motion
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.robot.model import RobotModel
 
 
@@ -65,7 +65,7 @@ class Dynamics(NamedTuple):
     """
 
     kinematics: Kinematics
-    moving: Moving
+    moving: LinkVelocities
     motion: Motion
     found: Evaluation
     wrench: Array

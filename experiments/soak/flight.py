@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim
+from seals.control import Reference
 from seals.robot.model import RobotModel
 from seals.world import Actor
 
@@ -73,4 +73,4 @@ def tell(actor: Actor, wanted: Wish) -> None:
     length = float(np.linalg.norm(velocity))
     if length > SPEED:
         velocity = velocity * (SPEED / length)
-    guide.tell(Aim(velocity=velocity, yaw=wanted.yaw, joints=wanted.joints, grip=wanted.grip))
+    guide.tell(Reference(velocity=velocity, yaw=wanted.yaw, joints=wanted.joints, grip=wanted.grip))

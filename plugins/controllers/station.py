@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Order, Plant, Situation
+from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation, has_rank
 from seals.control.attitude import attitude_error, cross3, lean_for
@@ -145,7 +145,9 @@ class Station(ControllerOptions):
         """Return zero sums; arms stowed, grippers open."""
         return Memory(np.zeros(3), np.zeros(3), None, self._rest)
 
-    def command(self, situation: Situation, aim: Aim, memory: Memory) -> tuple[Order, Memory]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: Memory
+    ) -> tuple[ActuatorCommand, Memory]:
         """Return forces of the thrusters and targets of the servos."""
         s = situation
         velocity = aim.velocity
@@ -170,9 +172,9 @@ class Station(ControllerOptions):
             turn_total = _summed(turn_total, turn_error, s.step, most)
         after = self._lag.followed(drive, order, s.step)
         joints = joint_targets(aim, memory.joints, self._plant.robot)
-        return Order(order, joints), Memory(total, turn_total, after, joints)
+        return ActuatorCommand(order, joints), Memory(total, turn_total, after, joints)
 
-    def _wrench(self, s: Situation, asked: Floats, want: Floats) -> Floats:
+    def _wrench(self, s: RobotState, asked: Floats, want: Floats) -> Floats:
         """Return force and torque about the centre of gravity, body axes [N, N m]."""
         added = s.submersion * self._added
         up = s.rotation[2]

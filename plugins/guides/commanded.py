@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.schema import param
 
 
@@ -29,20 +29,20 @@ class Commanded:
 
     def __post_init__(self) -> None:
         """Want nothing yet."""
-        self.wanted = Aim()
+        self.wanted = Reference()
 
-    def tell(self, aim: Aim) -> None:
+    def tell(self, aim: Reference) -> None:
         """Say what is wanted from the next call on."""
         self.wanted = aim
 
     def bind(self, plant: Plant) -> None:
         """Lead any robot."""
 
-    def start(self, situation: Situation) -> Any:
+    def start(self, situation: RobotState) -> Any:
         """Return no memory."""
         return ()
 
-    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
+    def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
         """Return what was told."""
         return self.wanted, memory
 

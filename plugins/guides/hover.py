@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
@@ -94,13 +94,13 @@ class Hover:
             name: Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
         }
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep where it starts."""
         place = np.array(self.position or situation.position, dtype=float)
         yaw = self.yaw[0] if self.yaw else situation.yaw
         return Memory(situation.time, place, yaw)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the way back to the place, and the arms' next angles."""
         time = situation.time - memory.time - self.delay
         joints = {}

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError
 from seals.learn.task import Instant
 from seals.plugins.guides.behaviour.over_ground import place_of
@@ -85,7 +85,7 @@ class Learned:
         self._refuse_others()
         self.rate = float(self._task.rate)
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Remember how far it is.
 
         Raises:
@@ -100,7 +100,7 @@ class Learned:
         far = float(np.linalg.norm(self._goal(situation) - situation.position))
         return Memory(far, still, 0, False)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return what the policy wants now."""
         import torch
 
@@ -112,7 +112,7 @@ class Learned:
         said: Any = self._policy.act(seen)
         action = np.clip(said.numpy().astype(float), -1.0, 1.0)
         kept = Memory(memory.start, tuple(action[0].tolist()), streak, held)
-        aim: Aim = self._task.aim(action, now)
+        aim: Reference = self._task.aim(action, now)
         return aim, kept
 
     def finished(self, memory: Memory) -> bool | None:
@@ -123,7 +123,7 @@ class Learned:
         """Return what it does."""
         return "there" if memory.there else "walking"
 
-    def _goal(self, situation: Situation) -> Floats:
+    def _goal(self, situation: RobotState) -> Floats:
         """Place of the target, at the height of the body [m], shape (3,)."""
         if self.target:
             x, y, _ = place_of(situation, self.target, where="learned.target")
@@ -131,7 +131,7 @@ class Learned:
             x, y = self.place
         return np.array([x, y, situation.position[2]])
 
-    def _instant(self, s: Situation, memory: Memory) -> Instant:
+    def _instant(self, s: RobotState, memory: Memory) -> Instant:
         """What the task looks at: a batch of one."""
         goal = self._goal(s)[None]
         angle = 2.0 * np.pi * s.phase

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.schema import param, vector
@@ -79,11 +79,11 @@ class Oval:
     def bind(self, plant: Plant) -> None:
         """Any robot may fly an oval."""
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep time and heading of the start."""
         return Memory(situation.time, situation.yaw, situation.time)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the way along the oval."""
         place = self.place(situation.time - memory.time)._replace(yaw=memory.yaw)
         aim = pursued(situation, place, gain=self.position_gain, speed=self.speed)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.key_events import held_after, read_track
 from seals.control.keymap import NEXT_ARM, stick_of
 from seals.control.tracking import Place, pursued
@@ -103,7 +103,7 @@ class Stick:
         if getattr(self, "_device", None) is None:
             self._device = Script(read_track(Path(self.script)) if self.script else [])
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Hold still where it starts, arms at rest, grippers open."""
         return Memory(
             time=situation.time,
@@ -118,7 +118,7 @@ class Stick:
             ended=False,
         )
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Move the wished-for place on by what is held, and lead there."""
         span = situation.time - memory.time
         # what was held until now has moved it; what is heard now acts from now on
@@ -149,7 +149,7 @@ class Stick:
         """Return what is held."""
         return " ".join(memory.held) or "hold"
 
-    def _heard(self, situation: Situation, memory: Memory) -> Memory:
+    def _heard(self, situation: RobotState, memory: Memory) -> Memory:
         """Memory with the events that have happened by now."""
         every = self._device.events(situation)
         stop = memory.events
@@ -168,7 +168,7 @@ class Stick:
             ended=ended,
         )
 
-    def _moved(self, situation: Situation, memory: Memory, span: float) -> Memory:
+    def _moved(self, situation: RobotState, memory: Memory, span: float) -> Memory:
         """Memory after ``span`` [s] of what is held."""
         stick = stick_of(memory.held)
         yaw = memory.yaw + self.turn * stick.turn * span

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, minimum_jerk, pursued
 from seals.errors import ConfigError
 from seals.schema import param
@@ -78,12 +78,12 @@ class Waypoints:
     def bind(self, plant: Plant) -> None:
         """Any robot may visit places."""
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep where it starts."""
         t = situation.time
         return Memory(t, np.array(situation.position), situation.yaw, t)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the way along the present leg."""
         place = self._place(situation.time - memory.time, memory)
         aim = pursued(situation, place, gain=self.position_gain, speed=2.0 * self.speed)

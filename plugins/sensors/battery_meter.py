@@ -10,10 +10,10 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.board import Outfit
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.onboard import RobotEquipment
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
@@ -64,7 +64,7 @@ class SensorBatteryMeter(Instrument):
         0.0293, "A", bounds=(0.0, 1e3), tolerance=0.0, source="12 bit over 120 A", fit=False
     )
 
-    def bind(self, outfit: Outfit) -> None:
+    def bind(self, outfit: RobotEquipment) -> None:
         """Make sure that there is a battery.
 
         Raises:
@@ -80,7 +80,7 @@ class SensorBatteryMeter(Instrument):
         """Return the channels."""
         return {"battery_voltage": 1, "battery_current": 1}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return voltage and current."""
         voltage, current, _ = felt.board.supply()
         seen = {"battery_voltage": np.array([voltage]), "battery_current": np.array([current])}

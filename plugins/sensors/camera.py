@@ -14,9 +14,9 @@ from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.eye import Shot
 from seals.rendering.picture import Picture
 from seals.schema import optional, param
-from seals.sensors.carried import Carried
 from seals.sensors.mount import Mount
-from seals.sensors.protocol import Felt
+from seals.sensors.mounted import MountedSensor
+from seals.sensors.protocol import SensorInput
 
 WHAT = ("rgb", "depth", "segmentation", "normals")
 """Kinds of images."""
@@ -24,7 +24,7 @@ _NGUYEN = "Nguyen, Izadi and Lovell 2012, 3DIMPVT, eq. 1, with its parabola begu
 
 
 @dataclass(kw_only=True)
-class SensorCamera(Carried):
+class SensorCamera(MountedSensor):
     """A pinhole camera with depth: it looks along x of its own axes, z up in the picture.
 
     Equation:
@@ -109,7 +109,7 @@ class SensorCamera(Carried):
         return 0
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Take a picture when due, where there is a scene to see; return its number."""
         if not due:

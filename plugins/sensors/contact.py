@@ -10,12 +10,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
-from seals.sensors.carried import Carried
-from seals.sensors.protocol import Felt
+from seals.sensors.mounted import MountedSensor
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
-class SensorContact(Carried):
+class SensorContact(MountedSensor):
     """Contact sensor of a link: the normal force, and whether it exceeds a threshold.
 
     Equation:
@@ -65,7 +65,7 @@ class SensorContact(Carried):
         return 0.0, 0.0
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return a reading when due; one draw of noise, contact or not."""
         impulse, span = memory[0] + felt.pressing * felt.step, memory[1] + felt.step

@@ -12,10 +12,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.mount import crossed
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 BEAMS = 4
 LEAST = 3
@@ -121,7 +121,7 @@ class SensorDvl(Instrument):
         beams = {BEAM: BEAMS, RANGE: BEAMS}
         return {"velocity": 3, "velocity_valid": 1, "dvl_altitude": 1, **beams}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return velocity and range along the beams that return, and the spin."""
         ranges = self._returns(felt)
         speeds = self._beams @ felt.velocity
@@ -138,7 +138,7 @@ class SensorDvl(Instrument):
             SPIN: Noise(sigma=self.spin_noise if self.at_origin and not self._mount.centred else 0),
         }
 
-    def solve(self, seen: Seen, felt: Felt) -> dict[str, Floats]:
+    def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
         """Return the velocity, where three beams give it."""
         speeds, ranges = seen[BEAM], seen[RANGE]
         heard = np.isfinite(speeds)
@@ -159,7 +159,7 @@ class SensorDvl(Instrument):
         ranges = self.range_noise * self.farthest
         return {BEAM: self.noise, RANGE: ranges, "velocity": self.noise * float(each.max())}
 
-    def _returns(self, felt: Felt) -> Floats:
+    def _returns(self, felt: SensorInput) -> Floats:
         """Ranges of the beams that return, others not a number."""
         around, none = felt.around, np.full(BEAMS, math.nan)
         axis_down = felt.rotation[2, 2]

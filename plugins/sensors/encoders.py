@@ -10,10 +10,10 @@ import numpy as np
 
 from seals.errors import ConfigError, suggestion
 from seals.schema import param
-from seals.sensors.board import Outfit
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.onboard import RobotEquipment
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
@@ -62,7 +62,7 @@ class SensorEncoders(Instrument):
     noise: float = param(0.0, "rad or m", bounds=(0.0, 10.0), tolerance=0.001, source="chosen")
     bias: float = param(0.0, "rad or m", bounds=(-10.0, 10.0), tolerance=0.005, source="chosen")
 
-    def bind(self, outfit: Outfit) -> None:
+    def bind(self, outfit: RobotEquipment) -> None:
         """Find the joints.
 
         Raises:
@@ -80,7 +80,7 @@ class SensorEncoders(Instrument):
         """Return the channels; one component for each joint once the robot is known."""
         return {"joint_position": len(getattr(self, "_columns", self.joints)) or 1}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the joint positions."""
         return {"joint_position": np.asarray(felt.board.joints())[self._columns]}, own
 

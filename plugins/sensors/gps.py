@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 _CEP = "u-blox M8 data sheet: 2.5 m CEP, most of it slow"
 
@@ -87,7 +87,7 @@ class SensorGps(Instrument):
         """Return the channels."""
         return {"gps_position": 3, "gps_velocity": 3}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return where the antenna is and how it moves; ``own`` is when it was last under water."""
         if felt.around.wet(felt.time, felt.position):
             return None, felt.time

@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
-from seals.sensors.carried import Carried
 from seals.sensors.mount import Mount
-from seals.sensors.protocol import Felt
+from seals.sensors.mounted import MountedSensor
+from seals.sensors.protocol import SensorInput
 
 
 class _Memory(NamedTuple):
@@ -23,7 +23,7 @@ class _Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class SensorImu(Carried):
+class SensorImu(MountedSensor):
     """Accelerometer and gyroscope at a mounting point of a link.
 
     Equation:
@@ -135,13 +135,13 @@ class SensorImu(Carried):
         """Return zero bias and an empty filter."""
         return _Memory(np.zeros((2, 3)), None)
 
-    def ideal(self, felt: Felt) -> Floats:
+    def ideal(self, felt: SensorInput) -> Floats:
         """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
         here = self._mount.felt(felt)
         return np.array((here.specific_force, here.spin))
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return a reading when due."""
         bias, filtered = memory

@@ -11,12 +11,12 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.schema import param
-from seals.sensors.carried import Carried
-from seals.sensors.protocol import Felt
+from seals.sensors.mounted import MountedSensor
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
-class SensorLocator(Carried):
+class SensorLocator(MountedSensor):
     """Place of another body relative to a link, link axes.
 
     Equation:
@@ -66,7 +66,7 @@ class SensorLocator(Carried):
         return ()
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return a reading when due.
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
@@ -75,7 +75,7 @@ class SensorMagnetometer(Instrument):
         """Return the channels."""
         return {"magnetic_field": 3}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the field in the sensor's axes."""
         return {"magnetic_field": self._field @ felt.rotation}, own
 

@@ -12,14 +12,14 @@ from seals.arrays import Floats
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.frames import exponential, multiply, quaternion_of
 from seals.schema import param
-from seals.sensors.carried import Carried
-from seals.sensors.protocol import Felt
+from seals.sensors.mounted import MountedSensor
+from seals.sensors.protocol import SensorInput
 
 _SIGMA: dict[str, Any] = {"tolerance": 0.3, "relative": True}
 
 
 @dataclass(kw_only=True)
-class SensorOdometry(Carried):
+class SensorOdometry(MountedSensor):
     """Position, attitude, velocity and rates of a link, as motion capture or odometry give them.
 
     Equation:
@@ -74,7 +74,7 @@ class SensorOdometry(Carried):
         return None
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return a reading when due."""
         if not due:

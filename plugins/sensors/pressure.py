@@ -10,9 +10,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
@@ -87,7 +87,7 @@ class SensorPressure(Instrument):
         """Return the channels."""
         return {"pressure": 1, "depth": 1}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the pressure at the port."""
         return {"pressure": np.array([felt.around.pressure(felt.time, felt.position)])}, own
 
@@ -104,7 +104,7 @@ class SensorPressure(Instrument):
         )
         return {"pressure": law}
 
-    def solve(self, seen: Seen, felt: Felt) -> dict[str, Floats]:
+    def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
         """Return pressure and, unless the port may be in air, depth."""
         depth = seen["pressure"] / (self.density * self.gravity)
         return {**seen, "depth": depth} if depth[0] >= self.shallowest else dict(seen)

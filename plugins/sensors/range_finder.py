@@ -13,9 +13,9 @@ from seals.arrays import Floats
 from seals.effects.effect import MediumKind
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 RINGS, SPOKES = 2, 8
 """Rays of a cone: rings about the axis, rays of a ring."""
@@ -96,7 +96,7 @@ class SensorRangeFinder(Instrument):
         """Return the channels."""
         return {"range": 1, "range_valid": 1}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the distance, infinite where nothing returns the beam."""
         way = math.inf
         works = self.medium is MediumKind.any
@@ -120,7 +120,7 @@ class SensorRangeFinder(Instrument):
         )
         return {"range": law}
 
-    def _ways(self, felt: Felt) -> Floats:
+    def _ways(self, felt: SensorInput) -> Floats:
         """Distances along all rays."""
         around, here = felt.around, felt.position
         rays = self._rays @ felt.rotation.T

@@ -10,10 +10,10 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.schema import param
-from seals.sensors.board import Outfit
-from seals.sensors.instrument import Instrument, Seen
+from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.onboard import RobotEquipment
+from seals.sensors.protocol import SensorInput
 
 
 @dataclass(kw_only=True)
@@ -63,7 +63,7 @@ class SensorRotorSpeed(Instrument):
         fit=False,
     )
 
-    def bind(self, outfit: Outfit) -> None:
+    def bind(self, outfit: RobotEquipment) -> None:
         """Count the rotors.
 
         Raises:
@@ -80,7 +80,7 @@ class SensorRotorSpeed(Instrument):
         """Return the channels; one component for each rotor once the robot is known."""
         return {"rotor_speed": getattr(self, "_rotors", 1)}
 
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the speeds."""
         return {"rotor_speed": np.asarray(felt.board.rotors(), dtype=float)}, own
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.control import Aim
+from seals.control import Reference
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
@@ -131,13 +131,13 @@ class TaskCatch(TaskReach):
         """Return where the animal begins: x, y, heading."""
         return {self.object: goal[0]}
 
-    def aim(self, action: Array, now: Instant) -> Aim:
+    def aim(self, action: Array, now: Instant) -> Reference:
         """Return the wanted velocity and grip."""
         velocity, yaw = self.command(action, now)
         facts = now.facts
         grip = float(facts["grip"][0, 0] + action[0, 3] / (self.rate * self.closing))
         grip = min(grip, float(facts["closed"][0, 0]) + self.squeeze)
-        return Aim(
+        return Reference(
             velocity=velocity[0], yaw=float(yaw[0, 0]), grip={self._hand: min(max(grip, 0.0), 1.0)}
         )
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.control import Aim
+from seals.control import Reference
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.rewards import Reward, near, unshaped
@@ -184,7 +184,7 @@ class TaskWalk:
         """Return the place to go to; it stays where it is."""
         return goal, goal * 0.0
 
-    def aim(self, action: Array, now: Instant) -> Aim:
+    def aim(self, action: Array, now: Instant) -> Reference:
         """Return velocity, turn and manner of stepping."""
         velocity, yaw = self.command(action, now)
         shares = 0.5 * (1.0 + action[0, 3:])
@@ -193,7 +193,7 @@ class TaskWalk:
             for (name, (low, high)), share in zip(self.manner.items(), shares, strict=True)
         }
         turn = self.turning * float(action[0, 2])
-        return Aim(velocity=velocity[0], yaw=float(yaw[0, 0]), yaw_rate=turn, manner=manner)
+        return Reference(velocity=velocity[0], yaw=float(yaw[0, 0]), yaw_rate=turn, manner=manner)
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return the wanted velocity, world axes, and the present heading."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from seals.arrays import Array
 from seals.environment.sample import Sample
 from seals.motion import Motion
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 
 
 class Posture(NamedTuple):
@@ -25,4 +25,4 @@ class Posture(NamedTuple):
     motion: Motion
     sample: Sample | None = None
     kinematics: Kinematics | None = None
-    moving: Moving | None = None
+    moving: LinkVelocities | None = None

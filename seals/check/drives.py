@@ -10,7 +10,13 @@ import numpy as np
 from seals.arrays import Floats
 from seals.check.finding import RobotFinding, failed, passed, warned
 from seals.check.floating import FloatingBody
-from seals.check.lift import Reach, authority, hover_share, reach_of, wrench_matrix
+from seals.check.lift import (
+    CommandedDirections,
+    authority,
+    commanded_directions,
+    hover_share,
+    wrench_matrix,
+)
 from seals.control.plant import ROTOR, Layout, layout_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
@@ -82,7 +88,7 @@ def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
 
 def _allocation(layout: Layout, matrix: Floats, body: FloatingBody) -> Iterator[RobotFinding]:
     """Rank and condition number of the map from drives to force and moments."""
-    reach: Reach = reach_of(matrix, body.gravity_centre, layout.position)
+    reach: CommandedDirections = commanded_directions(matrix, body.gravity_centre, layout.position)
     found = f"{layout.drives} drive(s), rank {reach.rank} of {reach.wanted}"
     if reach.rank < reach.wanted:
         advice = (

@@ -15,7 +15,7 @@ WAYS = ("forward force", "sideways force", "vertical force", "roll", "pitch", "y
 """Rows of a wrench matrix."""
 
 
-class Reach(NamedTuple):
+class CommandedDirections(NamedTuple):
     """Directions that drives command.
 
     Args:
@@ -49,7 +49,7 @@ def wrench_matrix(layout: Layout, centre: Floats) -> Floats:
     return np.concatenate((force, (moment + layout.axis * reaction[:, None]).T))
 
 
-def reach_of(matrix: Floats, centre: Floats, positions: Floats) -> Reach:
+def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> CommandedDirections:
     """Return rank and condition of an allocation, in shares of full command.
 
     Moments are taken per mean arm, so that forces and moments compare.
@@ -70,7 +70,7 @@ def reach_of(matrix: Floats, centre: Floats, positions: Floats) -> Reach:
     rank = int(np.sum(values > WEAKEST * values[0]))
     condition = float(values[0] / values[-1]) if rank == len(rows) else float("inf")
     weakest = WAYS[rows[int(np.argmax(np.abs(left[:, -1])))]]
-    return Reach(rank, len(rows), condition, weakest)
+    return CommandedDirections(rank, len(rows), condition, weakest)
 
 
 def hover_share(matrix: Floats, weight: float, *, yaw: bool = True) -> float | None:

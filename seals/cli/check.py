@@ -47,7 +47,7 @@ def _check_parts(config: Any) -> RunSettings:
     """Refuse effects and sensors of the robot that a run would refuse; return the run."""
     from seals.run.assembly import build_model
     from seals.run.build import build_run
-    from seals.world.senses import carrier_of
+    from seals.world.sensor_suite import carrier_of
 
     settings = build_run(config)
     robot, _ = build_model(settings)

@@ -1,15 +1,27 @@
 """Control: what a guide wants, what a controller commands, what both may know."""
 
 from seals.control.plant import Layout, Plant
-from seals.control.protocols import Aim, Buoyancy, Controller, Guide, Order, Situation
+from seals.control.protocols import (
+    ActuatorCommand,
+    Buoyancy,
+    Controller,
+    Guide,
+    Reference,
+    RobotState,
+)
+from seals.deprecation import renamed_members
 
 __all__ = [
-    "Aim",
+    "ActuatorCommand",
     "Buoyancy",
     "Controller",
     "Guide",
     "Layout",
-    "Order",
     "Plant",
-    "Situation",
+    "Reference",
+    "RobotState",
 ]
+
+__getattr__ = renamed_members(
+    __name__, {"Aim": "Reference", "Order": "ActuatorCommand", "Situation": "RobotState"}
+)

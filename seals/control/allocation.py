@@ -82,7 +82,7 @@ class Allocation:
 
         Args:
             centre: of gravity, body axes [m], shape (3,).
-            gain: of every drive, see `seals.control.Situation`; None for one.
+            gain: of every drive, see `seals.control.RobotState`; None for one.
         """
         a: Floats = self._about_origin - (centre @ self._shift).reshape(self._about_origin.shape)
         if gain is not None and gain is not self._kept_gain:

@@ -27,7 +27,7 @@ BEYOND = 1e-12
 
 
 class View(NamedTuple):
-    """What a controller may know of every robot of a batch; see `seals.control.Situation`.
+    """What a controller may know of every robot of a batch; see `seals.control.RobotState`.
 
     Args:
         step: time until the next call [s].

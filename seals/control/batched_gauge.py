@@ -18,7 +18,7 @@ from seals.multibody.rows import take, take_motion
 
 
 class BatchReach(NamedTuple):
-    """What the drives can do, shape (B, n) each; see `seals.control.thrust.Reach`."""
+    """What the drives can do, shape (B, n) each; see `seals.control.thrust.ActuatorLimits`."""
 
     gain: Array
     limit: Array

@@ -17,7 +17,7 @@ from seals.robot.model import RobotModel
 
 
 class MassNow(NamedTuple):
-    """Mass properties of the whole robot at one instant, body axes; see `Situation`."""
+    """Mass properties of the whole robot at one instant, body axes; see `RobotState`."""
 
     mass: float
     centre: Floats

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import Plant
-from seals.control.protocols import Aim
+from seals.control.protocols import Reference
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
 
@@ -24,7 +24,7 @@ def stowed(robot: RobotModel) -> Floats:
     return _within(out, robot)
 
 
-def joint_targets(aim: Aim, last: Floats, robot: RobotModel) -> Floats:
+def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
     """Return the joint values wanted now, within the joint limits, shape (J,).
 
     Args:

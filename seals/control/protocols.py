@@ -1,6 +1,6 @@
 """The protocols of guides and controllers, and what passes between them.
 
-guide --Aim--> controller --Order--> drives and servos, once for every period of the controller.
+guide --Reference--> controller --ActuatorCommand--> drives and servos, at the controller's rate.
 Guides and controllers keep nothing to themselves: their memory is handed in and handed back, so
 that a snapshot of the world holds it.
 """
@@ -15,7 +15,12 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control.plant import Plant
+from seals.deprecation import renamed_members
 from seals.errors import ConfigError
+
+__getattr__ = renamed_members(
+    __name__, {"Aim": "Reference", "Order": "ActuatorCommand", "Situation": "RobotState"}
+)
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 STILL = np.zeros(3)
@@ -36,8 +41,8 @@ class Buoyancy(NamedTuple):
     centre: Floats
 
 
-class Situation(NamedTuple):
-    """What a guide or a controller may know at one instant.
+class RobotState(NamedTuple):
+    """State of the robot and its surroundings at one instant, for guides and controllers.
 
     Body axes are those of the base link, vectors in them are about its origin.
 
@@ -102,8 +107,8 @@ class Situation(NamedTuple):
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
 
 
-class Aim(NamedTuple):
-    """What a guide wants: velocity of the robot, angles of the arms, action of the grippers.
+class Reference(NamedTuple):
+    """Reference values of a guide: velocity of the robot, angles of the arms, grippers.
 
     Args:
         velocity: of the body origin, world axes [m/s], shape (3,).
@@ -130,8 +135,8 @@ class Aim(NamedTuple):
     manner: Mapping[str, float] = NOTHING
 
 
-class Order(NamedTuple):
-    """What a controller commands.
+class ActuatorCommand(NamedTuple):
+    """Commands of a controller to drives and servos.
 
     Args:
         drive: of all drives, rotor speed [rad/s] or thruster force [N], shape (n,).
@@ -196,7 +201,9 @@ class Controller(Protocol):
         """Return the memory at the start of a run."""
         ...
 
-    def command(self, situation: Situation, aim: Aim, memory: Any) -> tuple[Order, Any]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: Any
+    ) -> tuple[ActuatorCommand, Any]:
         """Return the order for the coming period and the new memory; ``memory`` stays as it is."""
         ...
 
@@ -219,11 +226,11 @@ class Guide(Protocol):
         """
         ...
 
-    def start(self, situation: Situation) -> Any:
+    def start(self, situation: RobotState) -> Any:
         """Return the memory at the start of a run."""
         ...
 
-    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
+    def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
         """Return what is wanted now and the new memory; ``memory`` stays as it is."""
         ...
 

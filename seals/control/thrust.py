@@ -23,7 +23,7 @@ WET = 10.0
 """Gain of a rotor above which it may be turned back: in air it would have to stop first."""
 
 
-class Reach(NamedTuple):
+class ActuatorLimits(NamedTuple):
     """What the drives can do at their present place, shape (n,) each.
 
     Args:
@@ -54,14 +54,14 @@ class ThrustGauge:
         # no disc touches the water when all links are this far above it
         self._far = 0.1 + 2.0 * float(np.abs(plant.layout.position).max(initial=0.0))
         dry_low = np.where(self._rotors, 0.0, self._layout.low)
-        self._air = Reach(self._ones, self._layout.limit, dry_low)
+        self._air = ActuatorLimits(self._ones, self._layout.limit, dry_low)
         self._dry = plant.environment.water_level is None or not self._laws
         # a motor at the end of its torque hides what a slow rotor does
         both = np.stack((SLOW * self._layout.limit, self._layout.limit))
         self._probe = Inputs(0.0, np.zeros((1, 0)), both)
         self._own = {b.name: b.hooks.drives(self._probe, b.params) for b in self._actuators}
 
-    def now(self, motion: Motion, sample: Sample) -> Reach:
+    def now(self, motion: Motion, sample: Sample) -> ActuatorLimits:
         """Return what the drives can do.
 
         Args:
@@ -79,7 +79,7 @@ class ThrustGauge:
             share[columns] = np.minimum(full / slow, 1.0)
         share = np.where(self._rotors, np.sqrt(share), share)
         low = np.where(self._rotors & (gain < WET), 0.0, self._layout.low * share)
-        return Reach(gain, self._layout.limit * share, low)
+        return ActuatorLimits(gain, self._layout.limit * share, low)
 
     def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> Floats:
         """Thrust against that of the drive's own map, slow and at its limit, shape (2, n)."""

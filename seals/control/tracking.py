@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from seals.arrays import Floats
-from seals.control.protocols import NOTHING, STILL, Aim, Situation
+from seals.control.protocols import NOTHING, STILL, Reference, RobotState
 
 
 class Place(NamedTuple):
@@ -29,14 +29,14 @@ class Place(NamedTuple):
 
 
 def pursued(
-    situation: Situation,
+    situation: RobotState,
     place: Place,
     *,
     gain: float,
     speed: float,
     joints: Mapping[str, Floats] = NOTHING,
     grip: Mapping[str, float] = NOTHING,
-) -> Aim:
+) -> Reference:
     """Return the aim that leads to a place and along with it: the position loop of the guides.
 
     Args:
@@ -44,14 +44,14 @@ def pursued(
         place: on the course, now.
         gain: of the position's error [1/s].
         speed: largest speed towards the place [m/s].
-        joints: of the arms, see `Aim`.
-        grip: of the grippers, see `Aim`.
+        joints: of the arms, see `Reference`.
+        grip: of the grippers, see `Reference`.
     """
     back = gain * (place.position - situation.position)
     length = math.sqrt(back @ back)
     if length > speed:
         back = back * (speed / length)
-    return Aim(
+    return Reference(
         velocity=place.velocity + back,
         acceleration=place.acceleration,
         yaw=place.yaw,

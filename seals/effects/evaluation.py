@@ -17,7 +17,7 @@ from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
 from seals.effects.rigid import weight_of
 from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
-from seals.environment.surroundings import Surroundings
+from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
 from seals.frames import cross, unrotate
 from seals.motion import (
@@ -80,7 +80,7 @@ class Evaluator:
     def __init__(
         self,
         effects: EffectSet,
-        surroundings: Surroundings,
+        surroundings: EnvironmentSampler,
         *,
         links: int,
         batch: int,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Array, as_like
+from seals.environment.sampler import EnvironmentSampler, WaterColumn
 from seals.environment.settings import EnvironmentSettings
-from seals.environment.surroundings import Surroundings, WaterColumn
 from seals.environment.waves import Waves
 from seals.environment.wetting import POINT_RADIUS, Wetting, WettingExact, WettingNone, WettingTable
 from seals.hydrostatics import Hull, HullSphere, HullTable
@@ -43,13 +43,13 @@ def build_surroundings(
     *,
     like: Array,
     batch: int = 1,
-) -> Surroundings:
+) -> EnvironmentSampler:
     """Return the surroundings of all links, rows link by link, in the array library of ``like``."""
     volume = np.repeat([[hull.volume] for hull in hulls_of(robot)], batch, axis=0)
     column = WaterColumn.of_profiles(
         environment.water_temperature, environment.salinity, environment.water_density
     )
-    return Surroundings(
+    return EnvironmentSampler(
         gravity=environment.gravity,
         air_density=environment.air_density,
         air_viscosity=environment.air_viscosity,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.control import Aim
+from seals.control import Reference
 from seals.robot.model import RobotModel
 
 
@@ -153,7 +153,7 @@ class WorldTask(Protocol):
         """Names of the facts it asks for, see `seals.learn.environments.facts`."""
         ...
 
-    def aim(self, action: Array, now: Instant) -> Aim:
+    def aim(self, action: Array, now: Instant) -> Reference:
         """Return all that is wanted of one robot, in place of `Task.command`.
 
         Args:

@@ -11,7 +11,7 @@ from seals.arrays import Array, namespace
 from seals.frames import FEW
 from seals.motion import AddedInertia, Medium, Motion, Wrench
 from seals.multibody.added import added_terms
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import kirchhoff
@@ -52,7 +52,7 @@ class Assembly:
     def accelerations(
         self,
         kinematics: Kinematics,
-        moving: Moving,
+        moving: LinkVelocities,
         motion: Motion,
         found: LinkLoads,
         joint_force: Array,
@@ -72,7 +72,7 @@ class Assembly:
     def equations(
         self,
         kinematics: Kinematics,
-        moving: Moving,
+        moving: LinkVelocities,
         motion: Motion,
         found: LinkLoads,
         joint_force: Array,

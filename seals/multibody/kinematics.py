@@ -21,7 +21,7 @@ from seals.multibody.tree import Tree
 _EYE = np.eye(3)
 
 
-class Moving(NamedTuple):
+class LinkVelocities(NamedTuple):
     """Velocities of all links.
 
     Args:
@@ -56,7 +56,7 @@ class Kinematics:
         xp = namespace(origins)
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6
-        self._kept_bias: tuple[Moving, Array] | None = None
+        self._kept_bias: tuple[LinkVelocities, Array] | None = None
         self._back = xp.permute_dims(rotations, (0, 1, 3, 2))
         self._arm = origins - origins[:, :1, :]
         self._sliding = tree.sliding
@@ -121,7 +121,7 @@ class Kinematics:
         """
         return namespace(speed).matmul(self.jacobian, speed[:, None, :, None])[:, :, :, 0]
 
-    def move(self, speed: Array) -> Moving:
+    def move(self, speed: Array) -> LinkVelocities:
         """Return the velocities of all links for a generalised velocity (B, n).
 
         Equation:
@@ -131,7 +131,7 @@ class Kinematics:
         xp, tree, lead = namespace(speed), self.tree, self._lead
         if self._single is not None:
             both, twists = self._single.move(speed[0])
-            return Moving(speed, both[None, :, 0], both[None, :, 1], twists[None])
+            return LinkVelocities(speed, both[None, :, 0], both[None, :, 1], twists[None])
         base = speed[:, None, :]
         if not tree.joints:
             angular = base[:, :, 3:6] + self._arm * 0.0 if lead else self._arm * 0.0
@@ -152,7 +152,7 @@ class Kinematics:
         if lead:
             linear = linear + base[:, :, 0:3]
         twists = self._in_links(linear[:, :, :, None], angular[:, :, :, None])
-        return Moving(speed, linear, angular, twists)
+        return LinkVelocities(speed, linear, angular, twists)
 
     def _in_links(self, linear: Array, angular: Array) -> Array:
         """World vectors of all links (B, L, 3, 1) as [linear, angular] in link axes, (B, L, 6)."""
@@ -160,7 +160,7 @@ class Kinematics:
         both = xp.matmul(self._back, xp.concat((linear, angular), axis=3))
         return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
 
-    def bias(self, moving: Moving) -> Array:
+    def bias(self, moving: LinkVelocities) -> Array:
         """Return the rate of the twists at zero generalised acceleration, shape (B, L, 6).
 
         The rate is taken in link axes.
@@ -178,7 +178,7 @@ class Kinematics:
             kept = self._kept_bias = (moving, self._bias(moving))
         return kept[1]
 
-    def _bias(self, moving: Moving) -> Array:
+    def _bias(self, moving: LinkVelocities) -> Array:
         lead = self._lead
         if self._single is not None:
             m = moving
@@ -193,7 +193,7 @@ class Kinematics:
             return moving.twists * 0.0
         return self._in_links(linear[:, :, :, None], angular[:, :, :, None])
 
-    def _joint_bias(self, moving: Moving, rates: Array) -> tuple[Array, Array]:
+    def _joint_bias(self, moving: LinkVelocities, rates: Array) -> tuple[Array, Array]:
         """What the joints add to the bias, world axes, each (B, L, 3)."""
         xp, tree = namespace(rates), self.tree
         turning = self.axes * rates[:, :, None]

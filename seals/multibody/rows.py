@@ -8,13 +8,15 @@ import numpy as np
 
 from seals.arrays import Array, namespace
 from seals.motion import Body, Motion
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 
 Bundle = TypeVar("Bundle", bound=NamedTuple)
 """Arrays of rows that belong together."""
 
 
-def link_motion(kinematics: Kinematics, moving: Moving, time: Array, bodies: Body) -> Motion:
+def link_motion(
+    kinematics: Kinematics, moving: LinkVelocities, time: Array, bodies: Body
+) -> Motion:
     """Motion of all links, rows link by link.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.effects.effect import EffectOptions
-from seals.environment.surroundings import WaterColumn
+from seals.environment.sampler import WaterColumn
 from seals.frames import quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.plugin_options import options_of

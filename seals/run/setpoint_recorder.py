@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim
+from seals.control import Reference
 from seals.world.pilot import Pilot
 
 
@@ -39,7 +39,7 @@ class Aims:
         table = self._table[:rows]
         return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(self._names)}
 
-    def _values(self, aim: Aim) -> Floats:
+    def _values(self, aim: Reference) -> Floats:
         # a gripper that the aim leaves out keeps its last grip
         pairs = zip(self._grippers, self._grip, strict=True)
         self._grip = np.array([float(aim.grip.get(name, last)) for name, last in pairs])

@@ -44,7 +44,7 @@ class Delivery:
     controller hear, who know for which time it stands.
 
     Args:
-        sensor: with its rate, and its `seals.sensors.carried.Carried` fields where it has them.
+        sensor: with its rate, and its fields of `MountedSensor` where it has them.
         delay: by which a fault holds it back, below zero for nothing [s].
 
     Attributes:

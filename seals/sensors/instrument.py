@@ -10,16 +10,19 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensors.carried import Carried
+from seals.deprecation import renamed_members
 from seals.sensors.mount import Mount
+from seals.sensors.mounted import MountedSensor
 from seals.sensors.noise import Noise
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
-Seen = Mapping[str, Floats]
-"""Quantities by name, each of shape (k,)."""
+TrueValues = Mapping[str, Floats]
+"""Quantities without sensor errors, by name, each of shape (k,)."""
+
+__getattr__ = renamed_members(__name__, {"Seen": "TrueValues", "Felt": "SensorInput"})
 
 
-class Kept(NamedTuple):
+class InstrumentState(NamedTuple):
     """Memory of an instrument; nothing in it is ever written to.
 
     Args:
@@ -34,7 +37,7 @@ class Kept(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Instrument(Carried, ABC):
+class Instrument(MountedSensor, ABC):
     """Base of mounted sensors: look, add errors, solve.
 
     A subclass declares ``rate``, ``channels`` and ``look``; `noise_laws` gives the errors of what
@@ -57,7 +60,7 @@ class Instrument(Carried, ABC):
         self._noise = dict(self.noise_laws())
 
     @abstractmethod
-    def look(self, felt: Felt, own: Any) -> tuple[Seen | None, Any]:
+    def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return what there is to see, without errors, and the memory of its own.
 
         None is silence: there is no reading. A quantity may be left out.
@@ -71,7 +74,7 @@ class Instrument(Carried, ABC):
         """Return the errors of the quantities that `look` sees."""
         return {}
 
-    def solve(self, seen: Seen, felt: Felt) -> dict[str, Floats]:
+    def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
         """Return the readings by channel.
 
         Args:
@@ -86,10 +89,10 @@ class Instrument(Carried, ABC):
 
     def start(self, rng: np.random.Generator) -> Any:
         """Return the memory at reset."""
-        return Kept(0.0, None, {})
+        return InstrumentState(0.0, None, {})
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return a reading when due."""
         if not due:
@@ -103,4 +106,4 @@ class Instrument(Carried, ABC):
                 read[name], drift[name] = law.read(
                     read[name], drift.get(name), felt.time - memory.time, rng
                 )
-        return self.solve(read, felt), Kept(felt.time, own, drift)
+        return self.solve(read, felt), InstrumentState(felt.time, own, drift)

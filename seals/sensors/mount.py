@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 
 def crossed(a: Floats, b: Floats) -> Floats:
@@ -59,7 +59,7 @@ class Mount:
         self.centred, self.aligned = not np.any(self.arm), not np.any(rpy)
         self.plain = self.centred and self.aligned
 
-    def felt(self, felt: Felt) -> Felt:
+    def felt(self, felt: SensorInput) -> SensorInput:
         """Return the instant at the sensor, in its axes; contacts stay those of the link."""
         if self.plain and felt.askew is None:
             return felt

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensors.around import Around, no_surroundings
-from seals.sensors.board import Board, nothing_aboard
+from seals.deprecation import renamed_members
+from seals.sensors.onboard import OnboardState, nothing_aboard
+from seals.sensors.surroundings import Surroundings, no_surroundings
 
 if TYPE_CHECKING:
     from seals.rendering.eye import Eye
+
+__getattr__ = renamed_members(__name__, {"Felt": "SensorInput"})
 
 NO_CONTACT: Floats = np.zeros(6)
 NO_CONTACT.setflags(write=False)
@@ -21,8 +24,8 @@ NOBODY: Mapping[str, Floats] = MappingProxyType({})
 NOWHERE, NOTHING_ABOARD = no_surroundings(), nothing_aboard()
 
 
-class Felt(NamedTuple):
-    """What a sensor on a link may use, at one instant.
+class SensorInput(NamedTuple):
+    """Motion, contact and surroundings of a sensor's link at one instant.
 
     Args:
         time: [s].
@@ -56,8 +59,8 @@ class Felt(NamedTuple):
     contact: Floats = NO_CONTACT
     pressing: float = 0.0
     others: Mapping[str, Floats] = NOBODY
-    around: Around = NOWHERE
-    board: Board = NOTHING_ABOARD
+    around: Surroundings = NOWHERE
+    board: OnboardState = NOTHING_ABOARD
     askew: Floats | None = None
     eye: Eye | None = None
 
@@ -83,7 +86,7 @@ class Sensor(Protocol):
         ...
 
     def sense(
-        self, felt: Felt, memory: Any, rng: np.random.Generator, *, due: bool
+        self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
         """Return readings and the new memory.
 

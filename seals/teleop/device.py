@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from seals.control import Situation
+from seals.control import RobotState
 from seals.control.key_events import Event
 
 
@@ -18,7 +18,7 @@ class Device(Protocol):
 
     recorded: Sequence[Event]
 
-    def events(self, situation: Situation) -> Sequence[Event]:
+    def events(self, situation: RobotState) -> Sequence[Event]:
         """Return all events so far, those of the future too where they are known.
 
         The list only ever grows at its end, by events that are not earlier than
@@ -45,7 +45,7 @@ class Script:
         """Keep the events."""
         self.recorded: Sequence[Event] = tuple(events)
 
-    def events(self, situation: Situation) -> Sequence[Event]:
+    def events(self, situation: RobotState) -> Sequence[Event]:
         """Return all events."""
         return self.recorded
 

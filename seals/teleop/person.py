@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from seals.control import Plant, Situation
+from seals.control import Plant, RobotState
 from seals.control.key_events import Event
 from seals.control.keymap import CONTROLS
 from seals.errors import ConfigError, MissingExtra
@@ -48,7 +48,7 @@ class Person:
         self._began: float | None = None
         self._last: dict[str, float] = {}
 
-    def events(self, situation: Situation) -> Sequence[Event]:
+    def events(self, situation: RobotState) -> Sequence[Event]:
         """Wait until the clock has come as far as the simulation, and return all events."""
         now = situation.time
         if self._began is None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Plant, Situation
+from seals.control import Plant, RobotState
 from seals.multibody.tree import forward
 
 WIDTH, HEIGHT = 960, 520
@@ -40,7 +40,7 @@ class Window:
         self._trail: list[Floats] = []
         self._next = 0.0
 
-    def show(self, situation: Situation, held: Mapping[str, float]) -> None:
+    def show(self, situation: RobotState, held: Mapping[str, float]) -> None:
         """Draw one instant, when it is time for it."""
         if situation.time < self._next:
             return
@@ -53,7 +53,7 @@ class Window:
         self._words(situation, held)
         self._pygame.display.flip()
 
-    def _points(self, situation: Situation) -> list[tuple[Floats, Floats]]:
+    def _points(self, situation: RobotState) -> list[tuple[Floats, Floats]]:
         """Lines to draw: each link to its parent, and the drives, in the world [m]."""
         robot = self._plant.robot
         origins, _ = forward(
@@ -71,7 +71,7 @@ class Window:
 
     def _panel(
         self,
-        situation: Situation,
+        situation: RobotState,
         lines: list[tuple[Floats, Floats]],
         *,
         left: int,
@@ -107,7 +107,7 @@ class Window:
         draw.rect(self._screen, INK, frame, 1)
         self._screen.blit(self._font.render(name, True, INK), (left + 8, TOP + 6))
 
-    def _words(self, situation: Situation, held: Mapping[str, float]) -> None:
+    def _words(self, situation: RobotState, held: Mapping[str, float]) -> None:
         x, y, z = situation.position
         speed = float(np.linalg.norm(situation.velocity))
         keys = " ".join(key for key, value in held.items() if value) or "-"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from seals.config.compose import compose
-from seals.control import Aim, Controller, Guide, Order, Plant, Situation
+from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.plant import build_plant
 from seals.run.assembly import ROBOT, build_world
 from seals.run.build import build_run
@@ -108,7 +108,7 @@ def check_controller(
     made.bind(plant)
     memory, rng = made.start(), np.random.default_rng(0)
     for situation in course:
-        aim = Aim(velocity=rng.normal(size=3), yaw=float(rng.normal()))
+        aim = Reference(velocity=rng.normal(size=3), yaw=float(rng.normal()))
         order, memory = _pure(name, made.command, situation, aim, memory)
         _require_order(name, order, situation)
     return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
@@ -118,7 +118,7 @@ def _require_rate(name: str, made: Guide | Controller) -> None:
     require(made.rate > 0.0, name, f"is called {made.rate} times a second", "Give it a rate.")
 
 
-def _require_order(name: str, order: Order, situation: Situation) -> None:
+def _require_order(name: str, order: ActuatorCommand, situation: RobotState) -> None:
     drive, slack = order.drive, 1e-9
     inside = (drive <= situation.limit + slack) & (drive >= situation.low - slack)
     require(
@@ -162,7 +162,7 @@ def _plain(thing: Any) -> Any:
     return repr(thing)
 
 
-def _course(robot: str) -> tuple[list[Situation], Plant]:
+def _course(robot: str) -> tuple[list[RobotState], Plant]:
     """Return situations of a robot that falls, turning, into water, and its plant."""
     settings = build_run(compose([f"robot={robot}", *FALL]))
     world = build_world(settings)
@@ -189,18 +189,22 @@ class _Watcher:
     sense = "truth"
 
     def __init__(self) -> None:
-        self.seen: list[Situation] = []
+        self.seen: list[RobotState] = []
 
     def bind(self, plant: Plant) -> None:
-        self._idle = Order(np.zeros(plant.layout.drives), np.zeros(plant.robot.tree.joints))
+        self._idle = ActuatorCommand(
+            np.zeros(plant.layout.drives), np.zeros(plant.robot.tree.joints)
+        )
 
-    def start(self, situation: Situation | None = None) -> None:
+    def start(self, situation: RobotState | None = None) -> None:
         return None
 
-    def aim(self, situation: Situation, memory: Any) -> tuple[Aim, Any]:
-        return Aim(), memory
+    def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
+        return Reference(), memory
 
-    def command(self, situation: Situation, aim: Aim, memory: Any) -> tuple[Order, Any]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: Any
+    ) -> tuple[ActuatorCommand, Any]:
         self.seen.append(situation)
         return self._idle, memory
 

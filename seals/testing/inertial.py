@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensors.protocol import Felt, Sensor
+from seals.sensors.protocol import Sensor, SensorInput
 from seals.testing.contract import require
 
 STEP = 0.001
@@ -30,10 +30,10 @@ def felt(
     spin_rate: Any = (0.0, 0.0, 0.0),
     time: float = 0.0,
     step: float = STEP,
-) -> Felt:
+) -> SensorInput:
     """Return an instant of a level link with this specific force, spin and its rate, link axes."""
     force, spin, spin_rate = (np.asarray(x, dtype=float) for x in (force, spin, spin_rate))
-    return Felt(time, step, np.zeros(3), np.eye(3), np.zeros(3), spin, force, spin_rate)
+    return SensorInput(time, step, np.zeros(3), np.eye(3), np.zeros(3), spin, force, spin_rate)
 
 
 def check_inertial(name: str, make: Make, *, seed: int) -> dict[str, float]:
@@ -72,7 +72,7 @@ class _Inertial:
         self.name, self.make, self.quiet, self.known, self.seed = name, make, quiet, known, seed
         self.figures: dict[str, float] = {}
 
-    def record(self, channel: str, instants: list[Felt], **options: Any) -> Floats:
+    def record(self, channel: str, instants: list[SensorInput], **options: Any) -> Floats:
         """Readings of one channel, every instant due, shape (len(instants), 3)."""
         sensor, rng = self.make(**{**self.quiet, **options}), np.random.default_rng(self.seed)
         memory, rows = sensor.start(rng), []
@@ -183,7 +183,12 @@ class _Inertial:
         )
 
     def _equal(
-        self, where: str, channel: str, instant: Felt, expected: tuple[float, ...], **options: Any
+        self,
+        where: str,
+        channel: str,
+        instant: SensorInput,
+        expected: tuple[float, ...],
+        **options: Any,
     ) -> None:
         found = self.record(channel, [instant], **options)[0]
         off = float(np.abs(found - np.array(expected)).max())

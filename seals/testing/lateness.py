@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.sensors.delivery import NEW, Delivery, Values
-from seals.sensors.protocol import Felt, Sensor
+from seals.sensors.protocol import Sensor, SensorInput
 from seals.testing.contract import require
 
 COUNT = 600
@@ -19,7 +19,7 @@ STEP = 0.004
 
 
 def check_delivery(
-    name: str, make: Callable[..., Sensor], instant: Callable[[int], Felt], *, seed: int
+    name: str, make: Callable[..., Sensor], instant: Callable[[int], SensorInput], *, seed: int
 ) -> dict[str, float]:
     """Check latency and losses of a sensor that declares them; return the measured figures.
 
@@ -62,7 +62,7 @@ def check_delivery(
 
 
 def _record(
-    sensor: Any, instant: Callable[[int], Felt], seed: int, count: int
+    sensor: Any, instant: Callable[[int], SensorInput], seed: int, count: int
 ) -> tuple[list[Values | None], list[tuple[int, float, Values]]]:
     """Record the logged and the delivered readings: step, time it was taken, reading."""
     rng, way, line = np.random.default_rng(seed), Delivery(sensor), NEW

@@ -11,10 +11,10 @@ import numpy as np
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
 from seals.plugin_options import options_of
-from seals.sensors.around import Around
-from seals.sensors.board import Board, Outfit
+from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
-from seals.sensors.protocol import Felt, Sensor
+from seals.sensors.protocol import Sensor, SensorInput
+from seals.sensors.surroundings import Surroundings
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
@@ -23,7 +23,7 @@ from seals.testing.lateness import check_delivery
 INERTIAL = {"specific_force": 3, "angular_velocity": 3}
 """Channels of a sensor that is checked as an inertial one."""
 
-OUTFIT = Outfit(joints=("first", "second", "third"), rotors=4, battery=True)
+OUTFIT = RobotEquipment(joints=("first", "second", "third"), rotors=4, battery=True)
 """What the robot has that a sensor is checked on."""
 HEIGHTS = {"under water": -3.0, "in the air": 2.0}
 """Height of the sensor above the water surface [m]; the bottom lies at -5 m, a wall ahead."""
@@ -183,7 +183,7 @@ def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) ->
     )
 
 
-def _moving(k: int, place: str) -> Felt:
+def _moving(k: int, place: str) -> SensorInput:
     """A turning, accelerating instant of a robot at rest in its joints."""
     here = felt(
         force=(0.3 * k, 1.0, 9.0),
@@ -192,7 +192,7 @@ def _moving(k: int, place: str) -> Felt:
         time=0.004 * k,
     )
     wall = ObstacleSettings(size=[1.0, 20.0, 20.0], position=[6.0, 0.0, 0.0])
-    around = Around(
+    around = Surroundings(
         EnvironmentSettings(water_level=0.0, tank_bottom=-5.0, obstacles={"wall": wall})
     )
     joints, speeds = np.array([0.1, -0.2, 0.3]), np.array([500.0, 510.0, 520.0, 530.0])
@@ -200,5 +200,5 @@ def _moving(k: int, place: str) -> Felt:
         position=np.array([0.0, 0.0, HEIGHTS[place]]),
         velocity=np.array([0.5, 0.1, -0.05]),
         around=around,
-        board=Board(lambda: joints, lambda: speeds, lambda: (15.2, 8.0, 0.9)),
+        board=OnboardState(lambda: joints, lambda: speeds, lambda: (15.2, 8.0, 0.9)),
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.backend import Backend, BodyOptions, Configuration, Dynamics
-from seals.control import Order
+from seals.control import ActuatorCommand
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.environment.build import build_surroundings, exact_of
@@ -19,19 +19,19 @@ from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid
 from seals.motion import Inputs, Joints, Wrench
 from seals.multibody.equations import Assembly
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
-from seals.sensors.around import Around
-from seals.sensors.board import Board, spins
+from seals.sensors.onboard import OnboardState, spins
 from seals.sensors.protocol import Sensor
 from seals.sensors.rays import Shape, shapes_of_hull
+from seals.sensors.surroundings import Surroundings
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
-from seals.world.pilot import Pilot, Seen
-from seals.world.senses import Instant, Senses
+from seals.world.pilot import ControlInput, Pilot
+from seals.world.sensor_suite import Instant, SensorSuite
 from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
@@ -112,17 +112,17 @@ class Actor:
         self.pilot: Pilot | None = None
         self._speeds: Mapping[str, Any] = {}
         self._solid: list[tuple[int, Shape]] | None = None
-        self.senses = Senses(
+        self.senses = SensorSuite(
             robot,
             effects,
             sensors,
             body=self.body,
-            around=Around(environment, waves),
-            board=Board(self.body.joint_positions, self._rotor_speeds, self.supply),
+            around=Surroundings(environment, waves),
+            board=OnboardState(self.body.joint_positions, self._rotor_speeds, self.supply),
             gravity=environment.gravity,
         )
-        self._before: Moving | None = None
-        self._now: tuple[Kinematics, Moving] | None = None
+        self._before: LinkVelocities | None = None
+        self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
@@ -159,7 +159,7 @@ class Actor:
         sample = self.evaluator.surroundings.sample(motion)
         if self.pilot is not None:
             felt = self._contacts() if self.pilot.due else {}
-            seen = Seen(time, kinematics, moving, motion, joints, sample, felt)
+            seen = ControlInput(time, kinematics, moving, motion, joints, sample, felt)
             self._obey(self.pilot.command(seen))
         inputs = self._inputs(time, step, joints)
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
@@ -196,7 +196,7 @@ class Actor:
         whole = due._replace(wrench=due.wrench + wrench[None], sudden=True)
         self.body.apply(whole, step)
 
-    def _obey(self, order: Order) -> None:
+    def _obey(self, order: ActuatorCommand) -> None:
         """Hand an order to the drives and servos the robot has."""
         if order.drive.size:
             self.command = order.drive[None]
@@ -235,7 +235,7 @@ class Actor:
         position = train.position(time, self.joint_command, joints.position, step)
         return Inputs(step, torque, self.drive, self.voltage, position)
 
-    def look(self) -> tuple[Kinematics, Moving]:
+    def look(self) -> tuple[Kinematics, LinkVelocities]:
         """Poses and velocities at the current time; kept until the next step."""
         poses = self.body.poses()
         kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)

@@ -9,19 +9,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Controller, Guide, Order, Plant, Situation
+from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.estimate import Estimate, Estimator
 from seals.control.gauge import MassGauge, MassNow, WaterGauge
 from seals.control.protocols import Buoyancy, ControllerOptions
-from seals.control.thrust import Reach, ThrustGauge
+from seals.control.thrust import ActuatorLimits, ThrustGauge
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
 
 
-class Seen(NamedTuple):
+class ControlInput(NamedTuple):
     """The instant at which a pilot is called.
 
     Args:
@@ -36,26 +36,26 @@ class Seen(NamedTuple):
 
     time: float
     kinematics: Kinematics
-    moving: Moving
+    moving: LinkVelocities
     motion: Motion
     joints: Joints
     sample: Sample
     contacts: Mapping[str, float]
 
 
-class Kept(NamedTuple):
+class PilotState(NamedTuple):
     """What a pilot remembers; nothing in it is ever written to."""
 
     calls: int
     guide: Any
     controller: Any
-    aim: Aim | None
-    order: Order | None
+    aim: Reference | None
+    order: ActuatorCommand | None
     readings: Mapping[str, Mapping[str, Floats]]
     estimate: Estimate | None
 
 
-NEW = Kept(0, None, None, None, None, {}, None)
+NEW = PilotState(0, None, None, None, None, {}, None)
 
 
 class Pilot:
@@ -89,7 +89,7 @@ class Pilot:
         self._kept = NEW
         # a gait asks for none of these, and weighing costs more than walking
         self._options = options_of(controller, ControllerOptions)
-        self._weighed: tuple[MassNow, float, Buoyancy, Reach] | None = None
+        self._weighed: tuple[MassNow, float, Buoyancy, ActuatorLimits] | None = None
         self.bodies: Mapping[str, Floats] = {}
 
     @property
@@ -108,7 +108,7 @@ class Pilot:
         return None if self._kept.guide is None else self.guide.finished(self._kept.guide)
 
     @property
-    def aim(self) -> Aim | None:
+    def aim(self) -> Reference | None:
         """What the guide wants now; None before the start."""
         return self._kept.aim
 
@@ -121,11 +121,11 @@ class Pilot:
         """Whether `command` will call the controller this time."""
         return self._kept.calls % self._every == 0
 
-    def command(self, seen: Seen) -> Order:
+    def command(self, seen: ControlInput) -> ActuatorCommand:
         """Return the order for the coming step; called once a step, after `hear`."""
         kept = self._kept
         if not self.due and kept.order is not None:
-            self._kept = Kept(kept.calls + 1, *kept[1:])
+            self._kept = PilotState(kept.calls + 1, *kept[1:])
             return kept.order
         guide, controller, aim = kept.guide, kept.controller, kept.aim
         fresh = controller is None
@@ -137,7 +137,7 @@ class Pilot:
         order, controller = self.controller.command(situation, aim, controller)
         self._refuse_wild(order)
         heard = kept.readings, kept.estimate
-        self._kept = Kept(kept.calls + 1, guide, controller, aim, order, *heard)
+        self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
@@ -146,9 +146,9 @@ class Pilot:
         if fresh:
             kept = self._kept
             estimate = self._estimator.update(time, fresh, kept.estimate)
-            self._kept = Kept(*kept[:5], {**kept.readings, **fresh}, estimate)
+            self._kept = PilotState(*kept[:5], {**kept.readings, **fresh}, estimate)
 
-    def _situation(self, seen: Seen, kept: Kept, phase: Floats) -> Situation:
+    def _situation(self, seen: ControlInput, kept: PilotState, phase: Floats) -> RobotState:
         mass, submersion, buoyancy, reach = self._weigh(seen)
         level = self.plant.environment.water_level
         truth = Estimate(
@@ -159,7 +159,7 @@ class Pilot:
             seen.motion.angular_velocity[0],
         )
         pose = self._estimator.now(seen.time, truth, kept.estimate)
-        return Situation(
+        return RobotState(
             time=seen.time,
             step=self._every * self._step,
             position=pose.position,
@@ -185,7 +185,7 @@ class Pilot:
             phase=phase,
         )
 
-    def _weigh(self, seen: Seen) -> tuple[MassNow, float, Buoyancy, Reach]:
+    def _weigh(self, seen: ControlInput) -> tuple[MassNow, float, Buoyancy, ActuatorLimits]:
         """Mass properties, submersion, buoyancy and reach of the drives, now or at the start."""
         if self._options.weighs or self._weighed is None:
             self._weighed = (
@@ -195,7 +195,7 @@ class Pilot:
             )
         return self._weighed
 
-    def _refuse_wild(self, order: Order) -> None:
+    def _refuse_wild(self, order: ActuatorCommand) -> None:
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
         fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
         if not fits or not math.isfinite(order.drive @ order.drive + order.joints @ order.joints):
@@ -204,10 +204,10 @@ class Pilot:
                 f"Allowed: {drives} and {joints} finite numbers."
             )
 
-    def snapshot(self) -> Kept:
+    def snapshot(self) -> PilotState:
         """Return all memory."""
         return self._kept
 
-    def restore(self, kept: Kept) -> None:
+    def restore(self, kept: PilotState) -> None:
         """Put a snapshot back."""
         self._kept = kept

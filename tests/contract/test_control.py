@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seals import registry
-from seals.control import Aim, Order, Situation
+from seals.control import ActuatorCommand, Reference, RobotState
 from seals.plugins.controllers.station import Station
 from seals.plugins.guides.hover import Hover
 from seals.testing import ContractError, check_controller, check_guide
@@ -36,19 +36,21 @@ class HoverForgetful(Hover):
 
     calls: list[int] = field(default_factory=list)
 
-    def aim(self, situation: Situation, memory: object) -> tuple[Aim, object]:
+    def aim(self, situation: RobotState, memory: object) -> tuple[Reference, object]:
         """Return a velocity that grows with every call."""
         self.calls.append(1)
-        return Aim(velocity=np.full(3, float(len(self.calls)))), memory
+        return Reference(velocity=np.full(3, float(len(self.calls)))), memory
 
 
 @dataclass(kw_only=True)
 class StationWild(Station):
     """A controller that knows no limits."""
 
-    def command(self, situation: Situation, aim: Aim, memory: object) -> tuple[Order, object]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: object
+    ) -> tuple[ActuatorCommand, object]:
         """Return twice what the thrusters can do."""
-        return Order(2.0 * situation.limit, situation.joints), memory
+        return ActuatorCommand(2.0 * situation.limit, situation.joints), memory
 
 
 def test_a_guide_with_a_memory_of_its_own_is_refused() -> None:

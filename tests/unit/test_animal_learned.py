@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.control import Situation
+from seals.control import RobotState
 from seals.errors import ConfigError, SealsError
 from seals.learn.shipped import policy_folder, shipped
 from seals.plugins.guides.learned import Learned
@@ -114,7 +114,7 @@ def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="looks at 'grip'"):
         _stepped(f"guide.policy={catch}")
     with pytest.raises(ConfigError, match="looks at the phases of the legs"):
-        Learned().start(Situation(**dict.fromkeys(Situation._fields, np.zeros(0))))  # type: ignore[arg-type]
+        Learned().start(RobotState(**dict.fromkeys(RobotState._fields, np.zeros(0))))  # type: ignore[arg-type]
     wicked = _copy(tmp_path / "wicked", overrides=["env=crab_walk", "task._target_=os.system"])
     with pytest.raises(ConfigError, match="no training writes"):
         _stepped(f"guide.policy={wicked}")

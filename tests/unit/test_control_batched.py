@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.control import Aim, Buoyancy, Situation
+from seals.control import Buoyancy, Reference, RobotState
 from seals.control.allocation import Saturation
 from seals.control.batched import BatchAllocation, View
 from seals.control.gauge import MassGauge
@@ -30,11 +30,11 @@ def parts(request: pytest.FixtureRequest) -> Any:
     return settings.controller, build_plant(robot, effects, settings.environment), joints
 
 
-def _situation(plant: Any, joints: Any, rng: np.random.Generator, wet: float) -> Situation:
+def _situation(plant: Any, joints: Any, rng: np.random.Generator, wet: float) -> RobotState:
     rpy = rng.normal(size=(1, 3)) * [0.3, 0.3, 0.5]
     at, n = MassGauge(plant.robot).at(joints), plant.layout.drives
     gain = np.full(n, 1.0 + wet * 500.0)
-    return Situation(
+    return RobotState(
         time=0.0,
         step=0.008,
         position=np.zeros(3),
@@ -85,13 +85,13 @@ def test_commands_agree(parts: Any, hurry: float, saturation: str) -> None:
     assert limited > 0 or hurry < 1.0
 
 
-def _aim(plant: Any, joints: Any, velocity: Any) -> Aim:
+def _aim(plant: Any, joints: Any, velocity: Any) -> Reference:
     """A wanted velocity, arms where they are."""
     arms = {name: joints[list(arm.joints)] for name, arm in plant.robot.arms.items()}
-    return Aim(velocity=velocity, joints=arms)
+    return Reference(velocity=velocity, joints=arms)
 
 
-def _view(seen: list[Situation]) -> View:
+def _view(seen: list[RobotState]) -> View:
     def column(name: str) -> Any:
         return np.array([np.atleast_1d(getattr(s, name)) for s in seen])
 

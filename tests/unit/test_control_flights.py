@@ -9,7 +9,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
-from seals.control.protocols import Aim, Order, Situation
+from seals.control.protocols import ActuatorCommand, Reference, RobotState
 from seals.errors import ConfigError
 from seals.frames import matrix_of
 from seals.logs import Log
@@ -19,7 +19,7 @@ from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 
 QUAD = ("robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]")
 ARM = ("robot=aam", "guide=hover", "guide.arm=sweep", "guide.delay=0.1", "initial.position=[0,0,2]")
@@ -104,7 +104,7 @@ def test_the_controller_is_called_at_its_own_rate(monkeypatch: pytest.MonkeyPatc
     assert actor.pilot is not None
     law, called = actor.pilot.controller.command, list[float]()
 
-    def marked(situation: Situation, aim: Aim, memory: Any) -> tuple[Order, Any]:
+    def marked(situation: RobotState, aim: Reference, memory: Any) -> tuple[ActuatorCommand, Any]:
         called.append(situation.time)
         order, memory = law(situation, aim, memory)
         # every call gives another order, whatever rounding makes of the law
@@ -128,7 +128,9 @@ def test_odometry_spreads_as_it_says() -> None:
     turn = matrix_of(np.array([[0.1, -0.2, 0.3, 0.927]]) / np.linalg.norm([0.1, 0.2, 0.3, 0.927]))[
         0
     ]
-    felt = Felt(0.0, 0.01, np.ones(3), turn, np.full(3, 2.0), np.full(3, 3.0), *np.zeros((2, 3)))
+    felt = SensorInput(
+        0.0, 0.01, np.ones(3), turn, np.full(3, 2.0), np.full(3, 3.0), *np.zeros((2, 3))
+    )
     rows = [sensor.sense(felt, None, rng, due=True)[0] for _ in range(4000)]
     assert sensor.sense(felt, None, rng, due=False)[0] is None
     table = {k: np.array([row[k] for row in rows if row is not None]) for k in sensor.channels()}

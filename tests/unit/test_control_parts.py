@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.config.compose import compose
-from seals.control import Aim
+from seals.control import Reference
+from seals.control.arm_kinematics import ArmKinematics
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
 from seals.control.gauge import MassGauge
 from seals.control.limbs import Reckoned, joint_targets, stowed, way_of
-from seals.control.reach import Reach
 from seals.control.tracking import minimum_jerk
 from seals.errors import ConfigError, PhysicsError, RobotError
 from seals.frames import exponential, matrix_of, quaternion_of
@@ -134,18 +134,18 @@ def test_targets_keep_what_the_aim_leaves_out_and_stay_within_limits() -> None:
     arm, gripper = robot.arms["arm"], robot.grippers["gripper"]
     np.testing.assert_allclose(rest[list(arm.joints)], arm.stowed)
     np.testing.assert_allclose(rest[list(gripper.joints)], gripper.open)
-    aim = Aim(joints={"arm": np.array([9.0, 0.0, 0.0])}, grip={"gripper": 1.0})
+    aim = Reference(joints={"arm": np.array([9.0, 0.0, 0.0])}, grip={"gripper": 1.0})
     found = joint_targets(aim, rest, robot)
     assert found[arm.joints[0]] == robot.upper[arm.joints[0]]
     np.testing.assert_allclose(found[list(gripper.joints)], gripper.closed)
-    np.testing.assert_allclose(joint_targets(Aim(), found, robot), found)
+    np.testing.assert_allclose(joint_targets(Reference(), found, robot), found)
 
 
 def test_an_aim_for_a_limb_that_is_not_there_is_refused() -> None:
     """The refusal names the nearest arm."""
     robot = robot_of("aam")
     with pytest.raises(ConfigError, match=r"no arm 'amr'\.\nDid you mean 'arm'"):
-        joint_targets(Aim(joints={"amr": np.zeros(3)}), stowed(robot), robot)
+        joint_targets(Reference(joints={"amr": np.zeros(3)}), stowed(robot), robot)
 
 
 def test_limbs_with_unknown_parts_are_refused_with_the_nearest_name() -> None:
@@ -165,7 +165,7 @@ def test_the_tool_s_jacobian_is_the_slope_of_its_place() -> None:
     """Finite differences of the tool's place agree with the Jacobian."""
     robot, rng = robot_of("aam"), np.random.default_rng(1)
     arm = robot.arms["arm"]
-    reach = Reach(robot, arm, point=(0.0, 0.0, -0.1))
+    reach = ArmKinematics(robot, arm, point=(0.0, 0.0, -0.1))
     q = rng.uniform(-0.5, 0.5, robot.tree.joints)
     _, jacobian = reach.tool(q)
     origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], q[None])
@@ -181,7 +181,7 @@ def test_the_arm_reaches_what_it_can_and_refuses_the_rest() -> None:
     """Places that the arm has been at are found again; far ones are refused with the distance."""
     robot, rng = robot_of("aam"), np.random.default_rng(2)
     arm = robot.arms["arm"]
-    reach, index = Reach(robot, arm), list(arm.joints)
+    reach, index = ArmKinematics(robot, arm), list(arm.joints)
     low, high = robot.lower[index], robot.upper[index]
     begin = stowed(robot)
     begin[index] = 0.5 * (low + high)
@@ -200,7 +200,7 @@ def test_the_arm_reaches_what_it_can_and_refuses_the_rest() -> None:
 def test_rates_stay_bounded_where_the_arm_is_stretched() -> None:
     """A velocity that a stretched arm cannot follow makes no wild rates."""
     robot = robot_of("aam")
-    reach = Reach(robot, robot.arms["arm"])
+    reach = ArmKinematics(robot, robot.arms["arm"])
     place, _ = reach.tool(np.zeros(robot.tree.joints))
     rates = reach.rates(np.zeros(robot.tree.joints), 0.2 * place / np.linalg.norm(place), 0.01)
     assert np.abs(rates).max() <= 3.0

@@ -17,7 +17,7 @@ from seals.run import build_world
 from seals.run.build import build_run
 from seals.run.recorder import Recorder
 from seals.run.simulation import simulate
-from seals.sensors.carried import Carried
+from seals.sensors.mounted import MountedSensor
 from seals.sysid.vehicle import READ, read_vehicle
 from seals.testing.sensor import OUTFIT
 
@@ -58,7 +58,7 @@ def test_the_table_holds_no_other_sensor() -> None:
 def test_the_page_names_the_fields_that_all_share() -> None:
     """Link, latency, dropout and outage, and each set of senses, are on the page."""
     text = PAGE.read_text(encoding="utf-8")
-    for field in dataclasses.fields(Carried):
+    for field in dataclasses.fields(MountedSensor):
         assert f"`{field.name}`" in text
     for path in recipe_groups()["senses"]:
         assert f"+senses={path.stem}" in text

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.environment.sampler import WaterColumn
 from seals.environment.seawater import density_of, viscosity_of
-from seals.environment.surroundings import WaterColumn
 from seals.run import build_world
 from seals.run.build import build_run
 

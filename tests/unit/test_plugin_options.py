@@ -12,7 +12,7 @@ from seals.control.protocols import NO_LEGS, ControllerOptions
 from seals.effects.effect import ActuatorOptions, EffectOptions, MediumKind
 from seals.errors import ConfigError
 from seals.plugin_options import options_of
-from seals.sensors.carried import Carried
+from seals.sensors.mounted import MountedSensor
 from seals.sensors.options import SensorOptions
 
 
@@ -59,7 +59,7 @@ def test_a_stranger_among_controllers_has_no_form_over_a_batch() -> None:
 def test_a_plugin_of_the_base_comes_back_untouched() -> None:
     """Fields and class attributes of a subclass stand; nothing is written to it."""
 
-    class Depth(Carried):
+    class Depth(MountedSensor):
         sees: ClassVar[bool] = True
 
     depth = Depth(latency=0.2)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.plant import build_plant
 from seals.control.protocols import Guide
 from seals.errors import ConfigError
@@ -42,7 +42,7 @@ def situation(
     *,
     cube: np.ndarray | None = None,
     pads: float = 0.0,
-) -> Situation:
+) -> RobotState:
     """A level robot at a place that sees a cube and feels something with all pads."""
     readings: dict[str, Mapping[str, np.ndarray]] = {}
     if cube is not None:
@@ -58,7 +58,7 @@ def situation(
         "contacts": {f"tip_{k}": pads for k in (1, 2, 3)},
     }
     # what a mission does not look at stays at rest
-    return Situation(**{name: known.get(name, zero) for name in Situation._fields})
+    return RobotState(**{name: known.get(name, zero) for name in RobotState._fields})
 
 
 class Ideal:
@@ -71,7 +71,7 @@ class Ideal:
         self.stages: list[str] = []
         self.memory = guide.start(self.situation())
 
-    def situation(self) -> Situation:
+    def situation(self) -> RobotState:
         """What it knows now."""
         pads = 0.0 if self.slippery or self.grip < 0.9 else 5.0
         return situation(self.time, self.place, self.joints, cube=self.cube, pads=pads)
@@ -87,7 +87,7 @@ class Ideal:
                 break
         return self.guide.finished(self.memory)
 
-    def follow(self, aim: Aim) -> None:
+    def follow(self, aim: Reference) -> None:
         """Move as wanted."""
         self.time += STEP
         before, self.place = self.place, np.array(self.memory.place)

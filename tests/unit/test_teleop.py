@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from seals.cli.main import main
-from seals.control import Situation
+from seals.control import RobotState
 from seals.control.key_events import Event, held_after, read_track, write_track
 from seals.control.keymap import CONTROLS, stick_of, table
 from seals.errors import ConfigError, LogError, MissingExtra
@@ -137,15 +137,15 @@ ROBOT = SimpleNamespace(
 )
 
 
-def situation(time: float, position: Any = (0.0, 0.0, 1.0), yaw: float = 0.0) -> Situation:
+def situation(time: float, position: Any = (0.0, 0.0, 1.0), yaw: float = 0.0) -> RobotState:
     """Return a robot somewhere, level."""
     cos, sin = math.cos(yaw), math.sin(yaw)
-    values = dict.fromkeys(Situation._fields) | {
+    values = dict.fromkeys(RobotState._fields) | {
         "time": time,
         "position": np.array(position, dtype=float),
         "rotation": np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]),
     }
-    return Situation(**values)  # type: ignore[arg-type]
+    return RobotState(**values)  # type: ignore[arg-type]
 
 
 def flown(

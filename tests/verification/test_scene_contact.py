@@ -12,7 +12,7 @@ from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 from seals.testing.sensor import check_sensor
 
 WEIGHT = 0.1 * 9.81
@@ -25,11 +25,11 @@ def settings(*overrides: str) -> RunSettings:
     return build_run(compose([*base, *sensor, *overrides]))
 
 
-def felt(pressing: float, step: float = 0.004) -> Felt:
+def felt(pressing: float, step: float = 0.004) -> SensorInput:
     """An instant in which a link is pressed."""
     zero = np.zeros(3)
     motion = (0.0, step, zero, np.eye(3), zero, zero, zero, zero)
-    return Felt(*motion, pressing=pressing)
+    return SensorInput(*motion, pressing=pressing)
 
 
 @pytest.mark.parametrize("load", [0.0, 0.2, 1.0])

@@ -24,20 +24,20 @@ from seals.hydrostatics import (
 )
 from seals.plugins.sensors.range_finder import SensorRangeFinder
 from seals.plugins.waves.airy import WaveAiry
-from seals.sensors.around import Around
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
 from seals.sensors.rays import distances, shapes_of_hull
+from seals.sensors.surroundings import Surroundings
 
 QUIET: dict[str, Any] = {"noise": 0.0, "noise_share": 0.0, "resolution": 0.0}
 DOWN = [0.0, math.pi / 2.0, 0.0]
 STILL = np.zeros(3)
 
 
-def read(sensor: SensorRangeFinder, around: Around, position: Any, rpy: Any = STILL) -> Any:
+def read(sensor: SensorRangeFinder, around: Surroundings, position: Any, rpy: Any = STILL) -> Any:
     """The range [m], or None where the sensor says that there is none."""
     turn = matrix_of(quaternion_of_rpy(np.array([rpy], dtype=float)))[0]
     here = np.asarray(position, dtype=float)
-    felt = Felt(0.0, 0.004, here, turn, STILL, STILL, STILL, STILL, around=around)
+    felt = SensorInput(0.0, 0.004, here, turn, STILL, STILL, STILL, STILL, around=around)
     rng = np.random.default_rng(0)
     found, _ = sensor.sense(felt, sensor.start(rng), rng, due=True)
     assert found is not None
@@ -48,14 +48,14 @@ def read(sensor: SensorRangeFinder, around: Around, position: Any, rpy: Any = ST
 @pytest.mark.parametrize("tilt", [0.0, 0.3, -0.6])
 def test_a_tilted_altimeter_reads_the_slant(tilt: float) -> None:
     """Above level ground at 3 m the range is 3 / cos(tilt)."""
-    around = Around(EnvironmentSettings(ground_level=0.0))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0))
     found = read(SensorRangeFinder(rpy=DOWN, **QUIET), around, [1.0, 2.0, 3.0], [tilt, 0.0, 0.5])
     assert found == pytest.approx(3.0 / math.cos(tilt), rel=1e-12)
 
 
 def test_a_cone_reads_the_nearest_point() -> None:
     """A cone of 0.5 rad tilted by 0.7: its edge is at 0.45, so 3 / cos(0.45)."""
-    around = Around(EnvironmentSettings(ground_level=0.0))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0))
     cone = SensorRangeFinder(rpy=DOWN, beam_width=0.5, **QUIET)
     # the tilt lies in the plane of one of the spokes
     assert read(cone, around, [0.0, 0.0, 3.0], [0.7, 0.0, 0.0]) == pytest.approx(
@@ -67,7 +67,7 @@ def test_a_cone_reads_the_nearest_point() -> None:
 def test_an_obstacle_comes_before_the_ground() -> None:
     """A ball of 0.5 m with its centre 4 m ahead and 0.3 m aside: 4 - sqrt(0.5^2 - 0.3^2)."""
     ball = ObstacleSettings(type=SolidType.sphere, size=[0.5], position=[4.0, 0.3, 2.0])
-    around = Around(EnvironmentSettings(ground_level=0.0, obstacles={"ball": ball}))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0, obstacles={"ball": ball}))
     sensor = SensorRangeFinder(**QUIET)
     assert read(sensor, around, [0.0, 0.0, 2.0]) == pytest.approx(4.0 - 0.4, rel=1e-12)
     assert read(sensor, around, [0.0, 0.0, 2.0], [0.0, 0.0, math.pi]) is None
@@ -75,16 +75,16 @@ def test_an_obstacle_comes_before_the_ground() -> None:
 
 def test_out_of_range_is_said() -> None:
     """Too near, too far and nothing there: no range, and a flag of zero."""
-    around = Around(EnvironmentSettings(ground_level=0.0))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0))
     sensor = SensorRangeFinder(rpy=DOWN, nearest=0.2, farthest=5.0, **QUIET)
     found = [read(sensor, around, [0.0, 0.0, z]) for z in (0.19, 0.21, 4.99, 5.01)]
     assert found == [None, pytest.approx(0.21), pytest.approx(4.99), None]
-    assert read(sensor, Around(EnvironmentSettings()), [0.0, 0.0, 1.0]) is None
+    assert read(sensor, Surroundings(EnvironmentSettings()), [0.0, 0.0, 1.0]) is None
 
 
 def test_the_water_surface_returns_sound_from_either_side() -> None:
     """From the air 2 m above still water, and from 3 m below it looking up."""
-    around = Around(EnvironmentSettings(water_level=0.0, tank_bottom=-4.0))
+    around = Surroundings(EnvironmentSettings(water_level=0.0, tank_bottom=-4.0))
     sensor = SensorRangeFinder(rpy=DOWN, **QUIET)
     assert read(sensor, around, [0.0, 0.0, 2.0]) == pytest.approx(2.0)
     assert read(sensor, around, [0.0, 0.0, -3.0], [math.pi, 0.0, 0.0]) == pytest.approx(3.0)
@@ -99,7 +99,7 @@ def test_the_water_surface_returns_sound_from_either_side() -> None:
 )
 def test_a_range_finder_works_in_its_medium(medium: str, height: float, works: bool) -> None:
     """An altimeter for water says in the air that it has no range."""
-    around = Around(EnvironmentSettings(water_level=0.0, tank_bottom=-2.0))
+    around = Surroundings(EnvironmentSettings(water_level=0.0, tank_bottom=-2.0))
     sensor = SensorRangeFinder(rpy=DOWN, medium=MediumKind(medium), **QUIET)
     assert (read(sensor, around, [0.0, 0.0, height]) is not None) is works
 
@@ -107,7 +107,7 @@ def test_a_range_finder_works_in_its_medium(medium: str, height: float, works: b
 def test_a_slanted_ray_finds_the_surface_of_a_wave() -> None:
     """The first root of z(s) - a cos(k x(s)) along the ray, by a root finder of its own."""
     wave = WaveAiry(amplitude=0.3, period=3.0)
-    around = Around(EnvironmentSettings(water_level=0.0), wave)
+    around = Surroundings(EnvironmentSettings(water_level=0.0), wave)
     k, tilt = wave.wavenumber, 0.5
     sensor = SensorRangeFinder(**QUIET)
     found = read(sensor, around, [1.0, 0.0, 2.0], [0.0, tilt, 0.0])
@@ -122,17 +122,17 @@ def test_a_slanted_ray_finds_the_surface_of_a_wave() -> None:
 
 def test_errors_of_a_range_finder() -> None:
     """Scale, then bias, then whole steps."""
-    around = Around(EnvironmentSettings(ground_level=0.0))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0))
     options = {**QUIET, "gain_error": 0.02, "bias": 0.05, "resolution": 0.1}
     assert read(SensorRangeFinder(rpy=DOWN, **options), around, [0, 0, 4.0]) == pytest.approx(4.1)
 
 
 def test_noise_grows_with_the_distance() -> None:
     """sqrt(0.03^2 + (0.02 x 4)^2) at 4 m, from 4,000 readings."""
-    around = Around(EnvironmentSettings(ground_level=0.0))
+    around = Surroundings(EnvironmentSettings(ground_level=0.0))
     sensor = SensorRangeFinder(rpy=DOWN, noise=0.03, noise_share=0.02, resolution=0.0)
     here = np.array([0.0, 0.0, 4.0])
-    felt = Felt(0.0, 0.004, here, np.eye(3), STILL, STILL, STILL, STILL, around=around)
+    felt = SensorInput(0.0, 0.004, here, np.eye(3), STILL, STILL, STILL, STILL, around=around)
     rng, rows = np.random.default_rng(1), []
     for _ in range(4000):
         found, _ = sensor.sense(felt, sensor.start(rng), rng, due=True)

@@ -17,8 +17,8 @@ from seals.plugins.sensors.gps import SensorGps
 from seals.plugins.sensors.magnetometer import SensorMagnetometer
 from seals.plugins.sensors.pressure import SensorPressure
 from seals.plugins.waves.airy import WaveAiry
-from seals.sensors.around import Around
-from seals.sensors.protocol import Felt
+from seals.sensors.protocol import SensorInput
+from seals.sensors.surroundings import Surroundings
 
 G, RHO = 9.81, 1000.0
 STILL = np.zeros(3)
@@ -31,32 +31,32 @@ QUIET_PRESSURE: dict[str, Any] = {"noise": 0.0, "drift": 0.0, "resolution": 0.0}
 
 
 def instant(
-    around: Around,
+    around: Surroundings,
     position: Any,
     *,
     rpy: Any = (0.0, 0.0, 0.0),
     velocity: Any = STILL,
     spin: Any = STILL,
     time: float = 0.0,
-) -> Felt:
+) -> SensorInput:
     """An instant of a link; velocity in the world, spin in link axes."""
     turn = matrix_of(quaternion_of_rpy(np.array([rpy], dtype=float)))[0]
     here, v = np.asarray(position, dtype=float), np.asarray(velocity, dtype=float) @ turn
-    return Felt(
+    return SensorInput(
         time, 0.004, here, turn, v, np.asarray(spin, dtype=float), STILL, STILL, around=around
     )
 
 
-def read(sensor: Any, felt: Felt, seed: int = 0) -> Any:
+def read(sensor: Any, felt: SensorInput, seed: int = 0) -> Any:
     """One reading from a fresh memory."""
     rng = np.random.default_rng(seed)
     return sensor.sense(felt, sensor.start(rng), rng, due=True)[0]
 
 
-def water(**more: Any) -> Around:
+def water(**more: Any) -> Surroundings:
     """Water of one density up to z = 0."""
     waves = more.pop("waves", None)
-    return Around(EnvironmentSettings(water_level=0.0, water_density=RHO, **more), waves)
+    return Surroundings(EnvironmentSettings(water_level=0.0, water_density=RHO, **more), waves)
 
 
 def test_pressure_is_that_of_the_column_above_the_port() -> None:
@@ -80,7 +80,7 @@ def test_pressure_in_a_stratified_column() -> None:
     for depth in (3.0, 10.0, 25.0):
         first = min(depth, 10.0)
         load = top * first + 0.5 * (low - top) / 10.0 * first**2 + low * (depth - first)
-        found = Around(e).pressure(0.0, np.array([0.0, 0.0, 1.0 - depth]))
+        found = Surroundings(e).pressure(0.0, np.array([0.0, 0.0, 1.0 - depth]))
         assert found == pytest.approx(G * load, rel=1e-12)
 
 

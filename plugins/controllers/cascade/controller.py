@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.control import Aim, Order, Plant, Situation
+from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
 from seals.control.attitude import attitude_error, cross3, lean_for
@@ -135,7 +135,9 @@ class Cascade(CascadeSettings):
         inner = Inner(None, Trend.flat(15))
         return Memory(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
 
-    def command(self, situation: Situation, aim: Aim, memory: Memory) -> tuple[Order, Memory]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: Memory
+    ) -> tuple[ActuatorCommand, Memory]:
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
         gains = Gains.between(*self._media, s.submersion)
@@ -172,9 +174,9 @@ class Cascade(CascadeSettings):
             turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
         after = self._lag.followed(drive, order, s.step)
         kept = Memory(total, turn_total, velocity, inner, known, after, joints)
-        return Order(order, joints), kept
+        return ActuatorCommand(order, joints), kept
 
-    def _unaware(self, s: Situation) -> Situation:
+    def _unaware(self, s: RobotState) -> RobotState:
         """Return the situation of a robot that takes its arms to be stowed."""
         rest = self._at_rest
         return s._replace(
@@ -183,7 +185,7 @@ class Cascade(CascadeSettings):
             momentum_map=0.0 * rest.momentum_map,
         )
 
-    def _inner(self, s: Situation, targets: Floats, inner: Inner) -> Inner:
+    def _inner(self, s: RobotState, targets: Floats, inner: Inner) -> Inner:
         """Return what the joints' motion does, reckoned from their targets: it has no noise.
 
         Their measured motion would close a loop through the servos and shake the arm.
@@ -197,13 +199,13 @@ class Cascade(CascadeSettings):
         both = (s.centre_map @ arm.rate, s.momentum_map @ arm.rate, s.inertia.reshape(9))
         return Inner(arm, inner.moved.next(np.concatenate(both), s.step, self.smoothing))
 
-    def _wanted(self, s: Situation, aim: Aim, gains: Gains) -> Floats:
+    def _wanted(self, s: RobotState, aim: Reference, gains: Gains) -> Floats:
         if aim.position is None:
             return aim.velocity
         velocity: Floats = aim.velocity + gains.position * (aim.position - s.position)
         return velocity
 
-    def _force(self, s: Situation, asked: Floats, velocity: Floats) -> Floats:
+    def _force(self, s: RobotState, asked: Floats, velocity: Floats) -> Floats:
         """Return the force the rotors shall make, drag at a velocity included, world axes [N]."""
         force = s.mass * asked
         if s.submersion > 0.0:
@@ -215,7 +217,7 @@ class Cascade(CascadeSettings):
         return force
 
     def _turning(
-        self, s: Situation, axis: Floats, known: Trend, yaw_rate: float
+        self, s: RobotState, axis: Floats, known: Trend, yaw_rate: float
     ) -> tuple[Floats, Floats]:
         """Return spin and its rate that go with the lean, body axes [rad/s, rad/s^2].
 
@@ -233,7 +235,7 @@ class Cascade(CascadeSettings):
             turning[0] += yaw_rate * (axis @ s.rotation)
         return turning[0], turning[1]
 
-    def _torque(self, s: Situation, want: Floats, inner: Inner) -> Floats:
+    def _torque(self, s: RobotState, want: Floats, inner: Inner) -> Floats:
         """Return the torque about the centre of gravity that the rotors shall make [N m]."""
         inertia = s.inertia
         if s.submersion > 0.0:

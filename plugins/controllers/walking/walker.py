@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Order, Plant, Situation
+from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.protocols import NO_LEGS, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
@@ -152,7 +152,9 @@ class Walker(ControllerOptions, ABC):
         """Return the phase of every leg in its cycle, shape (N,)."""
         return NO_LEGS if memory is None else memory.phase
 
-    def command(self, situation: Situation, aim: Aim, memory: Pace) -> tuple[Order, Pace]:
+    def command(
+        self, situation: RobotState, aim: Reference, memory: Pace
+    ) -> tuple[ActuatorCommand, Pace]:
         """Return the joint values of the coming period."""
         manner = self.manner(aim.manner)
         pace = self._paced(situation, aim, memory, manner)
@@ -167,7 +169,7 @@ class Walker(ControllerOptions, ABC):
         )
         joints = self._rest.copy()
         joints[self._columns] = self._legs.angles(toes)
-        return Order(np.zeros(self._drives), joints), pace
+        return ActuatorCommand(np.zeros(self._drives), joints), pace
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
         """Return how the legs step: as the gait has it, and as a guide wishes."""
@@ -201,7 +203,7 @@ class Walker(ControllerOptions, ABC):
         places[:, 2] += manner.crouch
         return places
 
-    def _paced(self, s: Situation, aim: Aim, memory: Pace, manner: Manner) -> Pace:
+    def _paced(self, s: RobotState, aim: Reference, memory: Pace, manner: Manner) -> Pace:
         """Take up the walk that is wanted, and let the legs cycle on."""
         heading = self._heading(s, aim, memory.heading)
         wanted = self._wanted(s, aim, heading)
@@ -218,7 +220,7 @@ class Walker(ControllerOptions, ABC):
             return pace._replace(lively=lively if going else 0.0)
         return pace._replace(phase=self.advanced(pace, manner, s.step))
 
-    def _heading(self, s: Situation, aim: Aim, last: float) -> float:
+    def _heading(self, s: RobotState, aim: Reference, last: float) -> float:
         """Heading that belongs to the way [rad]."""
         east, north = float(aim.velocity[0]), float(aim.velocity[1])
         if self.facing is Facing.aim:
@@ -232,7 +234,7 @@ class Walker(ControllerOptions, ABC):
         aside = 0.5 * math.pi * (1.0 if math.sin(way - s.yaw) >= 0.0 else -1.0)
         return way - aside
 
-    def _wanted(self, s: Situation, aim: Aim, heading: float) -> Walk:
+    def _wanted(self, s: RobotState, aim: Reference, heading: float) -> Walk:
         """Walk in body axes that makes the wanted velocity and heading."""
         c, n = math.cos(s.yaw), math.sin(s.yaw)
         east, north = float(aim.velocity[0]), float(aim.velocity[1])

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats
+from seals.environment.sampler import WaterColumn
 from seals.environment.settings import EnvironmentSettings
-from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Sea
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, MomentumBalance

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.control import Aim, Situation
+from seals.control import Reference, RobotState
 from seals.errors import ConfigError
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import param
@@ -53,11 +53,11 @@ class Flee(Behaviour):
                 f"Allowed: {self.alarm} m or more."
             )
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep the heading; it stands."""
         return Memory(situation.yaw, False)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the velocity away from the enemy, or none."""
         place = place_of(situation, self.enemy, where="flee.enemy")
         near = float(np.linalg.norm(place - situation.position))

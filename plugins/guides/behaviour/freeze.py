@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.control import Aim, Situation
+from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour
 from seals.schema import param
 
@@ -23,13 +23,13 @@ class Freeze(Behaviour):
 
     rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
 
-    def start(self, situation: Situation) -> float:
+    def start(self, situation: RobotState) -> float:
         """Keep the heading [rad]."""
         return situation.yaw
 
-    def aim(self, situation: Situation, memory: float) -> tuple[Aim, float]:
+    def aim(self, situation: RobotState, memory: float) -> tuple[Reference, float]:
         """Return no velocity."""
-        return Aim(yaw=memory), memory
+        return Reference(yaw=memory), memory
 
     def stage(self, memory: float) -> str:
         """Return its name."""

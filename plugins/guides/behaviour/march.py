@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from seals.control import Aim, Situation
+from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, heading_for
 from seals.schema import param
 
@@ -50,11 +50,11 @@ class March(Behaviour):
         1e4, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: for good", fit=False
     )
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep time and heading."""
         return Memory(situation.time, situation.yaw, situation.time)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the velocity."""
         memory = memory._replace(now=situation.time)
         going = self.stage(memory) == "marching"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError, suggestion
 
 
@@ -23,7 +23,7 @@ class Behaviour:
         return None
 
 
-def heading_for(way: float, speed: float, yaw: float) -> Aim:
+def heading_for(way: float, speed: float, yaw: float) -> Reference:
     """Return the aim that goes one way.
 
     Args:
@@ -32,10 +32,10 @@ def heading_for(way: float, speed: float, yaw: float) -> Aim:
         yaw: heading, for robots that do not turn along their way [rad].
     """
     velocity = np.array([speed * math.cos(way), speed * math.sin(way), 0.0])
-    return Aim(velocity=velocity, yaw=yaw)
+    return Reference(velocity=velocity, yaw=yaw)
 
 
-def place_of(situation: Situation, name: str, *, where: str) -> Floats:
+def place_of(situation: RobotState, name: str, *, where: str) -> Floats:
     """Return where another body of the scene is, world [m], shape (3,).
 
     Raises:
@@ -49,7 +49,7 @@ def place_of(situation: Situation, name: str, *, where: str) -> Floats:
     return situation.bodies[name]
 
 
-def apart(situation: Situation, place: Floats) -> tuple[float, float]:
+def apart(situation: RobotState, place: Floats) -> tuple[float, float]:
     """Return distance [m] and direction [rad] of a place over the ground."""
     x, y = (float(place[k] - situation.position[k]) for k in (0, 1))
     return math.hypot(x, y), math.atan2(y, x)

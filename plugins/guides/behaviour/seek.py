@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Aim, Situation
+from seals.control import Reference, RobotState
 from seals.errors import ConfigError
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import param
@@ -53,15 +53,15 @@ class Seek(Behaviour):
                 "Allowed: two finite numbers [x, y]."
             )
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep the heading."""
         return Memory(situation.yaw, False)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the velocity towards the target."""
         far, way = apart(situation, self._goal(situation))
         if far <= self.near:
-            return Aim(yaw=memory.yaw), memory._replace(there=True)
+            return Reference(yaw=memory.yaw), memory._replace(there=True)
         speed = self.speed * min(1.0, max(far / self.slow, 0.3))
         return heading_for(way, speed, memory.yaw), memory._replace(there=False)
 
@@ -73,7 +73,7 @@ class Seek(Behaviour):
         """Return what it does."""
         return "there" if memory.there else "seeking"
 
-    def _goal(self, situation: Situation) -> Floats:
+    def _goal(self, situation: RobotState) -> Floats:
         if self.target:
             return place_of(situation, self.target, where="seek.target")
         return np.array([*self.place, 0.0])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.control import Aim, Situation
+from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
 from seals.schema import param
 
@@ -61,12 +61,12 @@ class Wander(Behaviour):
     radius: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
     seed: int = 0
 
-    def start(self, situation: Situation) -> Memory:
+    def start(self, situation: RobotState) -> Memory:
         """Keep home; the first bout begins at once."""
         x, y = (float(v) for v in situation.position[:2])
         return Memory(0, situation.time, 0.0, (x, y), situation.yaw)
 
-    def aim(self, situation: Situation, memory: Memory) -> tuple[Aim, Memory]:
+    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
         """Return the velocity of the present bout."""
         if situation.time >= memory.end:
             memory = self._next(situation, memory)
@@ -77,7 +77,7 @@ class Wander(Behaviour):
         """Return what it does."""
         return "wandering" if memory.bouts % 2 == 1 else "still"
 
-    def _next(self, situation: Situation, memory: Memory) -> Memory:
+    def _next(self, situation: RobotState, memory: Memory) -> Memory:
         """Begin the next bout or pause."""
         bouts = memory.bouts + 1
         # a bout is a function of seed and number: a snapshot needs no random state

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.arrays import Floats
-from seals.control import Aim, Plant, Situation
+from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import pursued
 from seals.errors import ConfigError, suggestion
 from seals.plugins.guides.mission.parse import stages_of
-from seals.plugins.guides.mission.scene import Hand, Kept, Move, Scene, Verdict
-from seals.plugins.guides.mission.stages import Reach, Stage
+from seals.plugins.guides.mission.scene import Hand, MissionState, Move, Outcome, Scene
+from seals.plugins.guides.mission.stages import ReachStage, Stage
 from seals.schema import param
 
 
@@ -71,7 +71,7 @@ class Mission:
     @property
     def sensors(self) -> tuple[str, ...]:
         """Names of the sensors without which it cannot work."""
-        reaches = any(isinstance(stage, Reach) for stage in self._stages)
+        reaches = any(isinstance(stage, ReachStage) for stage in self._stages)
         return (*((self.locator,) if reaches else ()), *self.pads)
 
     def bind(self, plant: Plant) -> None:
@@ -85,10 +85,10 @@ class Mission:
         gripper = _chosen(robot.grippers, self.gripper, "gripper", robot.name)
         self._hand = Hand(robot, arm, gripper)
 
-    def start(self, situation: Situation) -> Kept:
+    def start(self, situation: RobotState) -> MissionState:
         """Begin with the first stage where the robot is, arm stowed and hand open."""
         p, yaw, rest = situation.position, situation.yaw, self._hand.stowed
-        return Kept(
+        return MissionState(
             number=0,
             since=situation.time,
             origin=p,
@@ -105,7 +105,7 @@ class Mission:
             outcome=None,
         )
 
-    def aim(self, situation: Situation, memory: Kept) -> tuple[Aim, Kept]:
+    def aim(self, situation: RobotState, memory: MissionState) -> tuple[Reference, MissionState]:
         """Return what the present stage wants, and the memory after it."""
         kept = memory._replace(target=self._seen(situation, memory))
         stage = self._stages[min(kept.number, len(self._stages) - 1)]
@@ -113,20 +113,20 @@ class Mission:
         move = stage.act(Scene(situation, kept, self._hand, pads))
         lost = stage.holding and not any(pads.values()) and kept.outcome is None
         if lost:
-            move = move._replace(verdict=Verdict.again)
+            move = move._replace(verdict=Outcome.again)
         return self._aimed(situation, move), self._after(situation.time, stage, move, kept)
 
-    def finished(self, memory: Kept) -> bool | None:
+    def finished(self, memory: MissionState) -> bool | None:
         """Return whether all stages are done, or the object was missed too often."""
         return memory.outcome
 
-    def stage(self, memory: Kept) -> str:
+    def stage(self, memory: MissionState) -> str:
         """Return the name of the present stage."""
         if memory.outcome is not None:
             return "done" if memory.outcome else "given up"
         return self._stages[memory.number].name
 
-    def _aimed(self, situation: Situation, move: Move) -> Aim:
+    def _aimed(self, situation: RobotState, move: Move) -> Reference:
         joints: Mapping[str, Floats] = {}
         grip: Mapping[str, float] = {}
         if self._hand.arm is not None:
@@ -136,17 +136,17 @@ class Mission:
         gain, speed = self.position_gain, self.speed
         return pursued(situation, move.place, gain=gain, speed=speed, joints=joints, grip=grip)
 
-    def _after(self, time: float, stage: Stage, move: Move, kept: Kept) -> Kept:
+    def _after(self, time: float, stage: Stage, move: Move, kept: MissionState) -> MissionState:
         """Memory after an instant: the stage goes on, or another one begins."""
         good = min(kept.good, time) if move.fine else math.inf
         kept = kept._replace(
             place=move.place.position, yaw=move.place.yaw, arm=move.arm, grip=move.grip, good=good
         )
         settled = move.fine and time - good >= stage.settle - 1e-9
-        if kept.outcome is not None or (move.verdict is Verdict.stay and not settled):
+        if kept.outcome is not None or (move.verdict is Outcome.stay and not settled):
             return kept
         index, tries = kept.number + 1, kept.tries
-        if move.verdict is Verdict.again:
+        if move.verdict is Outcome.again:
             index, tries = self._first_reach(kept.number), tries + 1
         if tries > self.tries:
             return kept._replace(outcome=False)
@@ -162,23 +162,23 @@ class Mission:
             grip_origin=kept.grip,
             good=math.inf,
             # what has been dropped lies elsewhere now
-            target=None if move.verdict is Verdict.again else kept.target,
+            target=None if move.verdict is Outcome.again else kept.target,
         )
 
     def _first_reach(self, index: int) -> int:
         """Index of the first of the reaches that led to a stage."""
-        reaches = [k for k in range(index + 1) if isinstance(self._stages[k], Reach)]
+        reaches = [k for k in range(index + 1) if isinstance(self._stages[k], ReachStage)]
         while len(reaches) > 1 and reaches[-2] == reaches[-1] - 1:
             reaches.pop()
         return reaches[-1] if reaches else index
 
-    def _pressing(self, situation: Situation) -> Mapping[str, float]:
+    def _pressing(self, situation: RobotState) -> Mapping[str, float]:
         if not self.pads:
             return situation.contacts
         readings = situation.readings
         return {n: float(readings[n]["pressing"][0]) if n in readings else 0.0 for n in self.pads}
 
-    def _seen(self, situation: Situation, kept: Kept) -> Floats | None:
+    def _seen(self, situation: RobotState, kept: MissionState) -> Floats | None:
         """Place of the object: readings smoothed; kept while the hand is closed about it."""
         reading = situation.readings.get(self.locator)
         if reading is None or kept.grip > 0.0 or reading["seen"][0] == 0.0:

@@ -13,7 +13,7 @@ from seals.plugins.guides.mission.stages import (
     Land,
     Open,
     Pose,
-    Reach,
+    ReachStage,
     Rise,
     Stage,
     Wait,
@@ -23,7 +23,7 @@ from seals.schema import check_fields
 KINDS: Mapping[str, type[Stage]] = {
     "rise": Rise,
     "go": Go,
-    "reach": Reach,
+    "reach": ReachStage,
     "pose": Pose,
     "close": Close,
     "open": Open,

@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control import Situation
+from seals.control import RobotState
 from seals.control.tracking import Place
 from seals.multibody.tree import forward
 from seals.robot.limbs import Arm, Gripper
 from seals.robot.model import RobotModel
 
 
-class Verdict(enum.Enum):
+class Outcome(enum.Enum):
     """What comes after this instant of a stage."""
 
     stay = "stay"
@@ -26,7 +26,7 @@ class Verdict(enum.Enum):
     """Back to the first stage that reaches for the object."""
 
 
-class Kept(NamedTuple):
+class MissionState(NamedTuple):
     """Memory of a mission; nothing in it is ever written to.
 
     Args:
@@ -72,8 +72,8 @@ class Scene(NamedTuple):
         pads: force on every pad by name [N].
     """
 
-    now: Situation
-    kept: Kept
+    now: RobotState
+    kept: MissionState
     hand: Hand
     pads: Mapping[str, float]
 
@@ -102,7 +102,7 @@ class Move(NamedTuple):
     arm: Floats
     grip: float
     fine: bool
-    verdict: Verdict = Verdict.stay
+    verdict: Outcome = Outcome.stay
 
 
 class Hand:

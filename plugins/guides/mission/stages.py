@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.tracking import Place, minimum_jerk
-from seals.plugins.guides.mission.scene import Move, Scene, Verdict
+from seals.plugins.guides.mission.scene import Move, Outcome, Scene
 from seals.schema import param
 
 PEAK = 1.875
@@ -104,7 +104,7 @@ class Go(Stage):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach(Stage):
+class ReachStage(Stage):
     """Brings the hand to a height above the object, wherever that has been seen.
 
     Args:
@@ -125,14 +125,14 @@ class Reach(Stage):
         if k.target is None:
             late = scene.elapsed > self.patience
             return self.still(scene, fine=False, grip=0.0)._replace(
-                verdict=Verdict.again if late else Verdict.stay
+                verdict=Outcome.again if late else Outcome.stay
             )
         above = k.target + np.array([0.0, 0.0, self.height])
         end = scene.hand.body_for(above, k.yaw, s.joints)
         held = s.position + s.rotation @ scene.hand.offset(s.joints) - above
         there = math.hypot(held[0], held[1]) < self.within and abs(held[2]) < self.within_height
         move = travelled(self, scene, end, self.speed, math.inf)
-        verdict = Verdict.again if move.verdict is Verdict.onward else move.verdict
+        verdict = Outcome.again if move.verdict is Outcome.onward else move.verdict
         return move._replace(fine=move.fine and there, verdict=verdict, grip=0.0)
 
 
@@ -181,7 +181,7 @@ class Close(Stage):
         felt = scene.elapsed >= self.time and scene.pressed(self.force) >= self.pads
         late = scene.elapsed > self.time + self.settle + self.patience
         move = self.still(scene, fine=felt, grip=grip)
-        return move._replace(verdict=Verdict.again) if late else move
+        return move._replace(verdict=Outcome.again) if late else move
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,5 +272,5 @@ def travelled(  # noqa: PLR0917  one way of one stage
     back = end - s.position
     fine = scene.elapsed >= time and math.sqrt(back @ back) < within
     late = scene.elapsed > time + stage.patience
-    verdict = Verdict.onward if late else Verdict.stay
+    verdict = Outcome.onward if late else Outcome.stay
     return Move(place._replace(yaw=heading), k.arm, k.grip, fine, verdict)

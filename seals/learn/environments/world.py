@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration
-from seals.control import Aim
+from seals.control import Reference
 from seals.control.gauge import WaterGauge
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
@@ -183,7 +183,7 @@ class WorldEnvironment:
             rates=np.zeros_like(joints),
         )
 
-    def _wanted(self, action: Floats) -> Aim:
+    def _wanted(self, action: Floats) -> Reference:
         """What an action of shape (1, a) asks for; arms keep the posture unless it says more."""
         if self._whole is None:
             velocity, yaw = self.task.command(action, self.now)
@@ -191,8 +191,8 @@ class WorldEnvironment:
         aim = self._whole.aim(action, self.now)
         return aim._replace(joints={**self._arms, **aim.joints}, grip={**self._grip, **aim.grip})
 
-    def _aim(self, velocity: Floats, yaw: float) -> Aim:
-        return Aim(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
+    def _aim(self, velocity: Floats, yaw: float) -> Reference:
+        return Reference(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
 
     def _instant(self, action: Floats, start: Floats) -> Instant:
         """What is the case now."""

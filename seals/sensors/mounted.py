@@ -10,7 +10,7 @@ from seals.sensors.options import SensorOptions
 
 
 @dataclass(kw_only=True)
-class Carried(SensorOptions):
+class MountedSensor(SensorOptions):
     """Base of sensors: the link that carries it, and late and lost readings.
 
     The world acts on these fields, see `seals.sensors.delivery`; a sensor itself never looks at

@@ -11,16 +11,16 @@ from seals.arrays import Floats
 from seals.backend import RigidBody
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
-from seals.multibody.kinematics import Kinematics, Moving
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
 from seals.rendering.eye import Eye, Watch
 from seals.robot.model import RobotModel
-from seals.sensors.around import Around
-from seals.sensors.board import Board, outfit_of
 from seals.sensors.delivery import NEW, Delivery, Line, Values
+from seals.sensors.onboard import OnboardState, equipment_of
 from seals.sensors.options import SensorOptions
-from seals.sensors.protocol import NOBODY, Felt, Sensor
+from seals.sensors.protocol import NOBODY, Sensor, SensorInput
 from seals.sensors.rays import Shape
+from seals.sensors.surroundings import Surroundings
 from seals.world.readings import Faults, Past
 
 _STILL = np.zeros(3)
@@ -40,11 +40,11 @@ class Instant(NamedTuple):
     time: float
     step: float
     kinematics: Kinematics
-    moving: Moving
-    before: Moving | None
+    moving: LinkVelocities
+    before: LinkVelocities | None
 
 
-class Senses:
+class SensorSuite:
     """Sensors of one robot.
 
     Args:
@@ -72,15 +72,15 @@ class Senses:
         sensors: Mapping[str, Sensor],
         *,
         body: RigidBody,
-        around: Around,
-        board: Board,
+        around: Surroundings,
+        board: OnboardState,
         gravity: float,
     ) -> None:
         """Tell the sensors what the robot has, and find the faults of each."""
         self.sensors, self.body, self.gravity = dict(sensors), body, gravity
         self.around, self.board = around, board
         self.meet(NOBODY, ())
-        outfit = outfit_of(robot, effects)
+        outfit = equipment_of(robot, effects)
         options = {n: options_of(s, SensorOptions) for n, s in self.sensors.items()}
         for sensor in options.values():
             sensor.bind(outfit)
@@ -174,7 +174,7 @@ class Senses:
             out.setdefault(taken, {})[name] = values
         return out
 
-    def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> Felt:
+    def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> SensorInput:
         """Motion of one link, for inertial sensors with its mean accelerations over the step."""
         time, step, kinematics, moving, before = now
         link, inertial = self._carriers[name], self._inertial[name]
@@ -189,7 +189,7 @@ class Senses:
             force = _turned(force, twist[3:], 0.5 * step)
             rate = _turned(rate, twist[3:], 0.5 * step)
         # in the order of the fields: keywords cost as much as the arithmetic
-        return Felt(
+        return SensorInput(
             time,
             step,
             kinematics.origins[0, link],

@@ -16,7 +16,7 @@ DAMPING = 0.02
 """Lever below which a direction counts as out of reach: rates stay bounded there [m]."""
 
 
-class Reach:
+class ArmKinematics:
     """Poses and rates of one arm's tool.
 
     Equation:

@@ -47,7 +47,7 @@ class WaterColumn:
         return WaterColumn(depth=depth, density=rho, viscosity=viscosity_of(warm, salt))
 
 
-class Surroundings:
+class EnvironmentSampler:
     """Air, water and waves around the links of one scene or one batch.
 
     Args:

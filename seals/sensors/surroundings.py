@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.environment.ground import solids_of
+from seals.environment.sampler import WaterColumn
 from seals.environment.settings import EnvironmentSettings
-from seals.environment.surroundings import WaterColumn
 from seals.environment.waves import Waves
 from seals.sensors.rays import Shape, distances, shape_of_solid
 
@@ -24,7 +24,7 @@ _SAMPLES = 65
 _HALVINGS = 30
 
 
-class Around:
+class Surroundings:
     """What a sensor may find out about its surroundings; nothing is computed unless it asks.
 
     Args:
@@ -173,6 +173,6 @@ def _nearest(shapes: Sequence[Shape], origin: Floats, directions: Floats) -> Flo
     return out
 
 
-def no_surroundings() -> Around:
+def no_surroundings() -> Surroundings:
     """Return surroundings without water and ground."""
-    return Around(EnvironmentSettings())
+    return Surroundings(EnvironmentSettings())

@@ -12,7 +12,7 @@ from seals.effects.binding import EffectSet
 from seals.robot.model import RobotModel
 
 
-class Outfit(NamedTuple):
+class RobotEquipment(NamedTuple):
     """What a robot has; a sensor that must know gets it by its method ``bind``.
 
     Args:
@@ -26,7 +26,7 @@ class Outfit(NamedTuple):
     battery: bool = False
 
 
-class Board(NamedTuple):
+class OnboardState(NamedTuple):
     """The robot's own state, read when a sensor asks for it.
 
     Args:
@@ -40,10 +40,10 @@ class Board(NamedTuple):
     supply: Callable[[], tuple[float, float, float]]
 
 
-def outfit_of(robot: RobotModel, effects: EffectSet) -> Outfit:
+def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:
     """Return what a robot has."""
     rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
-    return Outfit(robot.joints, rotors, bool(effects.supplies))
+    return RobotEquipment(robot.joints, rotors, bool(effects.supplies))
 
 
 def spins(actuator: Any) -> bool:
@@ -51,6 +51,6 @@ def spins(actuator: Any) -> bool:
     return "reaction_coefficient" in actuator.constants()
 
 
-def nothing_aboard() -> Board:
+def nothing_aboard() -> OnboardState:
     """Return the board of a robot without joints, rotors and battery."""
-    return Board(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))
+    return OnboardState(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))
