@@ -10,6 +10,7 @@ are known, compile time first. Needs no network.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
 import multiprocessing
 import os
@@ -134,7 +135,9 @@ class Worker:
             row["note"] = note or row["note"]
         self.times = {}
         if not note and self.process.is_alive():
-            self.link.send(None)
+            # a process that failed hangs up by itself, perhaps in this moment
+            with contextlib.suppress(BrokenPipeError):
+                self.link.send(None)
             self.process.join(5.0)
         self.process.kill()
         self.process.join()
