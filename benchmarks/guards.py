@@ -14,16 +14,14 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+
+from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
+from benchmarks.guards_reading import PAGE, ROBOTS_AND_TABLES
 
 ROOT = Path(__file__).parents[1]
-FILES, CLASSES = "tests/unit/test_guards.py", "tests/unit/test_guards_classes.py"
-BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
-ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
-FOUND, VIEW = "tests/unit/test_fuzz_findings.py", "tests/unit/test_view_session.py"
 SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
-BOUNDS, RUNNING = "tests/unit/test_guards_bounds.py", "tests/unit/test_learn_training.py"
+RUNNING = "tests/unit/test_learn_training.py"
 
 
 _PATIENCE = 600.0
@@ -39,184 +37,9 @@ sys.exit(pytest.main(sys.argv[1:]))
 """
 
 
-class Guard(NamedTuple):
-    """One guard and the tests that hold it.
-
-    Args:
-        module: that it stands in.
-        text: of the guard, once in its module.
-        without: what stands there when it is gone.
-        tests: file of the tests.
-        words: what their names contain, as for ``pytest -k``.
-        needs: package without which the tests are left out; empty for none.
-    """
-
-    module: str
-    text: str
-    without: str
-    tests: str
-    words: str
-    needs: str = ""
-
-
-_XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
-_YAML = "seals.untrusted_io"
 GUARDS: dict[str, Guard] = {
-    "entities of a URDF": Guard("seals.robot.urdf", _XML, "if False:", FILES, "entities_of_a_urdf"),
-    "zero bytes of a URDF": Guard(
-        "seals.robot.urdf", 'if "\\0" in text:', "if False:", FILES, "entities_of_a_urdf"
-    ),
-    "entities of a URDF taken over": Guard(
-        "seals.scaffold.takeover", _XML, "if False:", BOUNDS, "taken_over"
-    ),
-    "entities of a mesh": Guard(
-        "seals.hydrostatics.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
-    ),
-    "zero bytes of a mesh": Guard(
-        "seals.hydrostatics.formats", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
-    ),
-    "entities of a manifest": Guard(
-        "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
-    ),
-    "macros": Guard(
-        "seals.robot.macros", "_INSIDE.match(name)", "False", CLASSES, "macro", "xacro"
-    ),
-    "formats of meshes": Guard(
-        "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
-    ),
-    "meshes inside": Guard(
-        "seals.robot.meshes",
-        "if not target.is_relative_to(_root(folder)):",
-        "if False:",
-        ROBOT,
-        "outside",
-    ),
-    "hulls inside": Guard(
-        "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"
-    ),
-    "size of meshes": Guard(
-        "seals.robot.meshes", "if max(size, declared) > MOST_BYTES:", "if False:", ROBOT, "huge"
-    ),
-    "work on broken meshes": Guard(
-        "seals.hydrostatics.meshes",
-        "MOST_WORK // len(even)",
-        "4 * MOST_WORK // len(even)",
-        FOUND,
-        "thin_broken",
-    ),
-    "URDF inside": Guard(
-        "seals.robot.robot_file",
-        "if not (folder / urdf).resolve().is_relative_to(folder.resolve()):",
-        "if False:",
-        CLASSES,
-        "stays_in_itself",
-    ),
-    "references of a robot": Guard(
-        "seals.robot.robot_file",
-        "    refuse_references(raw, where=str(path))\n",
-        "",
-        CLASSES,
-        "stays_in_itself",
-    ),
-    "references of a model": Guard(
-        "seals.config.overlay",
-        "    refuse_references(raw, where=str(path))\n",
-        "",
-        CLASSES,
-        "looks_nothing_up",
-    ),
-    "names of parts": Guard(
-        "seals.robot.robot_file",
-        "not _NAME.fullmatch(str(name))",
-        "False",
-        CLASSES,
-        "stays_in_itself",
-    ),
-    "safe YAML": Guard(
-        _YAML,
-        'loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)',
-        "loader = yaml.UnsafeLoader",
-        FILES,
-        "yaml",
-    ),
-    "depth of YAML": Guard(_YAML, "if depth > _DEEPEST or", "if", BOUNDS, "measured_first"),
-    "aliases of YAML": Guard(_YAML, "        _unfold(content)\n", "", FILES, "yaml_that_unfolds"),
-    "size of YAML": Guard(
-        _YAML, "_MOST_META_BYTES = 1 << 20", "_MOST_META_BYTES = 1 << 40", BROKEN, "meta"
-    ),
-    "ordinary files": Guard(_YAML, "if not file.is_file():", "if False:", BROKEN, "pipe"),
-    "size of files": Guard(_YAML, "if size > most:", "if False:", BOUNDS, "size_of_a_file"),
-    "packed files": Guard(_YAML, "if unpacker.unconsumed_tail:", "if False:", BROKEN, "gzip_bomb"),
-    "values of a table": Guard(
-        "seals.logs.table", "if rows * max(width, 1) > MOST_VALUES:", "if False:", BOUNDS, "table"
-    ),
-    "declared chunks": Guard(
-        "seals.plugins.readers.mcap_file",
-        "if size > _MOST_RECORD:",
-        "if False:",
-        BOUNDS,
-        "not_unpacked",
-        "mcap",
-    ),
-    "declared records": Guard(
-        "seals.plugins.readers.mcap_file",
-        "record_size_limit=_MOST_RECORD",
-        "record_size_limit=None",
-        BOUNDS,
-        "not_read",
-        "mcap",
-    ),
-    "packed streams": Guard(
-        "seals.plugins.readers.mcap_file",
-        "max_length=size + 1",
-        "max_length=-1",
-        BOUNDS,
-        "stream",
-        "lz4",
-    ),
-    "views of a database": Guard(
-        "seals.plugins.readers.rosbag2_file",
-        '.startswith("TABLE CREATE TABLE")',
-        '.startswith("")',
-        RECORDINGS,
-        "data_only",
-        "rosbags",
-    ),
-    "computed columns": Guard(
-        "seals.plugins.readers.rosbag2_file",
-        "if row[6] == 0",
-        "",
-        RECORDINGS,
-        "data_only",
-        "rosbags",
-    ),
-    "read-only database": Guard(
-        "seals.plugins.readers.rosbag2_file", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
-    ),
-    "files of a bag": Guard(
-        "seals.plugins.readers.rosbag2_file",
-        " or not file.resolve().is_relative_to(place.resolve())",
-        "",
-        RECORDINGS,
-        "lie_in_its_folder",
-        "rosbags",
-    ),
-    "fields of a ULog": Guard(
-        "seals.plugins.readers.ulog_file",
-        "if len(layout) > _MOST_FIELDS:",
-        "if False:",
-        BOUNDS,
-        "fields",
-    ),
-    "depth of a ULog": Guard(
-        "seals.plugins.readers.ulog_file", " or depth > _DEEPEST", "", ULOG, "itself"
-    ),
-    "objects in an array": Guard(
-        "seals.logs.arrays", 'if dtype.kind not in "fiu":', "if False:", BROKEN, "pickled_array"
-    ),
-    "declared arrays": Guard(
-        "seals.logs.arrays", "if declared != held or", "if", BROKEN, "declares_too_much"
-    ),
+    **ROBOTS_AND_TABLES,
+    **PAGE,
     "names in a pickle": Guard(
         "seals.run.unpickling", "isinstance(found, type) and", "", FILES, "stranger_runs_nothing"
     ),
@@ -388,27 +211,6 @@ GUARDS: dict[str, Guard] = {
     ),
     "search path": Guard(
         "seals.config.strangers", ".startswith(_SEARCH)", ".startswith('?')", CLASSES, "every_way"
-    ),
-    "host of the page": Guard(
-        "seals.view.settings", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
-    ),
-    "sharing the page": Guard(
-        "seals.plugins.viewers.browser.server",
-        "Private(host=host",
-        "viser.ViserServer(host=host",
-        VIEW,
-        "this_machine_alone",
-        "viser",
-    ),
-    "range of the page": Guard(
-        "seals.view.session",
-        "if not (math.isfinite(value) and low <= value <= high):",
-        "if False:",
-        VIEW,
-        "cannot_leave_the_range",
-    ),
-    "keys of the page": Guard(
-        "seals.view.session", "if key not in known:", "if False:", VIEW, "leave_the_range"
     ),
 }
 """Every guard by name."""

@@ -2,44 +2,77 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
+import re
+import stat
 import zlib
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from seals.errors import ConfigError, LogError
 
 MOST_BYTES = 1 << 28
 """Largest file, packed or unpacked, that is read whole [byte]."""
+MOST_TEXT_BYTES = 1 << 24
+"""Largest file of text or JSON that is read [byte]."""
 _MOST_META_BYTES = 1 << 20
 _MOST_NODES = 200_000
+_MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
+_LONGEST_NUMBER = 400
+_NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
 
 
 def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
     """Return the path when it is an ordinary, non-empty file of bearable size.
 
     Raises:
-        LogError: it is absent, a folder, a pipe, empty or too large.
+        LogError: it is absent, a folder, a pipe, a device, empty or too large.
     """
     file = Path(path)
     try:
-        if not file.exists():
-            raise LogError(f"'{file}' does not exist.\nGive the path of a log file or folder.")
-        if file.is_dir():
-            raise LogError(f"'{file}' is a folder, a file is needed here.")
-        if not file.is_file():
-            raise LogError(
-                f"'{file}' is not an ordinary file (a pipe or a device cannot be a log)."
-            )
-        size = file.stat().st_size
+        status = file.stat()
+    except FileNotFoundError as error:
+        raise LogError(
+            f"'{file}' does not exist.\nGive the path of a file or folder that is there."
+        ) from error
     except (OSError, ValueError) as error:
         raise LogError(f"'{path}' cannot be opened: {error}") from error
-    if size == 0:
+    _refuse_strange(file, status, most)
+    if status.st_size == 0:
         raise LogError(f"'{file}' is empty.")
-    if size > most:
-        raise LogError(f"'{file}' has {size:,} bytes, allowed are {most:,}.\nSplit the log first.")
     return file
+
+
+def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise LogError(f"'{file}' is a folder, a file is needed here.")
+    if not stat.S_ISREG(status.st_mode):
+        raise LogError(
+            f"'{file}' is not an ordinary file (a pipe or a device, also behind a link, is not "
+            "read)."
+        )
+    if status.st_size > most:
+        raise LogError(
+            f"'{file}' has {status.st_size:,} bytes, allowed are {most:,}.\n"
+            "Split it, or give another one."
+        )
+
+
+def _content(file: Path, most: int) -> bytes:
+    """Return the bytes of an ordinary file; what is opened is looked at, not the name alone."""
+    # without O_NONBLOCK, opening a pipe that nobody writes into waits without end
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+    with open(os.open(file, flags | getattr(os, "O_BINARY", 0)), "rb") as stream:
+        _refuse_strange(file, os.fstat(stream.fileno()), most)
+        raw = stream.read(most + 1)
+    if len(raw) > most:
+        raise LogError(f"'{file}' grows while it is read, allowed are {most:,} bytes.")
+    return raw
 
 
 def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
@@ -50,10 +83,84 @@ def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
     """
     file = regular_file(path, most=most)
     try:
-        raw = file.read_bytes()
+        raw = _content(file, most)
     except OSError as error:
         raise LogError(f"'{file}' cannot be read: {error}") from error
     return _gunzip(file, raw, most) if file.suffix == ".gz" else raw
+
+
+def read_text(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> str:
+    """Return the UTF-8 text of a file, without a byte-order mark.
+
+    Raises:
+        LogError: the file cannot be read, is larger than allowed, or is not UTF-8.
+    """
+    try:
+        return read_bytes(path, most=most).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise LogError(f"'{path}' is not UTF-8 text ({error.reason}).") from error
+
+
+def read_json(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> Any:
+    """Return what a JSON file holds.
+
+    Args:
+        path: the file.
+        most: largest size that is read [byte].
+
+    Raises:
+        LogError: it cannot be read, is too large, or is not JSON as `plain_json` takes it.
+    """
+    raw = read_bytes(path, most=most)
+    try:
+        return plain_json(raw)
+    except ValueError as error:
+        reason = " ".join(str(error).split())[:200]
+        raise LogError(
+            f"'{path}' is damaged, it is not sound JSON: {reason}.\nRestore it, or remove it."
+        ) from error
+
+
+def plain_json(raw: bytes | str) -> Any:
+    """Return what JSON holds, within bounds of depth, of entries and of the length of numbers.
+
+    Raises:
+        ValueError: it is not JSON in UTF-8, too deep, too long, or holds text that no file can.
+
+    Example:
+        >>> plain_json('{"a": [1, 2]}')
+        {'a': [1, 2]}
+    """
+    raw = raw.encode("utf-8", "surrogatepass") if isinstance(raw, str) else raw
+    _measure_json(raw)
+    try:
+        content = json.loads(raw.decode("utf-8-sig"), parse_int=_whole)
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error
+    if b"\\u" in raw:
+        # half of a surrogate pair can be read, and never be printed or written again
+        json.dumps(content, ensure_ascii=False).encode("utf-8")
+    return content
+
+
+def _measure_json(raw: bytes) -> None:
+    # the reader recurses in C: marks are counted first, those inside of texts left out
+    bare = raw.replace(b"\\\\", b"").replace(b'\\"', b"")
+    many = bare.count(b'"') > 2 * _MOST_JSON_NODES
+    marks = b"" if many else re.sub(rb'"[^"]*"?', b"", bare)
+    marks = marks.translate(None, delete=bytes(set(range(256)) - set(b"[]{},")))
+    if many or len(marks) > _MOST_JSON_NODES:
+        raise ValueError(f"more than {_MOST_JSON_NODES:,} entries")
+    signs = np.frombuffer(marks, dtype=np.uint8)
+    down = np.isin(signs, list(b"[{")).astype(np.int32)
+    if np.cumsum(down - np.isin(signs, list(b"]}"))).max(initial=0) > _DEEPEST:
+        raise ValueError(f"nested deeper than {_DEEPEST} levels")
+
+
+def _whole(text: str) -> int:
+    if len(text) > _LONGEST_NUMBER:
+        raise ValueError(f"a number of {len(text):,} digits, allowed are {_LONGEST_NUMBER}")
+    return int(text)
 
 
 def _gunzip(file: Path, raw: bytes, most: int) -> bytes:
@@ -80,7 +187,9 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
 
     file = regular_file(path, most=_MOST_META_BYTES)
     try:
-        content = plain_yaml(file.read_bytes().decode("utf-8"))
+        content = plain_yaml(_content(file, _MOST_META_BYTES).decode("utf-8"))
+    except OSError as error:
+        raise LogError(f"'{file}' cannot be read: {error}") from error
     except UnicodeDecodeError as error:
         raise LogError(f"'{file}' is not UTF-8 text ({error.reason}).") from error
     except yaml.YAMLError as error:
@@ -103,9 +212,7 @@ def read_plain_yaml(path: Path) -> Any:
         yaml.YAMLError: see `plain_yaml`.
         LogError: it is not an ordinary file, or too large.
     """
-    if path.exists() and (not path.is_file() or path.stat().st_size > _MOST_META_BYTES):
-        regular_file(path, most=_MOST_META_BYTES)
-    return plain_yaml(path.read_text(encoding="utf-8"))
+    return plain_yaml(_content(path, _MOST_META_BYTES).decode("utf-8"))
 
 
 def plain_yaml(text: str) -> Any:
@@ -124,6 +231,8 @@ def plain_yaml(text: str) -> Any:
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         _measure(yaml.parse(text, Loader=loader))
+        if "<<" in text:
+            _measure_merges(yaml.compose(text, Loader=loader))
         content = yaml.load(text, Loader=loader)  # a safe loader
         _unfold(content)
     except (ValueError, TypeError, RecursionError, AttributeError) as error:
@@ -140,6 +249,41 @@ def _measure(events: Any) -> None:
             raise ValueError(
                 f"nested deeper than {_DEEPEST} levels, or more than {_MOST_NODES:,} entries"
             )
+        if name == "ScalarEvent" and len(event.value) > _LONGEST_NUMBER:
+            _refuse_long_number(event)
+
+
+def _refuse_long_number(event: Any) -> None:
+    """Refuse numbers without end: YAML reads 1:59:59 to the base 60, in quadratic time."""
+    if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
+        raise ValueError(f"a number of {len(event.value):,} signs, allowed are {_LONGEST_NUMBER}")
+
+
+def _measure_merges(root: Any) -> None:
+    """Refuse what merge keys, ``<<``, fill in to more entries than may be written out.
+
+    What they bring is copied before the names are compared: repeated, it doubles each time.
+    """
+    known: dict[int, int] = {}
+    total = 0
+
+    def size(node: Any) -> int:
+        nonlocal total
+        if id(node) not in known:
+            known[id(node)], count = 1, 1
+            value = getattr(node, "value", None)
+            for item in value if isinstance(value, list) else ():
+                parts = item if isinstance(item, tuple) else (item,)
+                sizes = [size(part) for part in parts]
+                merged = len(parts) == 1 or parts[0].tag == "tag:yaml.org,2002:merge"
+                count += sizes[-1] if merged else 1
+                total += sizes[-1] if merged else 1
+                if total > _MOST_NODES:
+                    raise ValueError(f"merged to more than {_MOST_NODES:,} entries")
+            known[id(node)] = count
+        return known[id(node)]
+
+    size(root)
 
 
 def _unfold(content: object) -> None:

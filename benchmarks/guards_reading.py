@@ -1,0 +1,221 @@
+"""Guards of what is read: robots, meshes, plain data, tables, recordings; and of the page."""
+
+from __future__ import annotations
+
+from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
+
+BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
+ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
+READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session.py"
+
+_XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
+_YAML = "seals.untrusted_io"
+ROBOTS_AND_TABLES: dict[str, Guard] = {
+    "entities of a URDF": Guard("seals.robot.urdf", _XML, "if False:", FILES, "entities_of_a_urdf"),
+    "zero bytes of a URDF": Guard(
+        "seals.robot.urdf", 'if "\\0" in text:', "if False:", FILES, "entities_of_a_urdf"
+    ),
+    "entities of a URDF taken over": Guard(
+        "seals.scaffold.takeover", _XML, "if False:", BOUNDS, "taken_over"
+    ),
+    "entities of a mesh": Guard(
+        "seals.hydrostatics.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
+    ),
+    "zero bytes of a mesh": Guard(
+        "seals.hydrostatics.formats", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
+    ),
+    "entities of a manifest": Guard(
+        "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
+    ),
+    "macros": Guard(
+        "seals.robot.macros", "_INSIDE.match(name)", "False", CLASSES, "macro", "xacro"
+    ),
+    "formats of meshes": Guard(
+        "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
+    ),
+    "meshes inside": Guard(
+        "seals.robot.meshes",
+        "if not target.is_relative_to(_root(folder)):",
+        "if False:",
+        ROBOT,
+        "outside",
+    ),
+    "hulls inside": Guard(
+        "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"
+    ),
+    "size of meshes": Guard(
+        "seals.robot.meshes", "if max(size, declared) > MOST_BYTES:", "if False:", ROBOT, "huge"
+    ),
+    "work on broken meshes": Guard(
+        "seals.hydrostatics.meshes",
+        "MOST_WORK // len(even)",
+        "4 * MOST_WORK // len(even)",
+        FOUND,
+        "thin_broken",
+    ),
+    "URDF inside": Guard(
+        "seals.robot.robot_file",
+        "if not (folder / urdf).resolve().is_relative_to(folder.resolve()):",
+        "if False:",
+        CLASSES,
+        "stays_in_itself",
+    ),
+    "references of a robot": Guard(
+        "seals.robot.robot_file",
+        "    refuse_references(raw, where=str(path))\n",
+        "",
+        CLASSES,
+        "stays_in_itself",
+    ),
+    "references of a model": Guard(
+        "seals.config.overlay",
+        "    refuse_references(raw, where=str(path))\n",
+        "",
+        CLASSES,
+        "looks_nothing_up",
+    ),
+    "names of parts": Guard(
+        "seals.robot.robot_file",
+        "not _NAME.fullmatch(str(name))",
+        "False",
+        CLASSES,
+        "stays_in_itself",
+    ),
+    "safe YAML": Guard(
+        _YAML,
+        'loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)',
+        "loader = yaml.UnsafeLoader",
+        FILES,
+        "yaml",
+    ),
+    "depth of YAML": Guard(_YAML, "if depth > _DEEPEST or", "if", BOUNDS, "measured_first"),
+    "aliases of YAML": Guard(_YAML, "        _unfold(content)\n", "", FILES, "yaml_that_unfolds"),
+    "size of YAML": Guard(
+        _YAML, "_MOST_META_BYTES = 1 << 20", "_MOST_META_BYTES = 1 << 40", BROKEN, "meta"
+    ),
+    "numbers of YAML": Guard(
+        _YAML,
+        "            _refuse_long_number(event)\n",
+        "            pass\n",
+        READING,
+        "hostile_yaml",
+    ),
+    "merges of YAML": Guard(_YAML, 'if "<<" in text:', "if False:", READING, "hostile_yaml"),
+    "depth of JSON": Guard(
+        _YAML, ".max(initial=0) > _DEEPEST:", ".max(initial=0) < 0:", READING, "hostile_json"
+    ),
+    "entries of JSON": Guard(
+        _YAML, "if many or len(marks) > _MOST_JSON_NODES:", "if False:", READING, "hostile_json"
+    ),
+    "numbers of JSON": Guard(_YAML, ", parse_int=_whole", "", READING, "hostile_json"),
+    "texts of JSON": Guard(_YAML, 'if b"\\\\u" in raw:', "if False:", READING, "hostile_json"),
+    "ordinary files": Guard(
+        _YAML, "if not stat.S_ISREG(status.st_mode):", "if False:", READING, "strange_file"
+    ),
+    "files as opened": Guard(
+        _YAML,
+        "        _refuse_strange(file, os.fstat(stream.fileno()), most)\n",
+        "",
+        READING,
+        "becomes_a_pipe",
+    ),
+    "size of files": Guard(
+        _YAML, "if status.st_size > most:", "if False:", BOUNDS, "size_of_a_file"
+    ),
+    "packed files": Guard(_YAML, "if unpacker.unconsumed_tail:", "if False:", BROKEN, "gzip_bomb"),
+    "values of a table": Guard(
+        "seals.logs.table", "if rows * max(width, 1) > MOST_VALUES:", "if False:", BOUNDS, "table"
+    ),
+    "declared chunks": Guard(
+        "seals.plugins.readers.mcap_file",
+        "if size > _MOST_RECORD:",
+        "if False:",
+        BOUNDS,
+        "not_unpacked",
+        "mcap",
+    ),
+    "declared records": Guard(
+        "seals.plugins.readers.mcap_file",
+        "record_size_limit=_MOST_RECORD",
+        "record_size_limit=None",
+        BOUNDS,
+        "not_read",
+        "mcap",
+    ),
+    "packed streams": Guard(
+        "seals.plugins.readers.mcap_file",
+        "max_length=size + 1",
+        "max_length=-1",
+        BOUNDS,
+        "stream",
+        "lz4",
+    ),
+    "views of a database": Guard(
+        "seals.plugins.readers.rosbag2_file",
+        '.startswith("TABLE CREATE TABLE")',
+        '.startswith("")',
+        RECORDINGS,
+        "data_only",
+        "rosbags",
+    ),
+    "computed columns": Guard(
+        "seals.plugins.readers.rosbag2_file",
+        "if row[6] == 0",
+        "",
+        RECORDINGS,
+        "data_only",
+        "rosbags",
+    ),
+    "read-only database": Guard(
+        "seals.plugins.readers.rosbag2_file", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
+    ),
+    "files of a bag": Guard(
+        "seals.plugins.readers.rosbag2_file",
+        " or not file.resolve().is_relative_to(place.resolve())",
+        "",
+        RECORDINGS,
+        "lie_in_its_folder",
+        "rosbags",
+    ),
+    "fields of a ULog": Guard(
+        "seals.plugins.readers.ulog_file",
+        "if len(layout) > _MOST_FIELDS:",
+        "if False:",
+        BOUNDS,
+        "fields",
+    ),
+    "depth of a ULog": Guard(
+        "seals.plugins.readers.ulog_file", " or depth > _DEEPEST", "", ULOG, "itself"
+    ),
+    "objects in an array": Guard(
+        "seals.logs.arrays", 'if dtype.kind not in "fiu":', "if False:", BROKEN, "pickled_array"
+    ),
+    "declared arrays": Guard(
+        "seals.logs.arrays", "if declared != held or", "if", BROKEN, "declares_too_much"
+    ),
+}
+"""Guards of robots, meshes, plain data and logs."""
+PAGE: dict[str, Guard] = {
+    "host of the page": Guard(
+        "seals.view.settings", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
+    ),
+    "sharing the page": Guard(
+        "seals.plugins.viewers.browser.server",
+        "Private(host=host",
+        "viser.ViserServer(host=host",
+        VIEW,
+        "this_machine_alone",
+        "viser",
+    ),
+    "range of the page": Guard(
+        "seals.view.session",
+        "if not (math.isfinite(value) and low <= value <= high):",
+        "if False:",
+        VIEW,
+        "cannot_leave_the_range",
+    ),
+    "keys of the page": Guard(
+        "seals.view.session", "if key not in known:", "if False:", VIEW, "leave_the_range"
+    ),
+}
+"""Guards of the page of ``seals view``."""

@@ -1,0 +1,173 @@
+"""The one reader of files that nobody vouches for: kinds of file, sizes, depth, numbers, merges."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+from seals import untrusted_io
+from seals.errors import LogError
+from seals.untrusted_io import plain_json, plain_yaml, read_bytes, read_json, read_text
+
+PATIENCE = 2.0
+"""Longest that a refusal may take [s]."""
+
+
+def _linked(place: Path, target: str) -> None:
+    place.symlink_to(target)
+
+
+def _listening(place: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as door:
+        door.bind(str(place))
+
+
+def _sparse(place: Path) -> None:
+    with place.open("wb") as stream:
+        stream.truncate(1 << 40)
+
+
+STRANGE: dict[str, tuple[Callable[[Path], None], str]] = {
+    "pipe": (os.mkfifo, "not an ordinary file"),
+    "socket": (_listening, "not an ordinary file"),
+    "folder": (Path.mkdir, "is a folder"),
+    "nothing": (lambda _: None, "does not exist"),
+    "endless zeros": (lambda p: _linked(p, "/dev/zero"), "not an ordinary file"),
+    "endless noise": (lambda p: _linked(p, "/dev/urandom"), "not an ordinary file"),
+    "null": (lambda p: _linked(p, "/dev/null"), "not an ordinary file"),
+    "terminal": (lambda p: _linked(p, "/dev/tty"), "not an ordinary file"),
+    "memory of the process": (lambda p: _linked(p, "/proc/self/mem"), "is empty"),
+    "link to itself": (lambda p: _linked(p, p.name), "cannot be opened"),
+    "link to nothing": (lambda p: _linked(p, "absent"), "does not exist"),
+    "terabyte of holes": (_sparse, "allowed are"),
+    "empty": (Path.touch, "is empty"),
+    "not UTF-8": (lambda p: p.write_bytes(b'"\xff"') and None, "UTF-8|utf-8"),
+}
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_a_strange_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
+    """Neither a pipe nor a device is waited for, and no file without end is read."""
+    build, words = STRANGE[name]
+    build(tmp_path / "a.json")
+    start = time.monotonic()
+    for read in (read_json, read_text):
+        with pytest.raises(LogError, match=words):
+            read(tmp_path / "a.json")
+    assert time.monotonic() - start < PATIENCE
+
+
+def test_a_file_that_becomes_a_pipe_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file that was opened is looked at, not the one that lay there before."""
+    file = tmp_path / "a.json"
+    os.mkfifo(file)
+    monkeypatch.setattr(untrusted_io, "regular_file", lambda path, **_: Path(path))
+    with pytest.raises(LogError, match="not an ordinary file"):
+        read_bytes(file)
+
+
+def test_a_text_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    """Such marks are common, and no part of the text."""
+    (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbf{}")
+    assert read_text(tmp_path / "a.txt") == "{}"
+    assert read_json(tmp_path / "a.txt") == {}
+
+
+JSON: dict[str, tuple[bytes, str]] = {
+    "brackets": (b"[" * 100_000, "deeper"),
+    "closed brackets": (b"[" * 100_000 + b"]" * 100_000, "deeper"),
+    "names in names": (b'{"a":' * 100_000 + b"1" + b"}" * 100_000, "deeper"),
+    "lists of names": (b'[{"a":' * 30 + b"1" + b"}]" * 30, "deeper"),
+    "after a quote in a text": (b'["\\"", ' + b"[" * 60 + b"]" * 61, "deeper"),
+    "after a backslash in a text": (b'["\\\\", ' + b"[" * 60 + b"]" * 61, "deeper"),
+    "millions of lists": (b"[" + b"[]," * 3_000_000 + b"1]", "entries"),
+    "millions of texts": (b"[" + b'"",' * 4_100_000 + b"1]", "entries"),
+    "long number": (b"[" + b"9" * 1_000 + b"]", "digits"),
+    "very long number": (b"-" + b"9" * 5_000_000, "digits"),
+    "half a pair": (b'{"a": "\\ud800"}', "surrogates"),
+    "half a pair as name": (b'{"\\udc00": 1}', "surrogates"),
+    "text without end": (b'["' + b'\\"' * 1_000_000, "Unterminated"),
+    "another coding": ('{"a": 1}'.encode("utf-16"), "utf-8"),
+    "two of them": (b"{} {}", "Extra data"),
+    "zero bytes": (bytes(10), "Expecting value"),
+}
+
+
+@pytest.mark.parametrize("name", JSON)
+def test_hostile_json_is_refused_quickly(tmp_path: Path, name: str) -> None:
+    """Each is refused before it fills the memory or the stack, with the path in the words."""
+    raw, words = JSON[name]
+    file = tmp_path / "run.json"
+    file.write_bytes(raw)
+    start = time.monotonic()
+    with pytest.raises(LogError, match=words) as refusal:
+        read_json(file)
+    assert time.monotonic() - start < PATIENCE
+    assert str(file) in str(refusal.value)
+    assert len(str(refusal.value)) < 600
+
+
+def test_brackets_inside_of_texts_do_not_count() -> None:
+    """Ordinary JSON passes: brackets, quotes and backslashes in texts, numbers, pairs."""
+    content = {
+        "a": "[" * 99,
+        "b": ['\\"[' * 50, "\\"],
+        "c": [1e300, -1, 10**300],
+        "d": "\U0001f9ad",
+    }
+    import json
+
+    assert plain_json(json.dumps(content)) == content
+    assert plain_json(json.dumps(content, ensure_ascii=False).encode()) == content
+
+
+def _doubled() -> str:
+    lines = ["a0: &a0 {k: 1}"]
+    return "\n".join(
+        [*lines, *(f"a{k}: &a{k} {{<<: [*a{k - 1}, *a{k - 1}]}}" for k in range(1, 60))]
+    )
+
+
+_WIDE = "a: &a {" + ",".join(f"k{k}: 1" for k in range(5000)) + "}\n"
+YAML: dict[str, tuple[str, str]] = {
+    "number to the base 60": ("a: 1" + ":59" * 300_000, "number of"),
+    "tagged number": ("a: !!int '" + "1:" * 100_000 + "1'", "number of"),
+    "number with points": ("a: " + "1:" * 100_000 + "1.0", "number of"),
+    "hexadecimal": ("a: 0x" + "f" * 100_000, "number of"),
+    "octal": ("a: 0o" + "7" * 1_000, "number of"),
+    "binary": ("a: 0b" + "1" * 10_000, "number of"),
+    "decimal": ("a: " + "1_" * 1_000 + "1", "number of"),
+    "a few merges": (_WIDE + "".join(f"b{k}: {{<<: *a}}\n" for k in range(50)), "merged"),
+    "merges that double": (_doubled(), "merged"),
+    "one merge, often": (_WIDE + "b: {<<: [" + "*a," * 50_000 + "*a]}", "merged"),
+    "many merges": (_WIDE + "".join(f"b{k}: {{<<: *a}}\n" for k in range(5000)), "merged"),
+    "lists in lists": ("a: " + "[" * 60 + "]" * 60, "nested deeper"),
+    "names of names": ("? " * 60 + "a", "nested deeper"),
+    "lists in lines": ("- " * 60 + "a", "nested deeper"),
+    "itself": ("&a [*a]", "nested deeper"),
+}
+
+
+@pytest.mark.parametrize("name", YAML)
+def test_hostile_yaml_is_refused_quickly(name: str) -> None:
+    """Each is refused before the loader computes, copies or recurses."""
+    text, words = YAML[name]
+    start = time.monotonic()
+    with pytest.raises(yaml.YAMLError, match=words):
+        plain_yaml(text)
+    assert time.monotonic() - start < PATIENCE
+
+
+def test_ordinary_merges_and_texts_are_read() -> None:
+    """Merge keys count when they are few; a long text is no number."""
+    assert plain_yaml("a: &a {x: 1}\nb: {<<: *a, y: 2}") == {"a": {"x": 1}, "b": {"x": 1, "y": 2}}
+    assert plain_yaml("a: " + "word " * 200)["a"] == ("word " * 200).strip()
+    assert plain_yaml("a: '" + "1" * 500 + "'")["a"] == "1" * 500
