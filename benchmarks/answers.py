@@ -1,6 +1,6 @@
 """Four classical answers to the question which effect a log is missing.
 
-All of them see what the diagnosis sees: the same log, the same course through it, and the responses
+All of them see the samples of the diagnosis: the same log, the same trajectory, and the responses
 of the same library of effects (`seals.sysid`). Only the inference differs: no tolerances of the
 nominal values, no gusts, no price of freedom beyond that of BIC, and no way to abstain but to find
 nothing. A fifth answer is granted tolerances and gusts, to show what they alone are worth.
@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.factors import Candidate, Library
-from seals.sysid.fit import Fitter
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.linearise import Prediction, columns_along, predict
-from seals.sysid.problem import Problem, forgotten, windows_of
-from seals.sysid.screen import candidate_keys, linear_gain, screen
-from seals.sysid.special import special_starts
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.predictors.linearise import Prediction, columns_along, predict
+from seals.sysid.predictors.problem import Problem, transient_rows, windows_of
+from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection.initial_guesses import initial_guesses
+from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
 Names = tuple[str, ...]
 """Effects that are declared missing, the likeliest first; none for nothing missing."""
@@ -61,11 +61,11 @@ class Regression:
 
 def regression(problem: Problem) -> Regression:
     """Set up the regression of one log."""
-    plant, course = problem.plant, problem.fitter.course
-    candidates = [c for c in plant.library.candidates if c.name not in _CURVED]
+    plant, trajectory = problem.plant, problem.fitter.trajectory
+    candidates = [c for c in plant.candidate_set.candidates if c.name not in _CURVED]
     keys = candidate_keys(candidates)
-    responses = columns_along(plant, course, {}, keys, problem.fitter.dynamics)
-    nominal = predict(plant, course, {})
+    responses = columns_along(plant, trajectory, {}, keys, problem.fitter.dynamics)
+    nominal = predict(plant, trajectory, {})
     target = -_stacked(problem, nominal.defect, nominal.reading - _measured(problem))
     table = [_stacked(problem, responses.push[:, :, i], responses.reading[:, :, i])
              for i in range(len(keys))]  # fmt: skip
@@ -73,7 +73,7 @@ def regression(problem: Problem) -> Regression:
     freedom = {name: len(columns) for name, columns in groups.items()}
     curved = _curved(problem)
     for name, start in curved.items():
-        found: Prediction = predict(plant, course, start)
+        found: Prediction = predict(plant, trajectory, start)
         groups[name, name] = (len(table),)
         freedom[name, name] = len(start)
         change = found.defect - nominal.defect
@@ -95,8 +95,8 @@ def _measured(problem: Problem) -> Floats:
 
 def _stacked(problem: Problem, defect: Floats, reading: Floats) -> Floats:
     """Accelerations over each step and readings at its start, shape (rows, 12 + J)."""
-    samples, skip = problem.samples, forgotten(problem.plant)
-    joints = problem.fitter.course.joints.shape[1]
+    samples, skip = problem.samples, transient_rows(problem.plant)
+    joints = problem.fitter.trajectory.joints.shape[1]
     used = np.concatenate([np.arange(a + skip, b - 1) for a, b in samples.runs])
     change = np.concatenate([defect[:, 6:12], defect[:, 12 + joints :]], axis=1) / samples.step
     both: Floats = np.concatenate([change, reading], axis=1)[used]
@@ -138,7 +138,7 @@ def _curved(problem: Problem) -> dict[str, dict[str, float]]:
     """Starting values of effects that have no response about zero: a tether, waves."""
     fitter = problem.fitter
     base = Hypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
-    return {name: starts[0] for name, starts in special_starts(problem, base).items() if starts}
+    return {name: starts[0] for name, starts in initial_guesses(problem, base).items() if starts}
 
 
 Sparsifier = Callable[[Floats, Floats, float], Floats]
@@ -226,13 +226,15 @@ def one_step_bic(table: Regression) -> Names:
 
 def plain(problem: Problem) -> Fitter:
     """A fitter of the same windows whose nominal values are exact and whose air is calm."""
-    given = problem.plant.library
-    exact = {key: replace(factor, tolerance=0.0) for key, factor in given.factors.items()}
+    given = problem.plant.candidate_set
+    exact = {key: replace(factor, tolerance=0.0) for key, factor in given.parameters.items()}
     plant = copy.copy(problem.plant)
-    plant.library = Library(effects=given.effects, factors=exact, candidates=given.candidates)
-    course, dynamics = problem.fitter.course, problem.fitter.dynamics
-    windows = windows_of(plant, course, dynamics, gusts=_STILL)
-    return Fitter(plant, course, dynamics, windows)
+    plant.candidate_set = CandidateSet(
+        effects=given.effects, parameters=exact, candidates=given.candidates
+    )
+    trajectory, dynamics = problem.fitter.trajectory, problem.fitter.dynamics
+    windows = windows_of(plant, trajectory, dynamics, gusts=_STILL)
+    return Fitter(plant, trajectory, dynamics, windows)
 
 
 def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
@@ -244,7 +246,7 @@ def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -
     """
     about = fitter.start(())
     price = float(np.log(max(fitter.windows.observed, 2)))
-    regular = [c for c in fitter.library.candidates if c.name not in _CURVED]
+    regular = [c for c in fitter.candidate_set.candidates if c.name not in _CURVED]
     table = screen(fitter, about, candidate_keys(regular))
     ranked: list[tuple[float, Candidate, Mapping[str, float]]] = []
     for c in regular:
@@ -252,7 +254,7 @@ def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -
         ranked.append((gain - price * len(c.all_keys), c, {k: values[k] for k in c.all_keys}))
     ranked.sort(key=lambda r: -r[0])
     jobs = [(c, start) for _, c, start in ranked[:_FITTED]]
-    jobs += [(c, curved[c.name]) for c in fitter.library.candidates if c.name in curved]
+    jobs += [(c, curved[c.name]) for c in fitter.candidate_set.candidates if c.name in curved]
     scores: dict[Names, float] = {(): fitter.fit((), iterations=2).cost}
     for c, start in jobs:
         fit = fitter.fit(c.all_keys, start=start, iterations=2)
@@ -267,7 +269,7 @@ def all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Na
     One linear solve: steps from zero of a model this free diverge on some logs. A tether and waves
     take part with the shape of their starting values and a free size.
     """
-    candidates = [c for c in fitter.library.candidates if c.name not in _CURVED]
+    candidates = [c for c in fitter.candidate_set.candidates if c.name not in _CURVED]
     keys = candidate_keys(candidates)
     misfit, columns = fitter.misfit({}), fitter.whitened(keys, {})
     for start in curved.values():

@@ -101,7 +101,7 @@ def baselines(folder: Path) -> dict[str, dict[str, Any]]:
     """Answers of the classical methods; the time of making the log ready is no part of theirs."""
     from benchmarks.answers import METHODS, THRESHOLDS, question, sparse, stlsq_of_pysindy
     from seals.logs.native import read_native
-    from seals.sysid.problem import prepare
+    from seals.sysid.predictors.problem import prepare
 
     asked = question(prepare(read_native(folder)))
     answers = {}

@@ -17,8 +17,8 @@ from seals.compare.predict import Job
 from seals.config.compose import compose
 from seals.errors import SealsError
 from seals.logs.datasets import OFFLINE
-from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
-from seals.sysid.rivals.problem import prepare
+from seals.sysid.predictors.batch import prepare
+from seals.sysid.runs import RunsDiagnosis, diagnose_runs
 
 Samples = dict[str, Floats]
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -160,7 +160,7 @@ def pendulum() -> list[Line]:
 def flume() -> list[Line]:
     """Added mass and radiation damping as a pair."""
     one = run("experiment=flume_heave")[0]
-    experiment = one.search.judge.experiment
+    experiment = one.search.validator.experiment
     errors = [
         abs(
             float(

@@ -251,7 +251,7 @@ def _compare_task(config: Any) -> int | None:
 
 
 def _runs_task(config: Any) -> int | None:
-    from seals.sysid.rivals.application import execute
+    from seals.sysid.report.runs_application import execute
 
     result: int | None = execute(config)
     return result

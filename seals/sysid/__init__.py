@@ -1,1 +1,1 @@
-"""Names the physical effect that a model lacks, from a measured log."""
+"""System identification: name the physical effect that a model lacks, from measured logs."""

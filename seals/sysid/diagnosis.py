@@ -1,4 +1,4 @@
-"""The whole diagnosis of one log, and its written form."""
+"""Diagnosis of one log, and its written form."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 
 from seals.logs.log import Log
 from seals.schema import parameters_of
-from seals.sysid.decision.evidence import Answer, Claim, judge
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.candidates.reported_values import reported_values
+from seals.sysid.decision.evidence import Answer, Claim, decide
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.equivalent import catalogued
-from seals.sysid.factors import Candidate
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.naming import Search, search
-from seals.sysid.normal import Fit, solve_scaled
-from seals.sysid.problem import Problem, prepare
+from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
+from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection.windows import Search, search
 
 _NORMAL90 = 1.6449
 _LAW = 0.03
@@ -29,7 +29,7 @@ FOLDS = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
-    """What is missing in the model of a log.
+    """Effects missing in the model of a log.
 
     Args:
         problem: the log made ready.
@@ -68,7 +68,10 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "held_out_error": dict(self.held_out),
             "explained": answer.explained,
-            "left_over": {"level": answer.unrest.level, "gain": answer.unrest.gain},
+            "left_over": {
+                "level": answer.disturbance_level.level,
+                "gain": answer.disturbance_level.gain,
+            },
             "reasons": list(answer.reasons),
             "tried": self.tried(),
             "nominal": self.nominal(),
@@ -84,7 +87,7 @@ class Diagnosis:
         ]
 
     def known(self) -> dict[str, dict[str, float]]:
-        """Fitted values of every effect that was tried, by name and factor."""
+        """Fitted values of every effect that was tried, by name and parameter."""
         out: dict[str, dict[str, float]] = {}
         chosen = [c.hypothesis for c in self.answer.claims]
         for h in (*chosen, *(self.search.rounds[0] if self.search.rounds else ())):
@@ -99,12 +102,12 @@ class Diagnosis:
         return {
             k: {"value": fit.values[k], "sd": fit.spread(k)}
             for k in hypothesis.fitter.tolerances
-            if k not in fit.freed
+            if k not in fit.free
         }
 
     @property
     def hypothesis(self) -> Hypothesis:
-        """The model that the answer stands for: with the claims, or as it was."""
+        """Model of the answer: with the claimed effects, or the nominal one."""
         return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
 
@@ -115,7 +118,7 @@ def diagnose(
     processes: int = 1,
     tell: Callable[[int], None] | None = None,
 ) -> Diagnosis:
-    """Name what the model of a log is missing.
+    """Name the effects that the model of a log is missing.
 
     Args:
         log: in the native format, with all of ``meta.yaml``.
@@ -131,7 +134,7 @@ def diagnose(
     problem = prepare(log, policy=policy)
     say(1)
     found = search(problem, processes=processes, tell=lambda done: say(1 + done))
-    answer = judge(problem, found, processes=processes)
+    answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {
         "before": held_out_misfit(found.nominal, problem),
@@ -188,7 +191,7 @@ def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
 
 
 def _place(candidate: Candidate) -> dict[str, Any]:
-    """In which medium, or on which link of the robot, the effect acts, where variants differ so."""
+    """Medium or link in which the effect acts, where its variants differ by it."""
     variant, out = candidate.variant, dict[str, Any]()
     if "medium" in variant:
         out["medium"] = "water" if variant["medium"] else "air"
@@ -204,17 +207,19 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[s
         for name, value in candidate.variant.items()
         if name in ("rotor", "joint")
     }
-    library = hypothesis.fitter.library
-    values, own = catalogued(candidate, library, fit.values, hypothesis.fitter.course.rates)
+    candidate_set = hypothesis.fitter.candidate_set
+    values, own = reported_values(
+        candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.rates
+    )
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
         value, spread = values[key], fit.spread(key)
         # the datasheet's tolerance of the same quantity cannot be told from the effect
         # and a law of nature differs a little from the one in the book
         known = np.hypot(spread, own[key])
         half = _NORMAL90 * float(np.hypot(known, _LAW * value))
-        effect = library.effects.get(library.factors[key].instance)
+        effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
         meta = parameters_of(effect) if effect is not None else {}
-        parameter = library.factors[key].parameter
+        parameter = candidate_set.parameters[key].parameter
         unit = meta[parameter].unit if parameter in meta else "1"
         out[name] = {
             "value": float(value),

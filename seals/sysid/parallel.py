@@ -1,4 +1,4 @@
-"""Runs independent fits in forked processes that share the log by copy-on-write."""
+"""Run independent fits in forked processes that share the log by copy-on-write."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from seals.compare.application import settings_of
 from seals.config.compose import compose
 from seals.robot.build import build_robot
 from seals.run.build import build_run
-from seals.sysid.rivals.candidates import library_of
+from seals.sysid.candidates.experiment import candidate_set_of
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
 
@@ -85,8 +85,8 @@ def test_its_effects_are_compared_on_several_runs(coral: Path) -> None:
         ["experiment=slocum_glider", "rivals=[sway_by_yaw,gyroscope_scale]"], root="compare"
     )
     settings = settings_of(found)
-    library = library_of(settings, build_robot(settings.robot))
-    keys = {c.name: c.keys for c in library.candidates}
+    candidate_set = candidate_set_of(settings, build_robot(settings.robot))
+    keys = {c.name: c.keys for c in candidate_set.candidates}
     assert keys["sway_by_yaw"] == ("more_sway_by_yaw_water.derivative",)
     assert len(keys["gyroscope_scale"]) == 3
-    assert 0.0 < library.keys["more_sway_by_yaw_water.derivative"].scale < 1e3
+    assert 0.0 < candidate_set.keys["more_sway_by_yaw_water.derivative"].scale < 1e3

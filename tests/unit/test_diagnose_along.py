@@ -1,4 +1,4 @@
-"""A plant along a course: what is kept for many parameters equals what is computed afresh."""
+"""A plant along a trajectory: what is kept for many parameters equals what is computed afresh."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.along import Along, packed
-from seals.sysid.catalogue import library_of
-from seals.sysid.fit import Fitter
-from seals.sysid.linearise import dynamics_along, predict
-from seals.sysid.plant import Plant
-from seals.sysid.problem import linearised, rewindowed, windows_of
-from seals.sysid.samples import Samples
-from seals.sysid.trajectory import Course
-from seals.sysid.vehicle import Vehicle, read_vehicle
+from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle, read_vehicle
+from seals.sysid.predictors.linearise import dynamics_along, predict
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import linearise_model, rewindowed, windows_of
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
+from seals.sysid.predictors.windows_fit import Fitter
 
 ROWS, STEP = 150, 0.01
 VALUES = {
@@ -103,8 +103,8 @@ def described(level: float | None) -> dict[str, Any]:
     }
 
 
-def waving(vehicle: Vehicle) -> tuple[Plant, Course]:
-    """A smooth course through the surface with its log, noise of a fixed seed in the readings."""
+def waving(vehicle: Vehicle) -> tuple[Plant, Trajectory]:
+    """A smooth trajectory through the surface with its log; readings with noise of a fixed seed."""
     rng = np.random.default_rng(3)
     time = np.arange(ROWS) * STEP
 
@@ -113,7 +113,7 @@ def waving(vehicle: Vehicle) -> tuple[Plant, Course]:
         return size * np.sin(time[:, None] * rate + phase)
 
     turn = np.concatenate([swing(0.3, 3), np.ones((ROWS, 1))], axis=1)
-    course = Course(
+    trajectory = Trajectory(
         position=swing(0.1, 3),
         quaternion=turn / np.linalg.norm(turn, axis=1, keepdims=True),
         velocity=swing(1.0, 3),
@@ -122,11 +122,11 @@ def waving(vehicle: Vehicle) -> tuple[Plant, Course]:
         rates=swing(1.0, 2),
     )
     exact = {
-        "position": course.position,
-        "orientation": course.quaternion,
-        "angular_velocity": course.spin,
+        "position": trajectory.position,
+        "orientation": trajectory.quaternion,
+        "angular_velocity": trajectory.spin,
         "specific_force": swing(2.0, 3),
-        "joint_position": course.joints,
+        "joint_position": trajectory.joints,
     }
     samples = Samples(
         time=time,
@@ -135,53 +135,53 @@ def waving(vehicle: Vehicle) -> tuple[Plant, Course]:
         channels={k: v + 1e-3 * rng.normal(size=v.shape) for k, v in exact.items()},
         command=600.0 + swing(50.0, 4),
         voltage=None,
-        joint_command=course.joints + 0.02,
+        joint_command=trajectory.joints + 0.02,
     )
-    library = library_of(vehicle, speeds=np.ones(3))
-    return Plant(vehicle, library, samples, parts=1), course
+    candidate_set = candidate_set_of(vehicle, speeds=np.ones(3))
+    return Plant(vehicle, candidate_set, samples, parts=1), trajectory
 
 
 @pytest.fixture(scope="module")
-def along() -> Along:
-    """The plant along its course."""
-    return Along(*waving(read_vehicle(described(0.0))))
+def cache() -> TrajectoryCache:
+    """The plant along its trajectory."""
+    return TrajectoryCache(*waving(read_vehicle(described(0.0))))
 
 
 @pytest.fixture(scope="module")
 def fitter() -> Fitter:
     """A linearisation in the air with windows."""
-    return linearised(*waving(read_vehicle(described(None))), {}, window=0.5)
+    return linearise_model(*waving(read_vehicle(described(None))), {}, window=0.5)
 
 
-def afresh(along: Along, values: dict[str, float]) -> Any:
-    """Rates of a new twin that knows nothing of the course."""
-    twin = along.plant.twin(values, ROWS)
-    return packed(twin.rates(along.state, along.time, along.inputs(values)))
+def afresh(cache: TrajectoryCache, values: dict[str, float]) -> Any:
+    """Rates of a new twin that knows nothing of the trajectory."""
+    twin = cache.plant.twin(values, ROWS)
+    return packed(twin.rates(cache.state, cache.time, cache.inputs(values)))
 
 
-def test_a_kept_posture_changes_nothing(along: Along) -> None:
+def test_a_kept_posture_changes_nothing(cache: TrajectoryCache) -> None:
     """The rates with poses and surroundings at hand are those without."""
-    kept = packed(along.response(VALUES).rates)
-    assert kept == pytest.approx(afresh(along, VALUES), rel=1e-12, abs=1e-12)
+    kept = packed(cache.response(VALUES).rates)
+    assert kept == pytest.approx(afresh(cache, VALUES), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_response_is_the_slope_of_the_rates(along: Along, key: str) -> None:
+def test_a_response_is_the_slope_of_the_rates(cache: TrajectoryCache, key: str) -> None:
     """What one effect does at known accelerations gives the derivative of all rates."""
-    found = along.changes(VALUES, [key])[key]
-    step = 0.1 * along.plant.library.factors[key].nudge
+    found = cache.changes(VALUES, [key])[key]
+    step = 0.1 * cache.plant.candidate_set.parameters[key].nudge
     sides = [{**VALUES, key: VALUES.get(key, 0.0) + s * step} for s in (1.0, -1.0)]
-    above, below = (afresh(along, v) for v in sides)
+    above, below = (afresh(cache, v) for v in sides)
     slope = (above - below) / (2.0 * step)
     assert np.abs(slope).max() > 0.0
     # one-sided quotients of laws that bend: of first order in a step of 2 %
     assert np.abs(found - slope).max() < 0.02 * np.abs(slope).max()
 
 
-def test_a_unit_wrench_on_the_base_turns_and_lifts(along: Along) -> None:
+def test_a_unit_wrench_on_the_base_turns_and_lifts(cache: TrajectoryCache) -> None:
     """Pushing the base upward by what the drive adds gives the acceleration that the drive adds."""
     key = "thrust_coefficient.relative_change"
-    response, plant = along.response({}), along.plant
+    response, plant = cache.response({}), cache.plant
     drive = plant.drive({})
     assert drive is not None
     speeds = drive.at[:, 0]
@@ -194,7 +194,7 @@ def test_a_unit_wrench_on_the_base_turns_and_lifts(along: Along) -> None:
     wrench = np.concatenate([np.zeros((ROWS, 2)), lift, thrust @ arms], axis=1)
     pushed = np.stack(response.pushed(), axis=2)
     expected = np.einsum("tik,tk->ti", pushed, wrench)
-    found = along.changes({}, [key])[key]
+    found = cache.changes({}, [key])[key]
     spun = np.einsum("ti,t->ti", pushed[:, :, 5], torque @ turns)
     best = min(np.abs(found - expected + s * spun).max() for s in (-1.0, 0.0, 1.0))
     assert best < 1e-8 * np.abs(found).max()
@@ -202,19 +202,19 @@ def test_a_unit_wrench_on_the_base_turns_and_lifts(along: Along) -> None:
 
 def test_steps_about_an_anchor_are_right_to_first_order(fitter: Fitter) -> None:
     """At the anchor the step is exact; beside it, most of its change is there."""
-    along = fitter.along
-    assert along is not None
-    plant, course = along.plant, along.course
-    anchor = along.anchor({})
+    cache = fitter.cache
+    assert cache is not None
+    plant, trajectory = cache.plant, cache.trajectory
+    expansion_point = cache.expansion_point({})
 
     values = {"linear_drag_air_change.coefficient_x": 0.1, "wind.velocity_y": 1.0}
 
     def moved(size: float, **given: Any) -> Any:
         used = {k: size * v for k, v in values.items()}
-        return predict(plant, course, used, along=along, **given).defect[:-1, :12]
+        return predict(plant, trajectory, used, cache=cache, **given).defect[:-1, :12]
 
-    still = anchor.defect[:-1, :12]
-    near = {"anchor": anchor, "dynamics": fitter.dynamics}
+    still = expansion_point.defect[:-1, :12]
+    near = {"expansion_point": expansion_point, "dynamics": fitter.dynamics}
     assert moved(0.0, **near) == pytest.approx(still, abs=1e-14)
     change = np.abs(moved(1.0) - still).max()
     assert change > 1e-4
@@ -224,7 +224,7 @@ def test_steps_about_an_anchor_are_right_to_first_order(fitter: Fitter) -> None:
 def test_other_gusts_need_no_new_outputs(fitter: Fitter) -> None:
     """Windows under another level of the gusts equal windows set up for it."""
     level = 2.5 * fitter.windows.gusts
-    fresh = windows_of(fitter.plant, fitter.course, fitter.dynamics, window=0.5, gusts=level)
+    fresh = windows_of(fitter.plant, fitter.trajectory, fitter.dynamics, window=0.5, gusts=level)
     shared = fitter.windows.under(level)
     assert shared.like(fitter.windows)
     assert not fresh.like(fitter.windows)
@@ -246,17 +246,17 @@ def test_what_was_seen_serves_other_gusts(fitter: Fitter) -> None:
 def test_a_finished_fit_stands_on_exact_steps(fitter: Fitter) -> None:
     """The cost of a fit is that of the model at its values, and a rough one is not better."""
     keys = ("payload_second.mass", "payload_second.position_z")
-    rough, fit = fitter.fit(keys, rough=True), fitter.fit(keys)
+    coarse, fit = fitter.fit(keys, coarse=True), fitter.fit(keys)
     seen = fitter.misfit(fit.values)
     exact = float(seen.product(seen).sum()) + fit.penalty
     assert fit.cost == pytest.approx(exact, abs=1.0, rel=1e-4)
-    seen = fitter.misfit(rough.values)
-    assert exact < float(seen.product(seen).sum()) + rough.penalty + 1.0
+    seen = fitter.misfit(coarse.values)
+    assert exact < float(seen.product(seen).sum()) + coarse.penalty + 1.0
 
 
-def test_slopes_in_the_state_keep_what_the_place_cannot_change(along: Along) -> None:
+def test_slopes_in_the_state_keep_what_the_place_cannot_change(cache: TrajectoryCache) -> None:
     """In still water the accelerations know the height, and no other place."""
-    slope = dynamics_along(along.plant, along.course, {}, along=along).slope
+    slope = dynamics_along(cache.plant, cache.trajectory, {}, cache=cache).slope
     assert np.abs(slope[:, 6:12, 2]).max() > 1.0
     assert not slope[:, 6:12, :2].any()
 

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.between import Between, finer
-from seals.sysid.catalogue import library_of
-from seals.sysid.drop import settled
-from seals.sysid.plant import Plant
-from seals.sysid.problem import Problem, linearised
-from seals.sysid.rollout import simulated_course
-from seals.sysid.rough import surface
-from seals.sysid.samples import Samples
-from seals.sysid.standing import Doubt, converged, stand
-from seals.sysid.trials import nearest_courses, trials
-from seals.sysid.vehicle import Vehicle, read_vehicle
+from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.vehicle import Vehicle, read_vehicle
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import Problem, linearise_model
+from seals.sysid.predictors.rollout import simulated_trajectory
+from seals.sysid.predictors.substep_integrator import SubstepIntegrator, finer
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.trials import nearest_trajectories, trials
+from seals.sysid.predictors.whole_run import UnmodelledDisturbance, converged, linearise_about
+from seals.sysid.selection.whole_runs import fit_nominal
 
 STEP, ROWS = 0.02, 60
 
@@ -83,11 +83,11 @@ def problem_of(vehicle: Vehicle) -> Problem:
         voltage=None,
         joint_command=none,
     )
-    course = simulated_course(samples, vehicle, parts=4)
-    plant = Plant(vehicle, library_of(vehicle, speeds=np.ones(3)), samples, parts=4)
-    reading = Between(plant).track(course, {}).reading[::4]
+    trajectory = simulated_trajectory(samples, vehicle, parts=4)
+    plant = Plant(vehicle, candidate_set_of(vehicle, speeds=np.ones(3)), samples, parts=4)
+    reading = SubstepIntegrator(plant).substeps(trajectory, {}).reading[::4]
     channels["angular_velocity"][:], channels["specific_force"][:] = reading[:, :3], reading[:, 3:]
-    fitter = linearised(plant, course, {})
+    fitter = linearise_model(plant, trajectory, {})
     return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
 
 
@@ -106,67 +106,71 @@ def test_finer_rows_divide_every_row(problem: Problem) -> None:
 
 def test_a_free_fall_is_exact_between_the_rows(problem: Problem) -> None:
     """Before it touches the water the hull follows the parabola at every part of a row."""
-    track = Between(problem.plant).track(problem.fitter.course, {})
+    substeps = SubstepIntegrator(problem.plant).substeps(problem.fitter.trajectory, {})
     time = finer(problem.samples, 4).time[:32]
-    assert np.allclose(track.course.position[:32, 2], 0.25 - 0.5 * 9.81 * time**2, atol=1e-9)
+    assert np.allclose(substeps.trajectory.position[:32, 2], 0.25 - 0.5 * 9.81 * time**2, atol=1e-9)
 
 
 @pytest.mark.parametrize("key", ["slamming_change.coefficient", "added_mass_change.mass_z"])
 def test_responses_match_a_simulated_impact(problem: Problem, key: str) -> None:
     """Responses over the rows of the impact are those of two simulations, to a few per cent."""
-    between, course = Between(problem.plant), problem.fitter.course
-    track = between.track(course, {})
-    _, fine = between.dynamics(track, {})
-    found = between.columns(track, fine, {}, [key]).push[:, :, 0]
+    integrator, trajectory = SubstepIntegrator(problem.plant), problem.fitter.trajectory
+    substeps = integrator.substeps(trajectory, {})
+    _, fine = integrator.dynamics(substeps, {})
+    found = integrator.columns(substeps, fine, {}, [key]).push[:, :, 0]
     step = 0.01
-    after = between.track(course, {key: step})
-    exact = (after.defect - track.defect) / step
+    after = integrator.substeps(trajectory, {key: step})
+    exact = (after.defect - substeps.defect) / step
     assert np.abs(exact).max() > 0.1
     assert np.abs(found - exact)[:-1].max() < 0.04 * np.abs(exact).max()
 
 
 def test_an_impact_is_doubted_and_a_floating_hull_is_not(problem: Problem) -> None:
     """Where the hull strikes the water the readings count less than where it floats at rest."""
-    rough = surface(problem.plant, problem.fitter.course)
-    assert rough is not None
-    speed = problem.fitter.course.velocity[:, 2]
-    strike = int(np.argmax(rough.blur))
+    surface_error = surface_model_error(problem.plant, problem.fitter.trajectory)
+    assert surface_error is not None
+    speed = problem.fitter.trajectory.velocity[:, 2]
+    strike = int(np.argmax(surface_error.blur))
     assert speed[strike] < -1.0
-    assert rough.blur[:8].max() == 0.0
-    assert rough.blur[-5:].max() < 0.5 * rough.blur[strike]
+    assert surface_error.blur[:8].max() == 0.0
+    assert surface_error.blur[-5:].max() < 0.5 * surface_error.blur[strike]
 
 
 def test_trials_are_the_same_every_time_and_find_the_run(problem: Problem) -> None:
-    """The draws repeat, the first is the datasheet's, and its course is the nearest one here."""
+    """The draws repeat; the first is the datasheet's, and its trajectory is the nearest here."""
     one, two = (trials(problem.plant, leave=("tether", "waves"), count=40) for _ in range(2))
     assert [t.values for t in one] == [t.values for t in two]
     assert not one[0].start.any()
-    near, next_to_it = nearest_courses(problem.plant, leave=("tether", "waves"), ranks=(0, 1))
-    away = np.abs(near.position - problem.fitter.course.position)
+    near, next_to_it = nearest_trajectories(problem.plant, leave=("tether", "waves"), ranks=(0, 1))
+    away = np.abs(near.position - problem.fitter.trajectory.position)
     assert away.max() < 0.05
     assert not np.array_equal(near.position, next_to_it.position)
 
 
 def test_a_fit_that_got_stuck_sets_out_from_other_courses(problem: Problem) -> None:
-    """From a course that turned over it comes to nothing; the next one leads to the readings."""
-    good = problem.fitter.course
+    """From a trajectory that turned over nothing comes; the next one leads to the readings."""
+    good = problem.fitter.trajectory
     turned = np.zeros((len(good.position), 12))
     turned[:, 3] = np.linspace(0.0, 3.0, len(turned))
     stuck, other = good.moved(turned), good.moved(0.02 * turned)
-    alone = settled(problem.plant, [stuck], processes=1)[1]
+    alone = fit_nominal(problem.plant, [stuck], processes=1)[1]
     assert alone.fit.cost > 1.5 * alone.fitter.windows.observed
-    outset, base = settled(problem.plant, [stuck, other], processes=1)
+    outset, base = fit_nominal(problem.plant, [stuck, other], processes=1)
     assert base.fit.cost < base.fitter.windows.observed
-    assert np.array_equal(outset.fitter.course.position, other.position)
+    assert np.array_equal(outset.fitter.trajectory.position, other.position)
 
 
 def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Problem) -> None:
     """The nominal model follows its own readings, and a fit survives a change of process."""
-    between = Between(problem.plant)
-    doubt = Doubt(gusts=1.3, rough=surface(problem.plant, problem.fitter.course))
-    found = converged(stand(between, problem.fitter.course, (), {}, doubt), rounds=6)
+    integrator = SubstepIntegrator(problem.plant)
+    disturbance = UnmodelledDisturbance(
+        gusts=1.3, surface_error=surface_model_error(problem.plant, problem.fitter.trajectory)
+    )
+    found = converged(
+        linearise_about(integrator, problem.fitter.trajectory, (), {}, disturbance), rounds=6
+    )
     assert found.done
     assert found.fit.cost < 2.0
     copied = pickle.loads(pickle.dumps(found))
-    copied.fitter.settle(between)
+    copied.fitter.attach(integrator)
     assert copied.fitter.start(()).cost == pytest.approx(found.fit.cost, abs=1e-6)

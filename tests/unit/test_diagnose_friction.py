@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 from seals.plugins.effects.joint_friction import friction_as_catalogued
-from seals.sysid.equivalent import own_part
-from seals.sysid.factors import Factor
-from seals.sysid.linearise import discrete
-from seals.sysid.normal import Fit, newton_step
+from seals.sysid.candidates.parameters import Parameter
+from seals.sysid.candidates.reported_values import own_part
+from seals.sysid.least_squares.normal_equations import Fit, newton_step
+from seals.sysid.predictors.linearise import discrete
 
 
 def _fit(matrix: np.ndarray, right: np.ndarray, values: list[float]) -> Fit:
@@ -18,7 +18,7 @@ def _fit(matrix: np.ndarray, right: np.ndarray, values: list[float]) -> Fit:
     keys = tuple(f"k{i}" for i in range(len(right)))
     zero = np.zeros(len(right))
     return Fit(
-        freed=(),
+        free=(),
         keys=keys,
         values=dict(zip(keys, values, strict=True)),
         cost=0.0,
@@ -75,10 +75,12 @@ def test_slow_joints_turn_dry_friction_into_the_law_of_the_catalogue() -> None:
 
 def test_friction_of_the_vehicle_itself_is_taken_off_on_average() -> None:
     """A quantity that can only add has a positive mean; one of either sign has none."""
-    only = Factor(key="joint_friction_1.coulomb", tolerance=0.01, scale=0.05, bounds=(0.0, np.inf))
+    only = Parameter(
+        key="joint_friction_1.coulomb", tolerance=0.01, scale=0.05, bounds=(0.0, np.inf)
+    )
     rng = np.random.default_rng(3)
     draws = np.abs(rng.normal(0.0, 0.01, 200_000))
     value, spread = own_part(only, 0.05)
     assert value == pytest.approx(0.05 - draws.mean(), abs=1e-4)
     assert spread == pytest.approx(draws.std(), abs=1e-4)
-    assert own_part(Factor(key="mass.mass", tolerance=0.1, scale=1.0), 0.3) == (0.3, 0.1)
+    assert own_part(Parameter(key="mass.mass", tolerance=0.1, scale=1.0), 0.3) == (0.3, 0.1)

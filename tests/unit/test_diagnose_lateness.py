@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid import lateness
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.linearise import DELAY
-from seals.sysid.normal import Fit
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.linearise import DELAY
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection import sensor_delay
 
 TOP, SIGMA = 0.0214, 4e-4
 
@@ -19,7 +19,7 @@ TOP, SIGMA = 0.0214, 4e-4
 def at(delay: float) -> Hypothesis:
     """A hypothesis whose score falls by one at one standard deviation from the true delay."""
     fit = Fit(
-        freed=(DELAY,),
+        free=(DELAY,),
         keys=(DELAY,),
         values={DELAY: delay},
         cost=0.0,
@@ -38,14 +38,14 @@ def at(delay: float) -> Hypothesis:
 @pytest.fixture
 def parabola(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fits at a delay are looked up on the parabola."""
-    monkeypatch.setattr(lateness, "_delayed", lambda nominal, hypothesis, delay: at(delay))
+    monkeypatch.setattr(sensor_delay, "_at_delay", lambda nominal, hypothesis, delay: at(delay))
 
 
 @pytest.mark.usefixtures("parabola")
 @pytest.mark.parametrize("start", [0.02, 0.0175, 0.0262])
 def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
     """The delay is exact between the steps, and its spread that of the score."""
-    found = lateness.timed(at(0.0), at(start))
+    found = sensor_delay.estimate_sensor_delay(at(0.0), at(start))
     assert found.fitter.windows.delay == pytest.approx(TOP, abs=1e-9)
     assert found.fit.spread(DELAY) == pytest.approx(SIGMA, rel=1e-6)
 
@@ -54,6 +54,6 @@ def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
 def test_no_top_no_spread() -> None:
     """On a slope the middle stays, and the spread is the prior's."""
     near = [at(0.030), at(0.032)]
-    found = lateness.summit(at(0.0), at(0.031), near)
+    found = sensor_delay.parabola_peak(at(0.0), at(0.031), near)
     assert found.fitter.windows.delay == 0.031
     assert found.fit.spread(DELAY) == pytest.approx(0.03)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from seals.sysid.smoothing import local_polynomial
+from seals.sysid.data.smoothing import local_polynomial
 
 
 def test_a_cubic_is_kept_with_its_slope_despite_gaps() -> None:

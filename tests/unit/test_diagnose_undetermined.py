@@ -14,8 +14,8 @@ import pytest
 from seals.errors import SealsError
 from seals.logs.atomic import finite, write_json
 from seals.report import Bar, Bars, Mark, Section, page
-from seals.sysid.linearise import _late
-from seals.sysid.normal import Fit, newton_step, posterior_covariance
+from seals.sysid.least_squares.normal_equations import Fit, newton_step, posterior_covariance
+from seals.sysid.predictors.linearise import _delayed
 
 
 def fit_of(normal: np.ndarray, precision: np.ndarray) -> Fit:
@@ -23,7 +23,7 @@ def fit_of(normal: np.ndarray, precision: np.ndarray) -> Fit:
     keys = tuple(f"effect.value_{k}" for k in range(len(precision)))
     zero = np.zeros(len(keys))
     return Fit(
-        freed=(),
+        free=(),
         keys=keys,
         values=dict.fromkeys(keys, 0.0),
         cost=0.0,
@@ -75,7 +75,7 @@ def test_readings_that_ran_out_of_digits_stay_so() -> None:
     samples = SimpleNamespace(time=time, step=0.1, runs=((0, 10), (10, 20)))
     seen = np.stack([time, 2.0 * time], axis=1)
     seen[3, 1] = np.inf
-    found = _late(SimpleNamespace(samples=samples), seen, 0.02)  # type: ignore[arg-type]
+    found = _delayed(SimpleNamespace(samples=samples), seen, 0.02)  # type: ignore[arg-type]
     assert np.isnan(found[:10]).all()
     np.testing.assert_allclose(found[11:, 0], time[11:] - 0.02)
 

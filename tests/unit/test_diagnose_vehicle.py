@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.sysid.catalogue import library_of
-from seals.sysid.vehicle import read_vehicle
+from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.vehicle import read_vehicle
 
 
 def link(name: str, parent: str, **joint: Any) -> dict[str, Any]:
@@ -48,12 +48,12 @@ def test_gains_may_differ_from_joint_to_joint() -> None:
     assert servos.of_joints("kp", 2).tolist() == [9.0, 4.0]
     assert servos.of_joints("kd", 2).tolist() == [0.2, 0.2]
     assert tuple(vehicle.robot.tree.drive_inertia) == (0.002, 0.001)
-    library = library_of(vehicle, speeds=np.ones(3))
-    slack: Any = library.effects["joint_backlash_2"]
+    candidate_set = candidate_set_of(vehicle, speeds=np.ones(3))
+    slack: Any = candidate_set.effects["joint_backlash_2"]
     assert slack.kp == 4.0
-    assert "servos.kp" not in library.factors
-    alike = library_of(read_vehicle(described(links)), speeds=np.ones(3))
-    assert alike.factors["servos.kp"].tolerance == pytest.approx(0.02 * 9.0)
+    assert "servos.kp" not in candidate_set.parameters
+    alike = candidate_set_of(read_vehicle(described(links)), speeds=np.ones(3))
+    assert alike.parameters["servos.kp"].tolerance == pytest.approx(0.02 * 9.0)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_a_list_of_gains_of_another_length_is_refused() -> None:
 def test_a_load_is_added_never_taken() -> None:
     """A payload of negative mass is no payload: the bounds forbid it."""
     links = [link("upper", "body")]
-    factors = library_of(read_vehicle(described(links)), speeds=np.ones(3)).factors
-    loads = [f for k, f in factors.items() if k.startswith("payload") and k.endswith(".mass")]
+    parameters = candidate_set_of(read_vehicle(described(links)), speeds=np.ones(3)).parameters
+    loads = [f for k, f in parameters.items() if k.startswith("payload") and k.endswith(".mass")]
     assert loads
     assert all(f.bounds[0] == 0.0 for f in loads)

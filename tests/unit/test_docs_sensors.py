@@ -18,7 +18,7 @@ from seals.run.build import build_run
 from seals.run.recorder import Recorder
 from seals.run.simulation import simulate
 from seals.sensors.mounted import MountedSensor
-from seals.sysid.vehicle import READ, read_vehicle
+from seals.sysid.data.vehicle import READ, read_vehicle
 from seals.testing.sensor import OUTFIT
 
 PAGE = Path(__file__).parents[2] / "docs" / "sensors.md"

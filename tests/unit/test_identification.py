@@ -17,8 +17,8 @@ from seals.effects.identification import Identification, Subject
 from seals.errors import BrokenPlugin
 from seals.motion import Inputs, Medium, Motion, Reading, Wrench
 from seals.schema import param
-from seals.sysid.catalogue import installed, subject_of
-from seals.sysid.vehicle import read_vehicle
+from seals.sysid.candidates.vehicle import installed, subject_of
+from seals.sysid.data.vehicle import read_vehicle
 
 
 @dataclass(kw_only=True)

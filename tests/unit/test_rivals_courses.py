@@ -18,8 +18,8 @@ from seals.effects.binding import bind_effects
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.build import build_robot
-from seals.sysid.rivals.candidates import library_of
-from seals.sysid.rivals.problem import prepare
+from seals.sysid.candidates.experiment import candidate_set_of
+from seals.sysid.predictors.batch import prepare
 
 GRAVITY = 9.81
 
@@ -204,7 +204,7 @@ def test_a_rival_that_cannot_act_is_refused() -> None:
     """The nearest name is said."""
     settings = settings_for("experiment=falling_balls", "rivals=[liner_drag]")
     with pytest.raises(ConfigError, match=r"liner_drag(.|\n)*linear_drag"):
-        library_of(settings, build_robot(settings.robot))
+        candidate_set_of(settings, build_robot(settings.robot))
 
 
 def test_a_tolerance_of_no_parameter_is_refused() -> None:
@@ -213,14 +213,14 @@ def test_a_tolerance_of_no_parameter_is_refused() -> None:
         "experiment=slocum_glider", "++naming.tolerances={effects.buoyancy.volum_change: 1.0}"
     )
     with pytest.raises(ConfigError, match=r"volum_change(.|\n)*volume_change"):
-        library_of(settings, build_robot(settings.robot))
+        candidate_set_of(settings, build_robot(settings.robot))
 
 
 def test_a_nominal_effect_that_is_not_there_is_refused() -> None:
     """A misspelt instance."""
     settings = settings_for("experiment=falling_balls", "naming.nominal=[gravitty]")
     with pytest.raises(ConfigError, match=r"gravitty(.|\n)*gravity"):
-        library_of(settings, build_robot(settings.robot))
+        candidate_set_of(settings, build_robot(settings.robot))
 
 
 def test_one_run_is_too_few() -> None:

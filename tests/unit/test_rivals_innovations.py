@@ -11,12 +11,12 @@ from scipy.signal import lfilter
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
-from seals.sysid.decision.cross_validation import judged
-from seals.sysid.rivals.candidates import Candidate, Key, Library
-from seals.sysid.rivals.innovations import gain, innovations, memory
-from seals.sysid.rivals.problem import Experiment
-from seals.sysid.rivals.score import Judge
-from seals.sysid.rivals.search import search
+from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key
+from seals.sysid.decision.cross_validation import decide
+from seals.sysid.predictors.batch import Experiment
+from seals.sysid.scores.cross_validation import CrossValidator
+from seals.sysid.scores.innovations import autocorrelation, gain, innovations
+from seals.sysid.selection.runs import search
 
 TIME = np.linspace(0.0, 6.0, 300)
 SIGMA = 0.05
@@ -52,7 +52,7 @@ class Sums:
         ]
 
 
-def judge_of(drift: float, *, floor: float = 0.0) -> Judge:
+def judge_of(drift: float, *, floor: float = 0.0) -> CrossValidator:
     """Runs that answer with a lag, under errors that wander by so much a row."""
     noise = np.random.default_rng(5)
     cases = []
@@ -68,7 +68,7 @@ def judge_of(drift: float, *, floor: float = 0.0) -> Judge:
     settings.naming.floor = {"depth": floor}
     experiment = Experiment(
         settings=settings,
-        library=Library(
+        candidate_set=CandidateSet(
             effects={},
             nominal=(),
             keys={f"{n}.size": key for n in names},
@@ -82,13 +82,13 @@ def judge_of(drift: float, *, floor: float = 0.0) -> Judge:
         names=tuple(f"{n}.size" for n in names),
         fold={k: k for k in range(RUNS)},
     )
-    return Judge(experiment)
+    return CrossValidator(experiment)
 
 
 def test_news_of_a_known_error() -> None:
     """An error that halves from row to row has none; one that jumps by one has a one."""
     halves = {"depth": 2.0 ** -np.arange(9.0)[:, None]}
-    rho = memory([halves])
+    rho = autocorrelation([halves])
     assert rho["depth"] == pytest.approx(0.5)
     assert innovations(halves, rho)["depth"] == pytest.approx(0.0)
     jump = {"depth": np.array([0.0, 0.0, 1.0, 0.5, 0.25])[:, None]}
@@ -98,7 +98,7 @@ def test_news_of_a_known_error() -> None:
 def test_gaps_are_left_out() -> None:
     """Correlation over a gap is none: the pair on each side is not counted."""
     gap = {"depth": np.array([4.0, 2.0, np.nan, 8.0, 4.0])[:, None]}
-    assert memory([gap])["depth"] == pytest.approx(0.5)
+    assert autocorrelation([gap])["depth"] == pytest.approx(0.5)
 
 
 def test_the_gain_is_the_log_of_the_ratio() -> None:
@@ -110,25 +110,25 @@ def test_the_gain_is_the_log_of_the_ratio() -> None:
 
 def test_news_settle_what_a_wandering_error_hides() -> None:
     """Under a drift three times the size of what differs, lag beats delay by its news alone."""
-    judge = judge_of(0.25)
-    first, second = ((c,) for c in judge.experiment.library.candidates)
-    lag, delay = judge.fitted([(first, None), (second, None)])
-    assert not judge.margin(lag, delay).sure
-    assert judge.contest(lag, delay).sure
-    assert not judge.contest(delay, lag).sure
+    validator = judge_of(0.25)
+    first, second = ((c,) for c in validator.experiment.candidate_set.candidates)
+    lag, delay = validator.fitted([(first, None), (second, None)])
+    assert not validator.margin(lag, delay).significant
+    assert validator.compare_innovations(lag, delay).significant
+    assert not validator.compare_innovations(delay, lag).significant
 
 
 def test_a_systematic_floor_lets_the_margin_stand() -> None:
     """Where a fault of the measurement sets the floor, its news are no evidence."""
-    judge = judge_of(0.25, floor=1.0)
-    first, second = ((c,) for c in judge.experiment.library.candidates)
-    lag, delay = judge.fitted([(first, None), (second, None)])
-    assert judge.contest(lag, delay) == judge.margin(lag, delay)
+    validator = judge_of(0.25, floor=1.0)
+    first, second = ((c,) for c in validator.experiment.candidate_set.candidates)
+    lag, delay = validator.fitted([(first, None), (second, None)])
+    assert validator.compare_innovations(lag, delay) == validator.margin(lag, delay)
 
 
 def test_words_say_what_only_fast_changes_rule_out() -> None:
     """The lag is named alone; the delay that follows slow changes as well is said."""
-    answer = judged(search(judge_of(0.14).experiment))
+    answer = decide(search(judge_of(0.14).experiment))
     assert answer.verdict.value == "named"
     assert [c.candidate.name for c in answer.claims] == ["lag"]
     assert answer.reasons == ("delay follows slow changes as well, fast ones speak for lag",)

@@ -11,12 +11,12 @@ import pytest
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
-from seals.sysid.decision.cross_validation import judged
-from seals.sysid.rivals.candidates import Candidate, Key, Library
-from seals.sysid.rivals.fit import Lockstep, Task, limited_step
-from seals.sysid.rivals.problem import Experiment
-from seals.sysid.rivals.score import Judge
-from seals.sysid.rivals.search import search
+from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key
+from seals.sysid.decision.cross_validation import decide
+from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, limited_step
+from seals.sysid.predictors.batch import Experiment
+from seals.sysid.scores.cross_validation import CrossValidator
+from seals.sysid.selection.runs import search
 
 TIME = np.linspace(0.0, 2.0, 60)
 SIGMA = 0.05
@@ -53,10 +53,10 @@ def experiment(
         bare_case(f"run_{k}", TIME, {"depth": y[:, None]}, {"depth": np.array([SIGMA])}, speed=2.0)
         for k, y in enumerate(measured)
     )
-    library = Library(effects={}, nominal=(), keys=keys, tolerances=(), candidates=found)
+    candidate_set = CandidateSet(effects={}, nominal=(), keys=keys, tolerances=(), candidates=found)
     return Experiment(
         settings=CompareSettings(),
-        library=library,
+        candidate_set=candidate_set,
         cases=cases,
         predictor=Curves(law),  # type: ignore[arg-type]
         names=tuple(keys),
@@ -84,8 +84,8 @@ def test_a_fit_finds_the_rate_of_a_decay() -> None:
     """Y = exp(-3 t) without noise: the rate is found to six digits, within its steps."""
     data = [np.exp(-3.0 * TIME)] * 2
     found = experiment(["rate"], data, lambda v, c: np.exp(-v[0] * TIME), start=1.0, off=0.0)
-    task = Task(free=(0,), cases=(0, 1), values=np.array([1.0]))
-    Lockstep(found, iterations=12).solve([task])
+    task = FitTask(free=(0,), cases=(0, 1), values=np.array([1.0]))
+    BatchedLeastSquares(found, iterations=12).solve([task])
     assert task.values[0] == pytest.approx(3.0, rel=1e-4)
     assert task.done
 
@@ -99,9 +99,9 @@ def test_a_fit_ends_on_a_bound_and_the_others_take_over() -> None:
         bounds=(-1e3, 1e3),
         scale=100.0,
     )
-    solver = Lockstep(line, iterations=12)
+    solver = BatchedLeastSquares(line, iterations=12)
     solver.bounds[1] = (-1.0, 1.0)
-    task = Task(free=(0, 1), cases=(0,), values=np.zeros(2))
+    task = FitTask(free=(0, 1), cases=(0,), values=np.zeros(2))
     solver.solve([task])
     assert task.values[1] == 1.0
     assert task.values[0] == pytest.approx(2.0 + 2.0 * TIME.mean(), rel=1e-3)
@@ -113,8 +113,8 @@ def test_a_fit_walks_down_a_bent_valley() -> None:
         bent = experiment(
             ["k"], [TIME / 0.7], lambda v, c: TIME / max(abs(v[0]), 1e-9), start=1.0, off=0.0
         )
-        task = Task(free=(0,), cases=(0,), values=np.array([start]))
-        Lockstep(bent, iterations=15).solve([task])
+        task = FitTask(free=(0,), cases=(0,), values=np.array([start]))
+        BatchedLeastSquares(bent, iterations=15).solve([task])
         assert task.values[0] == pytest.approx(0.7, rel=1e-3)
 
 
@@ -131,8 +131,8 @@ def test_the_spread_of_a_straight_line() -> None:
     time = TIME[:40]
     cases = [time + SIGMA * n for n in noise]
     line = experiment(["slope"], [np.concatenate([y, np.zeros(20)]) for y in cases], _line)
-    task = Task(free=(0,), cases=(0, 1), values=np.zeros(1))
-    Lockstep(line, iterations=12).solve([task])
+    task = FitTask(free=(0,), cases=(0, 1), values=np.zeros(1))
+    BatchedLeastSquares(line, iterations=12).solve([task])
     # a run of 60 rows counts as 40 independent ones
     expected = SIGMA / np.sqrt(2 * float(time @ time) * 40 / 60)
     assert task.spread(line)[0] == pytest.approx(expected, rel=0.15)
@@ -145,7 +145,7 @@ def _line(values: np.ndarray, case: int) -> np.ndarray:
 def test_the_effect_that_acts_is_named() -> None:
     """Two curves to choose from, one of which is in the data."""
     found = search(of_curves(["line", "wave"], {"line": 0.4}))
-    answer = judged(found)
+    answer = decide(found)
     assert answer.verdict.value == "named"
     assert [c.candidate.name for c in answer.claims] == ["line"]
     assert found.best.fit.values[0] == pytest.approx(0.4, abs=0.01)
@@ -153,7 +153,7 @@ def test_the_effect_that_acts_is_named() -> None:
 
 def test_two_curves_that_are_alike_are_both_said() -> None:
     """No run tells a line from its twin; all runs go at one speed, which the words say."""
-    answer = judged(search(of_curves(["line", "wave", "line_twin"], {"line": 0.4})))
+    answer = decide(search(of_curves(["line", "wave", "line_twin"], {"line": 0.4})))
     assert answer.verdict.value == "ambiguous"
     said = {c.candidate.name for c in (*answer.claims, *answer.others)}
     assert said == {"line", "line_twin"}
@@ -163,7 +163,7 @@ def test_two_curves_that_are_alike_are_both_said() -> None:
 
 def test_noise_alone_lacks_nothing() -> None:
     """An effect that only follows noise does not pay for itself."""
-    answer = judged(search(of_curves(["line", "wave"], {})))
+    answer = decide(search(of_curves(["line", "wave"], {})))
     assert answer.verdict.value == "nothing_missing"
     assert not answer.claims
 
@@ -174,7 +174,7 @@ def test_a_large_error_that_no_curve_has_is_none_of_these() -> None:
     def jerk(t: np.ndarray, c: int) -> np.ndarray:
         return 3.0 * np.sign(np.sin(31.0 * t + 2.0 * c))
 
-    answer = judged(search(of_curves(["wave"], {}, extra=jerk)))
+    answer = decide(search(of_curves(["wave"], {}, extra=jerk)))
     assert answer.verdict.value == "none_of_these"
     assert "times the floor" in answer.reasons[0]
 
@@ -182,29 +182,34 @@ def test_a_large_error_that_no_curve_has_is_none_of_these() -> None:
 def test_two_effects_that_help_only_together_are_both_named() -> None:
     """Each half alone brings in a large slope; their sum has none."""
     found = search(of_curves(["half_up", "half_down", "wave"], {"half_up": 0.3, "half_down": 0.3}))
-    answer = judged(found)
+    answer = decide(found)
     assert {c.candidate.name for c in answer.claims} == {"half_up", "half_down"}
     alone = [h for h in found.tried if len(h.candidates) == 1]
-    assert all(h.losses.mean() > 2.0 * found.best.losses.mean() for h in alone)
+    assert all(h.held_out_log_rms.mean() > 2.0 * found.best.held_out_log_rms.mean() for h in alone)
 
 
 def test_without_candidates_one_cannot_tell() -> None:
     """What no channel sees is listed by name."""
-    answer = judged(search(of_curves([], {}, extra=lambda t, c: t)))
+    answer = decide(search(of_curves([], {}, extra=lambda t, c: t)))
     assert answer.verdict.value == "cannot_tell"
 
 
 def test_the_margin_over_runs() -> None:
     """An idle effect costs its price of 0.03; six runs of some 60 samples are as sure as that."""
-    judge = Judge(of_curves(["line", "wave"], {"line": 0.4}))
-    line, both = judge.experiment.library.candidates[:1], judge.experiment.library.candidates
-    one, two = judge.fitted([(line, None), (both, None)])
-    margin = judge.margin(one, two)
-    assert margin.mean == pytest.approx(float(np.mean(two.losses - one.losses)) + 0.03)
+    validator = CrossValidator(of_curves(["line", "wave"], {"line": 0.4}))
+    line, both = (
+        validator.experiment.candidate_set.candidates[:1],
+        validator.experiment.candidate_set.candidates,
+    )
+    one, two = validator.fitted([(line, None), (both, None)])
+    margin = validator.margin(one, two)
+    assert margin.mean == pytest.approx(
+        float(np.mean(two.held_out_log_rms - one.held_out_log_rms)) + 0.03
+    )
     # one run alone scatters by sqrt(1 / 120) = 0.09; two runs' worth of that among 6 + 1 degrees
     # of freedom, and hardly any scatter of the difference of two models that are nearly the same
     assert 0.01 < margin.error < 0.05
-    assert np.median([judge.independent(one, c) for c in range(RUNS)]) > 30.0
+    assert np.median([validator.independent(one, c) for c in range(RUNS)]) > 30.0
 
 
 def test_drawn_out_errors_count_as_few_samples() -> None:
@@ -217,8 +222,8 @@ def test_drawn_out_errors_count_as_few_samples() -> None:
             x.append(0.9 * x[-1] + e)
         rows.append(np.array(x))
     drawn = experiment(["line"], rows, lambda v, c: v[0] * np.zeros_like(TIME))
-    judge = Judge(drawn)
-    counts = [judge.independent(judge.nominal, c) for c in range(RUNS)]
+    validator = CrossValidator(drawn)
+    counts = [validator.independent(validator.nominal, c) for c in range(RUNS)]
     assert 1.5 < float(np.mean(counts)) < 8.0
 
 

@@ -23,7 +23,7 @@ from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.plan import Plan, propose
 from seals.sysid.experiment_design.scene import Scene
-from seals.sysid.problem import prepare
+from seals.sysid.predictors.problem import prepare
 from tests.validation.hidden import batch, catalogue, plant, writing
 from tests.validation.hidden.cases import Case, Spec
 from tests.validation.hidden.catalogue import Hidden

@@ -9,7 +9,7 @@ import pytest
 
 from seals.logs import read_native
 from seals.logs.shipped import find_log
-from seals.sysid.problem import prepare
+from seals.sysid.predictors.problem import prepare
 
 
 def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,7 +20,7 @@ def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) ->
 
     problem = prepare(read_native(find_log("hidden_effect/flight_a")))
     asked = question(problem)
-    known = {c.name for c in problem.plant.library.candidates}
+    known = {c.name for c in problem.plant.candidate_set.candidates}
     found = {name: method(asked) for name, method in METHODS.items()}
     for names in found.values():
         assert names

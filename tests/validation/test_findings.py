@@ -17,19 +17,19 @@ from seals.logs.log import Log
 from seals.logs.native import read_native
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
-from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.application import _write, answer_of
 from seals.sysid.report.gains import gain_over, held_out_by_window, ladder
 from seals.sysid.report.report import LARGEST, model_after, write_report
+from seals.sysid.report.sentence import sentence
 from seals.sysid.report.started import attitude, tracks
 from seals.sysid.report.table import NAMED, REJECTED, UNTRIED, ranking, short_table
 from seals.sysid.report.tolerances import moved
 from seals.sysid.report.words import headline, next_steps
 from seals.sysid.report.wrench import log_rows
 from seals.sysid.residual_force import localise
+from seals.sysid.scores.laplace_evidence import Hypothesis
 from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import _intervals
-from seals.sysid.words import sentence
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -190,7 +190,7 @@ def test_every_effect_has_a_fate_and_a_reason(windy: tuple[Diagnosis, Log]) -> N
     found = windy[0]
     rank = ranking(found)
     assert [e.name for e in rank if e.status == NAMED] == ["wind"]
-    assert {e.name for e in rank} == {c.name for c in found.problem.plant.library.candidates}
+    assert {e.name for e in rank} == {c.name for c in found.problem.plant.candidate_set.candidates}
     assert all(e.reason for e in rank)
     assert all((e.gain is None) == (e.status == UNTRIED) for e in rank)
     assert short_table(rank).row_count > 1

@@ -11,9 +11,9 @@ import pytest
 
 from seals.logs.native import read_native
 from seals.plugins.effects.formula import EffectFormula
-from seals.sysid.naming import search
-from seals.sysid.problem import Problem, prepare
+from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.selection.windows import search
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -35,7 +35,7 @@ def misfit_with(problem: Problem, found: Localisation) -> tuple[float, float]:
     """Misfit of the twin per number observed, without and with the formula as an effect."""
     assert found.formula is not None
     effect = EffectFormula(correction=True)
-    problem.plant.library.effects["unnamed"] = effect  # type: ignore[index]
+    problem.plant.candidate_set.effects["unnamed"] = effect  # type: ignore[index]
     change = {f"unnamed.{k}": v - getattr(effect, k) for k, v in found.formula.parameters().items()}
     fitter = problem.fitter
     tolerances = dict(fitter.fit(()).values)

@@ -13,7 +13,7 @@ from seals.cli.main import main
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
 from seals.sysid.experiment_design.plan import Plan, propose
-from seals.sysid.problem import Problem, prepare
+from seals.sysid.predictors.problem import Problem, prepare
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:

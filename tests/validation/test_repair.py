@@ -15,12 +15,12 @@ import yaml
 from seals.cli.main import main
 from seals.config.overlay import load_overlay, read_overlay
 from seals.logs.native import read_native
-from seals.sysid.linearise import predict
-from seals.sysid.problem import Problem, prepare
+from seals.sysid.predictors.linearise import predict
+from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.predictors.windows import window_rows
 from seals.sysid.validation.ladder import rungs_of
 from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
 from seals.sysid.validation.model import Model, nominal
-from seals.sysid.windows import window_rows
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -222,7 +222,7 @@ def in_the_twin(model: Model, ruler: Yardstick) -> float:
     """Misfit per degree of freedom by the twin's one-step predictions in the same windows."""
     windows, problem = ruler.windows(model), ruler.problem
     plant, timing = model.tangent(ruler.samples, parts=problem.plant.parts)
-    prediction = predict(plant, problem.fitter.course, timing)
+    prediction = predict(plant, problem.fitter.trajectory, timing)
     whitened = windows.whiten(windows.residual(prediction)[:, :, None])
     return float(whitened.product(whitened).sum()) / windows.observed
 
@@ -257,7 +257,7 @@ def test_an_error_in_the_simulator_would_be_seen(problem: Problem) -> None:
     """Three per cent of thrust more, in the simulator alone, moves the misfit."""
     model = nominal(problem.vehicle)
     more = model.changed(
-        "more", {"thrust_coefficient.relative_change": 0.03}, problem.plant.library
+        "more", {"thrust_coefficient.relative_change": 0.03}, problem.plant.candidate_set
     )
     simulated, twin = by_both(problem, more, 0.2)[0], by_both(problem, model, 0.2)[1]
     assert abs(simulated / twin - 1.0) > 0.05

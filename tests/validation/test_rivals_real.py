@@ -7,9 +7,9 @@ import pytest
 
 from seals.compare.application import read_logs, settings_of
 from seals.config.compose import compose
-from seals.sysid.rivals.diagnosis import RunsDiagnosis, diagnose_runs
-from seals.sysid.rivals.problem import prepare
-from seals.sysid.rivals.score import Judge
+from seals.sysid.predictors.batch import prepare
+from seals.sysid.runs import RunsDiagnosis, diagnose_runs
+from seals.sysid.scores.cross_validation import CrossValidator
 
 pytestmark = pytest.mark.validation
 DRAGS = {"linear_drag", "quadratic_drag"}
@@ -59,7 +59,7 @@ def test_the_ship_section_lacks_two_effects_together(measurements: None) -> None
     """Added mass and radiation damping; the median error of unseen responses is below 0.06."""
     (one,) = diagnoses("experiment=flume_heave")
     assert named(one) == {"added_mass", "radiation_damping"}
-    experiment = one.search.judge.experiment
+    experiment = one.search.validator.experiment
     channel = "heave_response"
     errors = [
         abs(experiment.cases[k].measured[channel] - one.rungs[-1].predicted[k][channel]).item()
@@ -114,7 +114,7 @@ def test_the_glider_lacks_lift(measurements: None) -> None:
 
 def speed_error(one: RunsDiagnosis, rung: int, channel: str) -> float:
     """Error on both halves of the flight, none of which was fitted."""
-    cases = one.search.judge.experiment.cases
+    cases = one.search.validator.experiment.cases
     pairs = zip(cases, one.rungs[rung].predicted, strict=True)
     rows = [(c.measured[channel] - p[channel]).ravel() for c, p in pairs]
     return float(np.sqrt(np.nanmean(np.concatenate(rows) ** 2)))
@@ -139,15 +139,15 @@ def test_later_flights_bear_out_the_lag(measurements: None) -> None:
     """On stretches that no fit saw the lag beats the delay on nearly every one."""
     options = ("experiment=crazyflie_thrust", "rivals=[rotor_lag,command_delay]")
     settings = settings_of(compose(list(options), root="compare"))
-    judge = Judge(prepare(settings, read_logs(settings)))
-    fits = judge.fitted([((c,), None) for c in judge.experiment.library.candidates])
-    found = {h.label: judge.unseen(h) for h in fits}
+    validator = CrossValidator(prepare(settings, read_logs(settings)))
+    fits = validator.fitted([((c,), None) for c in validator.experiment.candidate_set.candidates])
+    found = {h.label: validator.unseen(h) for h in fits}
     lag, delay = found["rotor_lag"], found["command_delay"]
-    channel, cases = "specific_force", judge.experiment.cases
+    channel, cases = "specific_force", validator.experiment.cases
     wins = [
         np.nanmean((cases[k].measured[channel] - lag.predicted[k][channel]) ** 2)
         < np.nanmean((cases[k].measured[channel] - delay.predicted[k][channel]) ** 2)
-        for k in judge.experiment.unseen
+        for k in validator.experiment.unseen
     ]
     assert len(wins) >= 10
     assert np.mean(wins) > 0.8

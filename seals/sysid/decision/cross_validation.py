@@ -1,4 +1,4 @@
-"""From the search to an answer: names, sets of names that cannot be told apart, or a refusal."""
+"""Decision by cross-validation: named effects, indistinguishable ones, or a refusal."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.candidates.experiment import Candidate
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.rivals.candidates import Candidate
-from seals.sysid.rivals.score import Hypothesis, Margin
-from seals.sysid.rivals.search import Search
+from seals.sysid.scores.cross_validation import Hypothesis, Margin
+from seals.sysid.selection.runs import Search
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One effect of an answer.
+    """Effect named by an answer.
 
     Args:
         candidate: the effect.
         model: in which it was fitted.
         confidence: that it is this one and not one of its rivals.
         rivals: labels of those that could stand in its place.
-        settled: labels of those that only the news in their errors rule out.
+        settled: labels of those that only their innovations rule out.
     """
 
     candidate: Candidate
@@ -36,7 +36,7 @@ class Claim:
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """A verdict with its reasons.
+    """Verdict with its reasons.
 
     Args:
         verdict: what is said.
@@ -53,10 +53,10 @@ class Answer:
     others: tuple[Claim, ...] = ()
 
 
-def judged(found: Search) -> Answer:
-    """Turn a search into an answer."""
-    judge, best = found.judge, found.best
-    gain = judge.margin(best, found.nominal)
+def decide(found: Search) -> Answer:
+    """Decide on the result of a search."""
+    validator, best = found.validator, found.best
+    gain = validator.margin(best, found.nominal)
     if not best.candidates:
         return _quiet(found, gain)
     claims: list[Claim] = []
@@ -67,9 +67,9 @@ def judged(found: Search) -> Answer:
         if claim.rivals:
             others += close
     claims.sort(key=lambda c: -c.confidence)
-    sure = any(not c.rivals for c in claims)
+    significant = any(not c.rivals for c in claims)
     return Answer(
-        verdict=Verdict.named if sure else Verdict.ambiguous,
+        verdict=Verdict.named if significant else Verdict.ambiguous,
         claims=tuple(claims),
         gain=gain,
         reasons=tuple(words for c in claims for words in _words(found, c)),
@@ -78,22 +78,22 @@ def judged(found: Search) -> Answer:
 
 
 def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
-    """Confidence in one effect against what could stand in its place beside the others."""
-    judge, best = found.judge, found.best
+    """Compute the confidence in one effect against its rivals beside the other effects."""
+    validator, best = found.validator, found.best
     own = best.candidates[index]
     rest = best.candidates[:index] + best.candidates[index + 1 :]
-    pool = [c for c in judge.experiment.library.candidates if c not in best.candidates]
+    pool = [c for c in validator.experiment.candidate_set.candidates if c not in best.candidates]
     odds, close, settled = 0.0, [], []
-    half = judge.experiment.policy.rival_gain * judge.margin(best, found.nominal).mean
-    for other in judge.fitted([((*rest, c), _without(found, own)) for c in pool]):
-        margin = judge.contest(best, other)
+    half = validator.experiment.policy.rival_gain * validator.margin(best, found.nominal).mean
+    for other in validator.fitted([((*rest, c), _without(found, own)) for c in pool]):
+        margin = validator.compare_innovations(best, other)
         weight = _chance(margin)
         odds += weight / max(1.0 - weight, 1e-9)
-        if judge.margin(other, found.nominal).mean <= half:
+        if validator.margin(other, found.nominal).mean <= half:
             continue
-        if not margin.sure:
+        if not margin.significant:
             close.append((margin.mean, other))
-        elif not judge.margin(best, other).sure:
+        elif not validator.margin(best, other).significant:
             settled.append(other.candidates[-1].label)
     close.sort(key=lambda pair: pair[0])
     confidence = 1.0 / (1.0 + odds)
@@ -112,20 +112,20 @@ def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
 
 
 def _without(found: Search, own: Candidate) -> Floats:
-    judge = found.judge
+    validator = found.validator
     values: Floats = found.best.fit.values.copy()
     for key in own.keys:
-        values[judge.index[key]] = judge.experiment.key(judge.index[key]).off
+        values[validator.index[key]] = validator.experiment.key(validator.index[key]).off
     return values
 
 
 def _chance(margin: Margin) -> float:
-    """Chance that the other one is the better of the two."""
+    """Probability that the other model is the better of the two."""
     return 0.5 * math.erfc(margin.mean / max(margin.error, 1e-9) / math.sqrt(2.0))
 
 
 def _words(found: Search, claim: Claim) -> list[str]:
-    """What stands beside a claim, and what is ruled out by fast changes only."""
+    """Describe the rivals of a claim, and those ruled out by fast changes only."""
     own = claim.candidate.label
     out = [f"{s} follows slow changes as well, fast ones speak for {own}" for s in claim.settled]
     return [_alike(found, claim), *out] if claim.rivals else out
@@ -134,7 +134,7 @@ def _words(found: Search, claim: Claim) -> list[str]:
 def _alike(found: Search, claim: Claim) -> str:
     names = [claim.candidate.label, *claim.rivals]
     words = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
-    experiment = found.judge.experiment
+    experiment = found.validator.experiment
     speeds = [experiment.cases[c].speed for c in experiment.train]
     least = experiment.policy.one_speed * max(speeds)
     alike = max(speeds) > 0.0 and max(speeds) - min(speeds) < least
@@ -144,14 +144,14 @@ def _alike(found: Search, claim: Claim) -> str:
 
 
 def _quiet(found: Search, gain: Margin) -> Answer:
-    """Nothing stands out: nothing is missing, the runs cannot show it, or it is something else."""
-    library = found.judge.experiment.library
-    left = float(found.nominal.losses.mean())
-    gross = found.judge.experiment.policy.gross_error
-    if not library.candidates:
+    """Decide where no effect is significant: nothing missing, not observable, or none of these."""
+    candidate_set = found.validator.experiment.candidate_set
+    left = float(found.nominal.held_out_log_rms.mean())
+    gross = found.validator.experiment.policy.gross_error
+    if not candidate_set.candidates:
         verdict = Verdict.cannot_tell
-        words = f"no channel sees any of: {_list(library.unfelt)}"
-    elif left > gross and not any(h.loss < found.nominal.loss for h in found.tried):
+        words = f"no channel sees any of: {_list(candidate_set.unobservable)}"
+    elif left > gross and not any(h.log_rms < found.nominal.log_rms for h in found.tried):
         verdict = Verdict.none_of_these
         words = f"the error is {math.exp(left):.2g} times the floor and no effect lowers it"
     elif left > gross:

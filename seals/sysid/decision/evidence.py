@@ -1,4 +1,4 @@
-"""From the search to an answer: a name, a set of names, or an honest refusal."""
+"""Decision by Laplace evidence: named effects, indistinguishable ones, or a refusal."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.excitation import expected_gains
-from seals.sysid.factors import Candidate
-from seals.sysid.gusts import Unrest, unrest
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.naming import Search, rivals_of
-from seals.sysid.problem import Problem
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
+from seals.sysid.scores.excitation import expected_gains
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection.windows import Search, rivals_of
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One effect of an answer.
+    """Effect named by an answer.
 
     Args:
         hypothesis: model in which it was fitted.
@@ -42,12 +42,12 @@ class Claim:
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """A verdict with its reasons.
+    """Verdict with its reasons.
 
     Args:
         verdict: what is said.
         claims: effects, best first.
-        unrest: level of what is left.
+        disturbance_level: of the residual.
         explained: share of the misfit that the claims explain.
         excitation: expected gain by candidate.
         reasons: in words.
@@ -56,17 +56,17 @@ class Answer:
 
     verdict: Verdict
     claims: tuple[Claim, ...]
-    unrest: Unrest
+    disturbance_level: DisturbanceLevel
     explained: float
     excitation: Mapping[str, float] = field(default_factory=dict)
     reasons: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
 
 
-def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
-    """Turn a search into an answer; the processes share the fits of the rivals."""
+def decide(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
+    """Decide on the result of a search; the processes share the fits of the rivals."""
     best, policy = search.best, problem.policy
-    left = unrest(best)
+    left = disturbance_level(best)
     floor = policy.noise_floor * float(best.fitter.windows.observed)
     before = search.nominal.fit.cost
     share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
@@ -77,7 +77,7 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
         return Answer(
             verdict=Verdict.none_of_these,
             claims=(),
-            unrest=left,
+            disturbance_level=left,
             explained=share,
             reasons=(words,),
         )
@@ -88,23 +88,27 @@ def judge(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     if _between_powers(best):
         words = "a drag that grows neither with the first nor with the second power of the speed"
         return Answer(
-            verdict=Verdict.none_of_these, claims=(), unrest=left, explained=share, reasons=(words,)
+            verdict=Verdict.none_of_these,
+            claims=(),
+            disturbance_level=left,
+            explained=share,
+            reasons=(words,),
         )
-    heat = temperature(problem)
-    claims = [_claim(search, best, k, heat, processes) for k in range(len(best.candidates))]
+    temperature = evidence_temperature(problem)
+    claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
     return Answer(
         verdict=Verdict.ambiguous if doubtful else Verdict.named,
         claims=tuple(claims),
-        unrest=left,
+        disturbance_level=left,
         explained=share,
     )
 
 
 def _between_powers(best: Hypothesis) -> bool:
-    """Whether two laws that differ only by the power of the speed act in one variant."""
+    """Return true where two laws that differ only by the power of the speed act in one variant."""
     laws = {
         (c.identification.family, c.label.partition(" ")[2], c.name)
         for c in best.candidates
@@ -113,16 +117,16 @@ def _between_powers(best: Hypothesis) -> bool:
     return len({law[:2] for law in laws}) < len(laws)
 
 
-def temperature(problem: Problem) -> float:
-    """Score difference by which the odds of two hypotheses change by e on this log."""
+def evidence_temperature(problem: Problem) -> float:
+    """Evidence temperature: difference of scores by which odds of two hypotheses change by e."""
     policy = problem.policy
     return policy.temperature * (1.0 if problem.samples.posed else policy.unposed)
 
 
 def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
-    """Whether the log could not show any of the named effects at a plausible size."""
+    """Return true where the log could show none of the named effects at a plausible size."""
     gains = expected_gains(search.nominal)
-    library, policy = best.fitter.library, problem.policy
+    candidate_set, policy = best.fitter.candidate_set, problem.policy
 
     def shown(candidate: Candidate) -> bool:
         gain = gains.get(candidate.label, np.inf)
@@ -132,26 +136,27 @@ def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
         # what falls freely has no feedback that could fight gusts
         if problem.impact or not candidate.identification.answers:
             return True
-        factors = [library.factors[k] for k in candidate.keys]
-        if any(f.tolerance == 0.0 for f in factors):
+        parameters = [candidate_set.parameters[k] for k in candidate.keys]
+        if any(f.tolerance == 0.0 for f in parameters):
             return True
-        most = sum((f.scale / f.tolerance) ** 2 for f in factors)
+        most = sum((f.scale / f.tolerance) ** 2 for f in parameters)
         asked = [score for share, score in policy.response if gain >= share * most]
         return best.score >= (asked[0] if asked else policy.response_evidence_weak)
 
     return not any(shown(c) for c in best.candidates)
 
 
-def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
-    """Nothing stands out: because nothing is missing, or because the log could not show it."""
-    policy = search.nominal.fitter.library.policy
+def _quiet(search: Search, left: DisturbanceLevel, blind: Sequence[str] = ()) -> Answer:
+    """Decide where no effect is significant: nothing missing, or a log that could not show it."""
+    policy = search.nominal.fitter.candidate_set.policy
     gains = expected_gains(search.nominal)
     names: dict[str, float] = {}
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         names[name] = max(names.get(name, 0.0), gain)
     ranks = {
-        c.name: c.identification.needs_motion for c in search.nominal.fitter.library.candidates
+        c.name: c.identification.needs_motion
+        for c in search.nominal.fitter.candidate_set.candidates
     }
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
     blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
@@ -160,7 +165,7 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     return Answer(
         verdict=verdict,
         claims=(),
-        unrest=left,
+        disturbance_level=left,
         explained=1.0,
         excitation=gains,
         reasons=(words,),
@@ -168,15 +173,17 @@ def _quiet(search: Search, left: Unrest, blind: Sequence[str] = ()) -> Answer:
     )
 
 
-def _claim(search: Search, best: Hypothesis, index: int, heat: float, processes: int) -> Claim:
-    """Confidence in one effect against what could stand in its place."""
+def _claim(
+    search: Search, best: Hypothesis, index: int, temperature: float, processes: int
+) -> Claim:
+    """Compute the confidence in one effect against its rivals."""
     rivals = rivals_of(search, best, index, processes=processes)
-    name, policy = best.candidates[index].name, best.fitter.library.policy
+    name, policy = best.candidates[index].name, best.fitter.candidate_set.policy
     odds: dict[str, float] = {}
     for rival in rivals:
         other = rival.candidates[-1].name
         if other != name:
-            gap = (best.score - rival.score) / heat
+            gap = (best.score - rival.score) / temperature
             odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
     confidence = 1.0 / (1.0 + sum(odds.values()))
     ordered = sorted(odds, key=lambda n: -odds[n])

@@ -11,11 +11,11 @@ from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
+from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.experiment_design.plan import STAGES, Plan, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.experiment_design.words import proposal, table
-from seals.sysid.factors import Library
-from seals.sysid.problem import prepare
+from seals.sysid.predictors.problem import prepare
 
 ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
 _DIAGNOSIS = "diagnosis.json"
@@ -40,7 +40,7 @@ def execute(config: Any) -> int:
         log = _read(config, place)
         problem = prepare(log)
         tell(1)
-        known = _known(problem.plant.library, given, names)
+        known = _known(problem.plant.candidate_set, given, names)
         found = propose(
             problem,
             names,
@@ -139,7 +139,7 @@ def _read(config: Any, place: str) -> Log:
 
 
 def _known(
-    library: Library, given: Mapping[str, Any], names: list[str]
+    candidate_set: CandidateSet, given: Mapping[str, Any], names: list[str]
 ) -> dict[str, dict[str, float]]:
     """Fitted values of the effects of a diagnosis, by factor key."""
     out: dict[str, dict[str, float]] = {}
@@ -147,7 +147,7 @@ def _known(
         name, parameters = str(effect.get("name")), effect.get("parameters") or {}
         if name not in names:
             continue
-        for candidate in variants_of(library, name):
+        for candidate in variants_of(candidate_set, name):
             if candidate.identification.guessed:
                 continue
             variant = {k: v for k, v in candidate.variant.items() if k in ("rotor", "joint")}

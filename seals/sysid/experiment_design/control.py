@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import matrix_of
-from seals.sysid.vehicle import Vehicle
+from seals.sysid.data.vehicle import Vehicle
 
 _LEAST = 0.15
 """Least rotor speed as a share of the largest."""

@@ -12,16 +12,16 @@ from seals.arrays import Floats
 from seals.batch import BatchDynamics, Rates, TwinState
 from seals.frames import exponential, multiply, quaternion_of_rpy
 from seals.motion import Inputs
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.experiment_design.control import Controller, Wanted
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
 from seals.sysid.experiment_design.recording import planned_plant
 from seals.sysid.experiment_design.scene import ARM, CROSSING, WATER, Scene
-from seals.sysid.plant import Plant
-from seals.sysid.problem import Problem, forgotten
-from seals.sysid.rollout import simulated_course
-from seals.sysid.trajectory import Course
-from seals.sysid.vehicle import Vehicle
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import Problem, transient_rows
+from seals.sysid.predictors.rollout import simulated_trajectory
 
 STEPS = {WATER: 0.04, CROSSING: 0.04}
 """Time between rows of a planned flight [s]: finer logs bring less noise, not more knowledge."""
@@ -63,12 +63,12 @@ class Rehearsal:
 
     Args:
         plant: of the vehicle over these rows.
-        course: states at all rows.
+        trajectory: states at all rows.
         runs: which rows belong to which manoeuvre.
     """
 
     plant: Plant
-    course: Course
+    trajectory: Trajectory
     runs: tuple[Run, ...]
 
     def rows(self, run: Run) -> slice:
@@ -115,7 +115,7 @@ def _flown(
 ) -> Rehearsal:
     step = max(STEPS.get(scene.kind, STEP), problem.samples.step)
     jobs = [(m, b) for m in chosen for b in m.batteries]
-    lead = forgotten(problem.plant) * problem.samples.step
+    lead = transient_rows(problem.plant) * problem.samples.step
     flights = [_reference(scene, m, step, lead) for m, _ in jobs]
     if load:
         values = {**values, LOAD: values.get(LOAD, 0.0) + load * problem.vehicle.mass}
@@ -130,12 +130,12 @@ def _flown(
     voltage = [
         _voltage(problem.vehicle, b, n, step) for (_, b), n in zip(jobs, lengths, strict=True)
     ]
-    course = Course(**{n: _joined(seen[n], lengths) for n in _NAMES})
+    trajectory = Trajectory(**{n: _joined(seen[n], lengths) for n in _NAMES})
     commands = _joined(command, lengths)
     bends = np.concatenate([p.joints for p in flights])
     plant = planned_plant(
         problem,
-        course,
+        trajectory,
         lengths,
         step,
         command=commands,
@@ -146,7 +146,7 @@ def _flown(
     for (m, _), path, n in zip(jobs, flights, lengths, strict=True):
         runs.append(Run(manoeuvre=m, load=load, path=path, first=at, last=at + n))
         at += n
-    return Rehearsal(plant=plant, course=course, runs=tuple(runs))
+    return Rehearsal(plant=plant, trajectory=trajectory, runs=tuple(runs))
 
 
 def _reference(scene: Scene, manoeuvre: Manoeuvre, step: float, lead: float) -> Path:
@@ -333,15 +333,15 @@ def _dropped(
     none = np.zeros((rows * len(jobs), 0))
     nobody: dict[str, Any] = {"command": none, "joint_command": none, "voltage": None}
     blank = planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
-    course = simulated_course(
+    trajectory = simulated_trajectory(
         blank.samples, vehicle, parts=problem.plant.parts, plant=blank, values=values
     )
-    plant = planned_plant(problem, course, lengths, step, vehicle=vehicle, **nobody)
+    plant = planned_plant(problem, trajectory, lengths, step, vehicle=vehicle, **nobody)
     runs = [
         Run(manoeuvre=m, load=0.0, path=None, first=k * rows, last=(k + 1) * rows)
         for k, (m, _) in enumerate(jobs)
     ]
-    return Rehearsal(plant=plant, course=course, runs=tuple(runs))
+    return Rehearsal(plant=plant, trajectory=trajectory, runs=tuple(runs))
 
 
 def _release(

@@ -51,7 +51,7 @@ def _places(axes: Any, plan: Plan) -> None:
     for number, run in enumerate(runs):
         rows = flown.rehearsal.rows(run)
         time = np.arange(run.last - run.first) * step
-        place = flown.rehearsal.course.position[rows] - plan.scene.home * [1.0, 1.0, 0.0]
+        place = flown.rehearsal.trajectory.position[rows] - plan.scene.home * [1.0, 1.0, 0.0]
         for k, name in enumerate("xyz"):
             label = name if number == 0 else None
             axes.plot(
@@ -70,13 +70,15 @@ def _places(axes: Any, plan: Plan) -> None:
 def _heading(axes: Any, plan: Plan) -> None:
     """Speed and heading over time."""
     flown, runs = _runs(plan)
-    step, course = flown.rehearsal.plant.samples.step, flown.rehearsal.course
+    step, trajectory = flown.rehearsal.plant.samples.step, flown.rehearsal.trajectory
     for number, run in enumerate(runs):
         rows = flown.rehearsal.rows(run)
         time = np.arange(run.last - run.first) * step
         first = number == 0
-        speed = np.linalg.norm(course.velocity[rows], axis=1)
-        lean = np.degrees(np.linalg.norm(rotation_vector(course.quaternion[rows])[:, :2], axis=1))
+        speed = np.linalg.norm(trajectory.velocity[rows], axis=1)
+        lean = np.degrees(
+            np.linalg.norm(rotation_vector(trajectory.quaternion[rows])[:, :2], axis=1)
+        )
         axes.plot(time, speed, color=CYCLE[0], lw=1.4, label="speed [m/s]" if first else None)
         axes.plot(
             time, lean / 10.0, color=CYCLE[1], lw=1.0, label="lean [10 deg]" if first else None

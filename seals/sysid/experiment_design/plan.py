@@ -26,8 +26,8 @@ from seals.sysid.experiment_design.separation import (
     gram_of,
 )
 from seals.sysid.experiment_design.supposed import supposed_of
-from seals.sysid.fit import Fitter
-from seals.sysid.problem import Problem, linearised
+from seals.sysid.predictors.problem import Problem, linearise_model
+from seals.sysid.predictors.windows_fit import Fitter
 
 SEPARATED = 0.9
 """Expected confidence from which on effects count as told apart."""
@@ -176,7 +176,7 @@ def propose(
         )
     supposed = supposed_of(problem, names, known)
     tell(1)
-    around = problem.fitter.course.position.mean(axis=0) if problem.samples.posed else None
+    around = problem.fitter.trajectory.position.mean(axis=0) if problem.samples.posed else None
     scene = scene_of(problem.vehicle, around=around)
     chosen = manoeuvres(scene.kind)
     if quick and scene.kind == ARM:
@@ -216,7 +216,7 @@ def _flown(
     rehearsal = rehearse(problem, scene, chosen, truth, load=load, seed=seed)
     base = {LOAD: load * problem.vehicle.mass} if load else {}
     gusts = problem.fitter.windows.gusts
-    fitter = linearised(rehearsal.plant, rehearsal.course, base, gusts=gusts)
+    fitter = linearise_model(rehearsal.plant, rehearsal.trajectory, base, gusts=gusts)
     return Flown(rehearsal=rehearsal, fitter=fitter, gram=gram_of(fitter, supposed, base))
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import BatchDynamics
-from seals.sysid.plant import Plant
-from seals.sysid.problem import Problem
-from seals.sysid.samples import Samples
-from seals.sysid.trajectory import Course
-from seals.sysid.vehicle import Vehicle
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import Problem
 
 
 class _Planned(Plant):
@@ -25,7 +25,7 @@ class _Planned(Plant):
         moved = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & {_ADDED}
         full = {
             key: np.full(batch, np.asarray(values.get(key, 0.0)))
-            for key, factor in self.library.factors.items()
+            for key, factor in self.candidate_set.parameters.items()
             if factor.instance in moved
         }
         return super().twin({**values, **full}, batch, stiff=stiff)
@@ -36,7 +36,7 @@ _ADDED = "added_mass_change"
 
 def planned_plant(
     problem: Problem,
-    course: Course | None,
+    trajectory: Trajectory | None,
     lengths: Sequence[int],
     step: float,
     *,
@@ -54,16 +54,16 @@ def planned_plant(
         time=np.concatenate([np.arange(n) * step for n in lengths]),
         step=step,
         runs=tuple((int(e - n), int(e)) for e, n in zip(ends, lengths, strict=True)),
-        channels={} if course is None else _channels(problem, course, every, rows),
+        channels={} if trajectory is None else _channels(problem, trajectory, every, rows),
         command=command,
         voltage=None if problem.samples.voltage is None else voltage,
         joint_command=joint_command,
     )
     return _Planned(
         replace(vehicle, sigma=sigma),
-        problem.plant.library,
+        problem.plant.candidate_set,
         samples,
-        parts=problem.plant.parts if course is None or not len(vehicle.lag) else 1,
+        parts=problem.plant.parts if trajectory is None or not len(vehicle.lag) else 1,
     )
 
 
@@ -78,7 +78,7 @@ def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, f
 
 
 def _channels(
-    problem: Problem, course: Course, every: Mapping[str, int], rows: int
+    problem: Problem, trajectory: Trajectory, every: Mapping[str, int], rows: int
 ) -> dict[str, Floats]:
     """What an exact sensor would read; rows without a sample are NaN.
 
@@ -86,12 +86,12 @@ def _channels(
     """
     level = problem.vehicle.environment.water_level or 0.0
     exact = {
-        "position": course.position,
-        "orientation": course.quaternion,
-        "velocity": course.velocity,
-        "depth": level - course.position[:, 2:3],
-        "joint_position": course.joints,
-        "angular_velocity": course.spin,
+        "position": trajectory.position,
+        "orientation": trajectory.quaternion,
+        "velocity": trajectory.velocity,
+        "depth": level - trajectory.position[:, 2:3],
+        "joint_position": trajectory.joints,
+        "angular_velocity": trajectory.spin,
         "specific_force": np.zeros((rows, 3)),
     }
     out = {}

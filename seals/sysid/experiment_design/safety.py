@@ -25,8 +25,8 @@ def breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[s
     for run in rehearsal.runs:
         if run.manoeuvre.name != manoeuvre.name:
             continue
-        rows, course = rehearsal.rows(run), rehearsal.course
-        place = course.position[rows]
+        rows, trajectory = rehearsal.rows(run), rehearsal.trajectory
+        place = trajectory.position[rows]
         if not np.isfinite(place).all():
             found.append("the vehicle is lost")
             continue
@@ -39,10 +39,10 @@ def breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[s
         away = float(np.abs(place[:, :2] - scene.home[:2]).max())
         if away > scene.reach + _MARGIN:
             found.append(f"it moves {away:.1f} m away, more than {scene.reach:g} m")
-        speed = float(np.linalg.norm(course.velocity[rows], axis=1).max())
+        speed = float(np.linalg.norm(trajectory.velocity[rows], axis=1).max())
         if speed > _FAST * scene.speed:
             found.append(f"it reaches {speed:.1f} m/s, more than {_FAST * scene.speed:.1f} m/s")
-        up = matrix_of(course.quaternion[rows])[:, 2, 2]
+        up = matrix_of(trajectory.quaternion[rows])[:, 2, 2]
         lean = float(np.arccos(np.clip(up, -1.0, 1.0)).max())
         if lean > scene.tilt + _LEAN:
             found.append(f"it leans {np.degrees(lean):.0f} degrees")

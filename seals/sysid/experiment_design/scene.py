@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.vehicle import Vehicle
+from seals.sysid.data.vehicle import Vehicle
 
 AIR, WATER, CROSSING, ARM, DROP = "air", "water", "crossing", "arm", "drop"
 """Kinds of vehicles that manoeuvres are made for."""

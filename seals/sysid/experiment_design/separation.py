@@ -9,11 +9,11 @@ from functools import reduce
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.factors import Candidate
-from seals.sysid.fit import Fitter
-from seals.sysid.normal import solve_scaled
-from seals.sysid.whitened import Whitened
+from seals.sysid.least_squares.normal_equations import solve_scaled
+from seals.sysid.predictors.whitened import Whitened
+from seals.sysid.predictors.windows_fit import Fitter
 
 NOTHING = "nothing"
 """Name of the nominal model among the rivals of a single effect."""
@@ -98,14 +98,14 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
         supposed: effects at their sizes.
         base: changes that are known to be there, such as a known load.
     """
-    library = fitter.library
+    candidate_set = fitter.candidate_set
     extra: list[str] = []
     parts = [fitter.fixed]
     zero = fitter.misfit(base).outputs
     signals = []
     for one in supposed:
         values = {**base, **{k: v + base.get(k, 0.0) for k, v in one.values.items()}}
-        fresh = [k for k in one.keys if k not in library.tolerances and k not in extra]
+        fresh = [k for k in one.keys if k not in candidate_set.tolerances and k not in extra]
         if fresh:
             parts.append(fitter.whitened(fresh, values))
             extra += fresh
@@ -149,20 +149,20 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
         Cost of the best fit, price of its freedom, and the weights of responses and signals that
         make up what it leaves, shape (c,).
     """
-    factors, tolerances = gram.fitter.library.factors, gram.fitter.tolerances
+    parameters, tolerances = gram.fitter.candidate_set.parameters, gram.fitter.tolerances
     one = (
         gram.supposed[model] if model < len(gram.supposed) else Supposed(candidate=None, values={})
     )
     keys = (*tolerances, *(k for k in one.keys if k not in tolerances))
     use = [gram.keys.index(k) for k in keys]
     signal = len(gram.keys)
-    tolerance = np.array([factors[k].tolerance for k in keys])
-    scale = np.array([factors[k].scale for k in keys])
-    freed = np.array([k in one.keys for k in keys])
+    tolerance = np.array([parameters[k].tolerance for k in keys])
+    scale = np.array([parameters[k].scale for k in keys])
+    free = np.array([k in one.keys for k in keys])
     plausible = np.maximum(scale, tolerance)
-    precision = 1.0 / np.where(freed, _WIDE * plausible, tolerance) ** 2
+    precision = 1.0 / np.where(free, _WIDE * plausible, tolerance) ** 2
     begin = np.array([float(one.values.get(k, 0.0)) for k in keys])
-    bounds = np.array([factors[k].bounds for k in keys])
+    bounds = np.array([parameters[k].bounds for k in keys])
     # what is left at the values about which the rival was made linear
     mark = np.zeros(table.shape[0])
     mark[signal + truth] = 1.0
@@ -173,7 +173,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
     step = _bounded_step(normal, right, precision, begin, bounds)
     cost = left - 2.0 * right @ step + step @ normal @ step
     cost += float(np.sum(precision * (begin + step) ** 2))
-    widths = np.where(freed, plausible, tolerance)
+    widths = np.where(free, plausible, tolerance)
     scaled = normal * widths[:, None] * widths[None, :]
     price = float(np.linalg.slogdet(scaled + np.eye(len(keys)))[1])
     mark[use] -= step

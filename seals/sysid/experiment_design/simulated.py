@@ -18,13 +18,13 @@ from seals.frames import exponential, matrix_of, multiply
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.run.progress import progress
+from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.control import Controller, Wanted
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.validation.model import Model, nominal
 from seals.sysid.validation.scene import VEHICLE, build_scene
-from seals.sysid.vehicle import read_vehicle
 from seals.world import World
 
 _OPTIONS = ("experiment", "model", "out", "seed")

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.errors import ConfigError, suggestion
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.experiment_design.separation import Supposed
-from seals.sysid.factors import Candidate, Library
-from seals.sysid.hypothesis import Hypothesis, material
-from seals.sysid.normal import Fit
-from seals.sysid.problem import Problem
-from seals.sysid.screen import linear_gain, screen
-from seals.sysid.special import law_of, special_starts
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
+from seals.sysid.selection.initial_guesses import initial_guesses, law_of
+from seals.sysid.selection.linear_screen import linear_gain, screen
 
 _FELT = 12.0
 """Fall of the misfit from which on a fitted size is believed."""
@@ -39,27 +39,27 @@ def supposed_of(
 
 
 def _supposed(problem: Problem, name: str, known: Mapping[str, float] | None) -> Supposed:
-    variants = variants_of(problem.plant.library, name)
+    variants = variants_of(problem.plant.candidate_set, name)
     if known is not None:
         fits = [c for c in variants if set(known) <= set(c.all_keys)] or variants
         return Supposed(candidate=fits[0], values=dict(known))
     candidate = _likeliest(problem, variants)
     fit, fell = _fitted(problem, candidate)
-    library = problem.plant.library
-    if fell > _FELT and material(candidate, fit, library):
+    candidate_set = problem.plant.candidate_set
+    if fell > _FELT and is_significant(candidate, fit, candidate_set):
         return Supposed(candidate=candidate, values={k: fit.values[k] for k in candidate.all_keys})
     return Supposed(candidate=candidate, values=plausible(problem, candidate))
 
 
-def variants_of(library: Library, name: str) -> list[Candidate]:
+def variants_of(candidate_set: CandidateSet, name: str) -> list[Candidate]:
     """Variants of an effect, such as each rotor of a weak rotor.
 
     Raises:
         ConfigError: there is none.
     """
-    found = [c for c in library.candidates if name in (c.name, c.label)]
+    found = [c for c in candidate_set.candidates if name in (c.name, c.label)]
     if not found:
-        names = {c.name for c in library.candidates}
+        names = {c.name for c in candidate_set.candidates}
         raise ConfigError(
             f"effects: '{name}' is none that this vehicle could miss.\n{suggestion(name, names)}"
         )
@@ -85,7 +85,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
     starts += [dict(zip(keys, s, strict=False)) for s in candidate.starts[:1]]
     if candidate.identification.guessed:
         base = Hypothesis(candidates=(), fit=nominal, fitter=fitter, score=0.0)
-        starts = list(special_starts(problem, base).get(candidate.name, starts))
+        starts = list(initial_guesses(problem, base).get(candidate.name, starts))
     fits = [fitter.fit(keys, start=s, iterations=3) for s in starts]
     best = min(fits, key=lambda f: f.cost)
     return best, nominal.cost - best.cost
@@ -93,13 +93,13 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
 
 def plausible(problem: Problem, candidate: Candidate) -> dict[str, float]:
     """A size that the effect may well have."""
-    factors = problem.plant.library.factors
-    middle = problem.fitter.course.position.mean(axis=0)
-    law = law_of(problem.plant.library, candidate)
+    parameters = problem.plant.candidate_set.parameters
+    middle = problem.fitter.trajectory.position.mean(axis=0)
+    law = law_of(problem.plant.candidate_set, candidate)
     shape: Mapping[str, float] = {} if law is None else law.plausible(middle)
     out = {}
     for key in candidate.keys:
-        factor = factors[key]
+        factor = parameters[key]
         size = shape.get(factor.parameter, factor.scale)
         out[key] = float(np.clip(size, *factor.bounds))
-    return {**out, **dict.fromkeys(candidate.free, 0.0)}
+    return {**out, **dict.fromkeys(candidate.nuisance, 0.0)}

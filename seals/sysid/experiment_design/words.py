@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seals.sysid.catalogue import installed
+from seals.sysid.candidates.vehicle import installed
 from seals.sysid.experiment_design.plan import SEPARATED, Plan, Ranked, sum_of, windows_of_run
 from seals.sysid.experiment_design.separation import NOTHING, difference
 

@@ -14,8 +14,8 @@ from seals.logs.log import Log
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
+from seals.sysid.report.sentence import sentence
 from seals.sysid.residual_force import Localisation, localise
-from seals.sysid.words import sentence
 
 ANSWER = "diagnosis.json"
 _STEP = 32

@@ -14,9 +14,9 @@ from seals.logs import read_native, refuse_if_bad
 from seals.logs.log import Log
 from seals.logs.shipped import find_log
 from seals.sysid.diagnosis import Diagnosis, diagnose
-from seals.sysid.linearise import predict
-from seals.sysid.plant import Plant
-from seals.sysid.problem import prepare, rewindowed, typical
+from seals.sysid.predictors.linearise import predict
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import prepare, rewindowed, typical_speeds
 from seals.sysid.report.threads import one_thread
 
 _LEARNED = ("verdict_", "effects_", "confidence_", "held_out_error_", "diagnosis_")
@@ -195,7 +195,7 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
 
     problem = prepare(log)
     own, other = found.problem.vehicle.name, problem.vehicle.name
-    unknown = [k for k in values if k not in problem.plant.library.factors]
+    unknown = [k for k in values if k not in problem.plant.candidate_set.parameters]
     if own != other or unknown:
         what = f"of '{other}'" if own != other else f"without {', '.join(unknown[:3])}"
         raise ConfigError(
@@ -205,10 +205,10 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
     late = found.hypothesis.fitter.windows.delay
     fitter = rewindowed(problem.fitter, delay=late) if late else problem.fitter
     # exponents of drag refer to the speeds of the log in which they were fitted
-    speeds = typical(found.problem.fitter.course).tolist()
-    library = with_speeds(problem.plant.library, speeds)
-    plant = Plant(problem.vehicle, library, problem.samples, parts=problem.plant.parts)
-    prediction = predict(plant, fitter.course, values, delay=late)
+    speeds = typical_speeds(found.problem.fitter.trajectory).tolist()
+    candidate_set = with_speeds(problem.plant.candidate_set, speeds)
+    plant = Plant(problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts)
+    prediction = predict(plant, fitter.trajectory, values, delay=late)
     windows = fitter.windows
     whitened = windows.whiten(windows.residual(prediction)[:, :, None])
     return float(whitened.product(whitened).sum()) / float(windows.observed)

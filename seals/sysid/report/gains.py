@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.diagnosis import FOLDS
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.naming import Search
-from seals.sysid.normal import solve_scaled
+from seals.sysid.least_squares.normal_equations import solve_scaled
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection.windows import Search
 
 
 @dataclass(frozen=True, kw_only=True)

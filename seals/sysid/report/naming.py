@@ -9,8 +9,8 @@ import re
 from seals.errors import SealsError
 from seals.registry import get
 from seals.report.style import unit_text
-from seals.sysid.catalogue import installed
-from seals.sysid.factors import Candidate
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.candidates.vehicle import installed
 
 UNKNOWN = "not determined"
 """Text in place of a figure that is not finite."""

@@ -11,9 +11,9 @@ from seals.arrays import Floats
 from seals.report import Block, Chart, Choice, Paragraph, Series
 from seals.report.figures import Mark, extremes
 from seals.report.style import unit_text
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.problem import Problem
+from seals.sysid.predictors.problem import Problem
 from seals.sysid.report.started import Track, run_offsets, tracks
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 MEASURED, BEFORE, AFTER = "#3b444c", "#d8602a", "#2f80d0"
 """Colours of the measurement and of the model before and after."""

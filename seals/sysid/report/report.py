@@ -14,7 +14,6 @@ from seals.logs.log import Log
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, page
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
-from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.charts import gain_chart, ladder_chart
 from seals.sysid.report.gains import Step, ladder
 from seals.sysid.report.naming import UNKNOWN, figure, percent, points
@@ -30,6 +29,7 @@ from seals.sysid.report.words import (
 )
 from seals.sysid.report.wrench import wrench_blocks
 from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 PAGE, DATA = "report.html", "report.json"
 LARGEST = 6_000_000

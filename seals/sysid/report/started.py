@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.frames import exponential, matrix_of, multiply
 from seals.logs.channels import unit_of
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.linearise import predict
-from seals.sysid.windows import Windows
+from seals.sysid.predictors.linearise import predict
+from seals.sysid.predictors.windows import Windows
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 _AXES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")
@@ -103,7 +103,7 @@ def restarted(hypothesis: Hypothesis) -> tuple[Floats, Floats]:
     """
     fitter = hypothesis.fitter
     windows, values = fitter.windows, hypothesis.fit.values
-    prediction = predict(fitter.plant, fitter.course, values, delay=windows.delay)
+    prediction = predict(fitter.plant, fitter.trajectory, values, delay=windows.delay)
     whole = windows.residual(prediction)
     start, _ = windows.explained(whole)
     carried = windows._loose[:, :, : windows.size]

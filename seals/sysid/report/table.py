@@ -7,15 +7,15 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from seals.schema import parameters_of
-from seals.sysid.decision.evidence import temperature
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.evidence import evidence_temperature
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
-from seals.sysid.factors import Candidate
-from seals.sysid.hypothesis import Hypothesis, material
+from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
-from seals.sysid.rough import surface
-from seals.sysid.screen import candidate_keys, linear_gain, screen
+from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
+from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
 _NOTHING = 5e-4
@@ -77,11 +77,11 @@ _ORDER = {NAMED: 0, POSSIBLE: 1, REJECTED: 2, UNTRIED: 3}
 def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
     """Score that an effect must reach to be taken for real."""
     fitter = diagnosis.search.nominal.fitter
-    rough = surface(diagnosis.problem.plant, fitter.course) is not None
+    surface_error = surface_model_error(diagnosis.problem.plant, fitter.trajectory) is not None
     policy = diagnosis.problem.policy
     return (
         policy.evidence
-        + (policy.evidence_surface if rough else 0.0)
+        + (policy.evidence_surface if surface_error else 0.0)
         + (policy.evidence_further if beside else 0.0)
     )
 
@@ -138,7 +138,7 @@ def _reason(
     diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, status: str, gain: Gain
 ) -> str:
     """Why the effect stands where it stands."""
-    answer, library = diagnosis.answer, tried.fitter.library
+    answer, candidate_set = diagnosis.answer, tried.fitter.candidate_set
     candidate, score = tried.candidates[-1], tried.score - base.score
     need = asked(diagnosis, beside=bool(base.candidates))
     if status == NAMED:
@@ -149,7 +149,7 @@ def _reason(
     cases = (
         (score <= 0.0, "removes no more than its own freedom costs"),
         (
-            not material(candidate, tried.fit, library),
+            not is_significant(candidate, tried.fit, candidate_set),
             "the fitted change is within what the datasheet tolerates, or a mere trace",
         ),
         (score < need, f"its score, {points(score)}, is below the {need:.3g} that a name needs"),
@@ -196,7 +196,7 @@ def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gai
     full = gain_over(base, best)
     if gap <= 0.0:
         return f"alone it does as well as {name}, but the chosen effects together explain more"
-    odds = gap / temperature(diagnosis.problem) / 2.302585
+    odds = gap / evidence_temperature(diagnosis.problem) / 2.302585
     sure = f"{10**odds:,.0f} to one" if odds < 6.0 else "more than a million to one"
     part = (
         f"removes {100.0 * max(gain.value, 0.0) / full.value:.0f} % of what {name} removes"
@@ -207,12 +207,12 @@ def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gai
 
 
 def _values(candidate: Candidate, tried: Hypothesis) -> str:
-    library = tried.fitter.library
+    candidate_set = tried.fitter.candidate_set
     out = []
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        effect = library.effects.get(library.factors[key].instance)
+        effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
         meta = parameters_of(effect) if effect is not None else {}
-        parameter = library.factors[key].parameter
+        parameter = candidate_set.parameters[key].parameter
         unit = meta[parameter].unit if parameter in meta else "1"
         spread = tried.fit.spread(key)
         out.append(f"{name} = {figure(tried.fit.values[key])} ± {figure(spread, unit)}")
@@ -224,7 +224,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
     nominal = diagnosis.search.nominal
     fitter = nominal.fitter
     known = {h.candidates[-1].label for h in diagnosis.search.rounds[0]}
-    left = [c for c in fitter.library.candidates if c.label not in known]
+    left = [c for c in fitter.candidate_set.candidates if c.label not in known]
     regular = [c for c in left if not c.identification.guessed]
     table = screen(fitter, fitter.start(()), candidate_keys(regular))
     common, _ = linear_gain(fitter, table, ())

@@ -8,8 +8,8 @@ from typing import Any
 from seals.report import Bar, Bars
 from seals.report.figures import Mark
 from seals.schema import parameters_of
-from seals.sysid.hypothesis import Hypothesis
 from seals.sysid.report.naming import factor_words
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 _MOST = 12
 _FAR = 2.0
@@ -42,14 +42,14 @@ class Moved:
 
 def moved(hypothesis: Hypothesis) -> tuple[Moved, ...]:
     """Return all values with a tolerance, the one that moved farthest first."""
-    fit, library = hypothesis.fit, hypothesis.fitter.library
+    fit, candidate_set = hypothesis.fit, hypothesis.fitter.candidate_set
     covariance = fit.covariance
     out = []
     for k, key in enumerate(fit.keys):
-        factor = library.factors[key]
-        if key in fit.freed or factor.tolerance <= 0.0:
+        factor = candidate_set.parameters[key]
+        if key in fit.free or factor.tolerance <= 0.0:
             continue
-        effect = library.effects.get(factor.instance)
+        effect = candidate_set.effects.get(factor.instance)
         meta = parameters_of(effect) if effect is not None else {}
         unit = meta[factor.parameter].unit if factor.parameter in meta else "1"
         out.append(

@@ -26,7 +26,7 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         parts = [f"{e['name']} ({percent(e['confidence'])})" for e in effects]
         return f"The model lacks one of these, and this log cannot tell which: {', '.join(parts)}."
     if verdict is Verdict.none_of_these:
-        count = len({c.name for c in diagnosis.problem.plant.library.candidates})
+        count = len({c.name for c in diagnosis.problem.plant.candidate_set.candidates})
         return f"Something is missing that none of the {count} effects of the library explains."
     if verdict is Verdict.cannot_tell:
         return "This log cannot tell what is missing: the vehicle hardly moved where it matters."

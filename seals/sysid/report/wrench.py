@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.report import Block, Chart, Choice, Paragraph, Series
 from seals.report.figures import Mark
-from seals.sysid.problem import Problem
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.surface_model_error import submersion
 from seals.sysid.report.overlay import plot_time, run_numbers
 from seals.sysid.residual_force.residual import Residual, thinned
-from seals.sysid.rough import submersion
 
 REGIMES = {"air": "#c08a00", "entry": "#cf5f8f", "water": "#2fa3c4"}
 """Colours of what surrounds the vehicle."""
@@ -79,7 +79,7 @@ def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
     """What surrounds the hull at some rows: air, entry or water."""
     if not problem.vehicle.has_water:
         return np.full(len(rows), "air")
-    share = submersion(problem.plant, problem.fitter.course)[rows]
+    share = submersion(problem.plant, problem.fitter.trajectory)[rows]
     return np.where(share < _DRY, "air", np.where(share > _WET, "water", "entry"))
 
 

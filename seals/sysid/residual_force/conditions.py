@@ -12,11 +12,11 @@ from seals.effects.binding import bind_effects
 from seals.effects.evaluation import thrust_wrench
 from seals.frames import matrix_of, unrotate
 from seals.motion import Inputs
-from seals.sysid.fit import Fitter
-from seals.sysid.plant import Plant
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.surface_model_error import submersion
+from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.laws import Scene
-from seals.sysid.rough import submersion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,10 +88,10 @@ class Conditions:
 
 def conditions(fitter: Fitter, found: Evidence) -> Conditions:
     """Look up the conditions at the knots."""
-    plant, course = fitter.plant, fitter.course
+    plant, trajectory = fitter.plant, fitter.trajectory
     rows = found.rows.ravel()
-    turn = matrix_of(course.quaternion[rows])
-    wet = submersion(plant, course)[rows]
+    turn = matrix_of(trajectory.quaternion[rows])
+    wet = submersion(plant, trajectory)[rows]
     flow = _flow(found.values, wet)
     wrench, throttle = actuator_wrench(plant, found.values)
     rate = None
@@ -103,10 +103,10 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
     around = plant.vehicle.environment
     return Conditions(
         time=plant.samples.time[rows],
-        position=course.position[rows],
+        position=trajectory.position[rows],
         turn=turn,
-        velocity=course.velocity[rows] - unrotate(turn, flow),
-        spin=course.spin[rows],
+        velocity=trajectory.velocity[rows] - unrotate(turn, flow),
+        spin=trajectory.spin[rows],
         submersion=wet,
         drive=None if wrench is None else wrench[rows],
         drive_rate=None if rate is None else rate[rows],

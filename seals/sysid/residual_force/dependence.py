@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.problem import LOOSE
+from seals.sysid.predictors.problem import LOOSE
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.regress import Gain, Table, gain

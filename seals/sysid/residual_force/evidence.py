@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.factors import Library
-from seals.sysid.fit import Fitter
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.linearise import DELAY
-from seals.sysid.normal import solve_scaled
-from seals.sysid.problem import Problem
+from seals.sysid.least_squares.normal_equations import solve_scaled
+from seals.sysid.predictors.linearise import DELAY
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.free import FreeWindows
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 ROUNDS = 2
 """Times the tolerances are fitted anew."""
@@ -169,11 +169,11 @@ def evidence(problem: Problem, hypothesis: Hypothesis | None = None) -> Evidence
     """
     fitter = problem.fitter if hypothesis is None else hypothesis.fitter
     windows = FreeWindows(fitter)
-    loose = fitter.seen_through(windows)
+    loose = fitter.with_windows(windows)
     tolerances = fitter.tolerances
-    freed = () if hypothesis is None else hypothesis.fit.freed
-    keys = (*tolerances, *(k for k in freed if k not in tolerances))
-    mean, width = _priors(fitter.library, keys, hypothesis)
+    free = () if hypothesis is None else hypothesis.fit.free
+    keys = (*tolerances, *(k for k in free if k not in tolerances))
+    mean, width = _priors(fitter.candidate_set, keys, hypothesis)
     values = dict(mean)
     if windows.delay and DELAY in keys:
         values[DELAY], width[DELAY] = windows.delay, 1e-9
@@ -185,7 +185,7 @@ def evidence(problem: Problem, hypothesis: Hypothesis | None = None) -> Evidence
     found = _collected(windows, loose, columns, values, keys, precision, mean)
     for _ in range(ROUNDS):
         step = found.posterior[2]
-        values = _moved(fitter.library, keys, values, step)
+        values = _moved(fitter.candidate_set, keys, values, step)
         found = _collected(windows, loose, columns, values, keys, precision, mean)
     return found
 
@@ -212,30 +212,30 @@ def _collected(  # noqa: PLR0917  the parts of one set of equations
         keys=keys,
         observed=windows.observed,
         gust=windows.stated_gust,
-        policy=loose.library.policy,
+        policy=loose.candidate_set.policy,
     )
 
 
 def _priors(
-    library: Library, keys: tuple[str, ...], hypothesis: Hypothesis | None
+    candidate_set: CandidateSet, keys: tuple[str, ...], hypothesis: Hypothesis | None
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Mean and width of the tolerances; effects of the model stay where they were fitted."""
     mean = dict.fromkeys(keys, 0.0)
-    width = {k: max(library.factors[k].tolerance, 1e-12) for k in keys}
+    width = {k: max(candidate_set.parameters[k].tolerance, 1e-12) for k in keys}
     if hypothesis is not None:
         fit = hypothesis.fit
         spread = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-24))
         for key, doubt in zip(fit.keys, spread, strict=True):
-            if key in fit.freed and key in width:
+            if key in fit.free and key in width:
                 mean[key], width[key] = fit.values[key], float(doubt)
     return mean, width
 
 
 def _moved(
-    library: Library, keys: tuple[str, ...], values: dict[str, float], step: Floats
+    candidate_set: CandidateSet, keys: tuple[str, ...], values: dict[str, float], step: Floats
 ) -> dict[str, float]:
     out = {}
     for key, change in zip(keys, step, strict=True):
-        low, high = library.factors[key].bounds
+        low, high = candidate_set.parameters[key].bounds
         out[key] = float(min(max(values[key] + change, low), high))
     return out

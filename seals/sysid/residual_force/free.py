@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.sysid.fit import Fitter
-from seals.sysid.problem import LOOSE, WINDOW, forgotten, stated_starts
-from seals.sysid.rough import surface
-from seals.sysid.windows import Windows
+from seals.sysid.predictors.problem import LOOSE, WINDOW, stated_starts, transient_rows
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows_fit import Fitter
 
 KNOT = 0.06
 """Spacing of the knots of the free force [s]."""
@@ -28,10 +28,10 @@ class FreeWindows(Windows):
 
     def __init__(self, fitter: Fitter) -> None:
         """Set up the windows with knots fine enough for a spectrum."""
-        plant, course = fitter.plant, fitter.course
+        plant, trajectory = fitter.plant, fitter.trajectory
         vehicle, samples = plant.vehicle, plant.samples
-        rough = surface(plant, course)
-        extra = None if rough is None else rough.push
+        surface_error = surface_model_error(plant, trajectory)
+        extra = None if surface_error is None else surface_error.push
         level = LOOSE * fitter.windows.gusts
         if vehicle.has_water and not len(vehicle.lag):
             weight = vehicle.mass * vehicle.environment.gravity
@@ -39,15 +39,15 @@ class FreeWindows(Windows):
         super().__init__(
             samples,
             vehicle,
-            course,
+            trajectory,
             fitter.dynamics,
             length=WINDOW if samples.posed else 1e6,
             gusts=level,
             extra=extra,
-            blur=None if rough is None else rough.blur,
+            blur=None if surface_error is None else surface_error.blur,
             knot=max(KNOT, 1.5 * samples.step),
-            stated=None if samples.posed else stated_starts(plant, course),
-            skip=forgotten(plant),
+            stated=None if samples.posed else stated_starts(plant, trajectory),
+            skip=transient_rows(plant),
             delay=fitter.windows.delay,
         )
         self.loose = self._gust_precision

@@ -6,8 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from seals.sysid.hypothesis import Hypothesis
-from seals.sysid.problem import Problem
+from seals.sysid.predictors.problem import Problem
 from seals.sysid.residual_force.conditions import conditions
 from seals.sysid.residual_force.dependence import Dependence, dependences
 from seals.sysid.residual_force.evidence import evidence
@@ -20,6 +19,7 @@ from seals.sysid.residual_force.residual import Residual, residual
 from seals.sysid.residual_force.signature import Findings, Signature, signature
 from seals.sysid.residual_force.spectrum import Spectrum, spectrum
 from seals.sysid.residual_force.spot import Spot, spot
+from seals.sysid.scores.laplace_evidence import Hypothesis
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
-from seals.sysid.problem import Problem, prepare
+from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.drawing import draw_ladder, print_table
 from seals.sysid.validation.ladder import Ladder, climb, compare_ends, replay_count

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.problem import LOOSE, rewindowed, stated_starts
+from seals.sysid.predictors.problem import LOOSE, rewindowed, stated_starts
+from seals.sysid.predictors.windows import Windows
 from seals.sysid.validation.misfit import Misfit, Yardstick, plain_errors
 from seals.sysid.validation.replay import Track
-from seals.sysid.windows import Windows
 
 DRAWS = 6
 """Replicates of the noise."""
@@ -18,8 +18,8 @@ _SEED = 20
 def noise_floor(last: Misfit, ruler: Yardstick) -> dict[str, dict[float, float]]:
     """Plain errors by channel and horizon that the best possible model would still leave.
 
-    A perfect model starts every window at a course that was found from noisy sensors, meets gusts
-    that it does not know, and is compared with noisy readings. All three are drawn, seeded, and
+    A perfect model starts every window at a trajectory found from noisy sensors, meets gusts that
+    it does not know, and is compared with noisy readings. All three are drawn, seeded, and
     carried through the windows to first order.
 
     Args:
@@ -64,14 +64,14 @@ def _drawn(windows: Windows, loose: Windows, ruler: Yardstick, rng: np.random.Ge
 
 
 def _starts(loose: Windows, ruler: Yardstick, rng: np.random.Generator) -> Floats:
-    """Errors of the course at the starts of the windows, shape (W, n).
+    """Errors of the trajectory at the starts of the windows, shape (W, n).
 
-    With a pose they are what sensor noise alone makes of the course under a free force.
+    With a pose they are what sensor noise alone makes of the trajectory under a free force.
     """
     problem, count = ruler.problem, len(ruler.rows)
-    size = problem.fitter.course.size
+    size = problem.fitter.trajectory.size
     if not problem.samples.posed:
-        spread = stated_starts(problem.plant, problem.fitter.course)[1]
+        spread = stated_starts(problem.plant, problem.fitter.trajectory)[1]
         drawn: Floats = spread * rng.standard_normal((count, size))
         return drawn
     noise = rng.standard_normal(loose.weight.shape) * (loose.weight > 0.0)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from seals.config.overlay import Overlay
 from seals.errors import ConfigError
-from seals.sysid.factors import Library
-from seals.sysid.problem import Problem
+from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.predictors.problem import Problem
 from seals.sysid.validation.floor import noise_floor
 from seals.sysid.validation.misfit import Fall, Misfit, Yardstick, fall, measure, yardstick
 from seals.sysid.validation.model import Model, nominal, with_speeds
@@ -68,28 +68,28 @@ def rungs_of(problem: Problem, overlay: Overlay) -> list[Model]:
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.
     """
-    first, library = nominal(problem.vehicle), library_for(problem, overlay)
+    first, candidate_set = nominal(problem.vehicle), library_for(problem, overlay)
     values = {key: fitted.value for key, fitted in overlay.nominal.items()}
     models = [first]
     if values:
-        models.append(first.changed(CALIBRATED, values, library))
+        models.append(first.changed(CALIBRATED, values, candidate_set))
     base, parts = models[-1], overlay.parts
     for k, part in enumerate(parts):
         models.append(base.with_overlay(f"+ {part}", overlay.only(parts[: k + 1])))
     return models
 
 
-def library_for(problem: Problem, overlay: Overlay) -> Library:
+def library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
     """Return what a diagnosis may move, its exponents at the speeds of the fitted log."""
-    library = problem.plant.library
+    candidate_set = problem.plant.candidate_set
     if not overlay.speeds:
-        return library
+        return candidate_set
     if len(overlay.speeds) != 3:
         raise ConfigError(
             f"{overlay.file}: speeds={list(overlay.speeds)} is not allowed.\n"
             "Allowed: three numbers, along x, y and z of the body [m/s]."
         )
-    return with_speeds(library, overlay.speeds)
+    return with_speeds(candidate_set, overlay.speeds)
 
 
 def climb(
@@ -195,9 +195,9 @@ def _alone(problem: Problem, overlay: Overlay) -> Model | None:
 
 def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fall:
     """Fall from calibration alone to the whole model, each with the price of its values."""
-    factors, price = problem.plant.library.factors, 0.0
+    parameters, price = problem.plant.candidate_set.parameters, 0.0
     for key, fitted in overlay.nominal.items():
-        tolerance = factors[key].tolerance
+        tolerance = parameters[key].tolerance
         if tolerance > 0.0:
             price += (fitted.alone**2 - fitted.value**2) / tolerance**2
     plain = fall(rival, last)

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.frames import exponential, multiply, rotation_vector
-from seals.sysid.linearise import dynamics_along
-from seals.sysid.problem import Problem, forgotten, stated_starts
-from seals.sysid.rough import surface
-from seals.sysid.samples import IMU, Samples
-from seals.sysid.trajectory import Course
+from seals.sysid.data.samples import IMU, Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.linearise import dynamics_along
+from seals.sysid.predictors.problem import Problem, stated_starts, transient_rows
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.windows import Windows, by_channel, window_rows
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.replay import Track, replay
-from seals.sysid.windows import Windows, by_channel, window_rows
 
 HORIZONS = (0.1, 0.25, 0.5, 1.0)
 """Times from the start of a window at which plain errors are taken [s]."""
@@ -53,21 +53,21 @@ class Yardstick:
         """Return the windows about one model: what start states and gusts can do under it."""
         fitter, vehicle = self.problem.fitter, self.problem.vehicle
         plant, timing = model.tangent(self.samples, parts=self.problem.plant.parts)
-        course = fitter.course
-        dynamics = dynamics_along(plant, course, timing)
-        rough = surface(plant, course)
-        knot = None if rough is None else max(_KNOT, 1.5 * self.samples.step)
+        trajectory = fitter.trajectory
+        dynamics = dynamics_along(plant, trajectory, timing)
+        surface_error = surface_model_error(plant, trajectory)
+        knot = None if surface_error is None else max(_KNOT, 1.5 * self.samples.step)
         return Windows(
             self.samples,
             vehicle,
-            course,
+            trajectory,
             dynamics,
             length=self.length,
             gusts=fitter.windows.gusts,
-            extra=None if rough is None else rough.push,
-            blur=None if rough is None else rough.blur,
+            extra=None if surface_error is None else surface_error.push,
+            blur=None if surface_error is None else surface_error.blur,
             knot=knot,
-            stated=None if self.samples.posed else stated_starts(plant, course),
+            stated=None if self.samples.posed else stated_starts(plant, trajectory),
             skip=self.skip,
             delay=_followed(model),
         )
@@ -137,7 +137,7 @@ def yardstick(problem: Problem, models: Sequence[Model]) -> Yardstick:
         old = problem.fitter.windows
         length = old.length * samples.step
     plants = [m.tangent(samples, parts=problem.plant.parts)[0] for m in models]
-    skip = max(forgotten(plant) for plant in plants)
+    skip = max(transient_rows(plant) for plant in plants)
     rows = window_rows(samples, length, skip)
     late = max(_followed(m) for m in models)
     count = int(np.ceil(late / samples.step - 1e-9))
@@ -171,9 +171,17 @@ def measure(
         step: longest of the simulator [s]; left out, one that suits the vehicle.
         tell: takes the number of windows done.
     """
-    windows, course = ruler.windows(model), ruler.problem.fitter.course
+    windows, trajectory = ruler.windows(model), ruler.problem.fitter.trajectory
     followed = windows.delay > 0.0
-    track = replay(model, ruler.samples, course, ruler.rows, step=step, prompt=followed, tell=tell)
+    track = replay(
+        model,
+        ruler.samples,
+        trajectory,
+        ruler.rows,
+        step=step,
+        prompt=followed,
+        tell=tell,
+    )
     prediction = track.prediction(windows.dynamics, ruler.samples.rows)
     residual = windows.residual(prediction)
     whitened = windows.whiten(residual[:, :, None])
@@ -235,16 +243,16 @@ def plain_errors(
 def _errors(track: Track, ruler: Yardstick, *, delay: float, blank: bool) -> dict[str, Floats]:
     """Measured less simulated by channel, shape (W, K, k); attitude as a small rotation [rad]."""
     problem, rows, e = ruler.problem, ruler.rows, track.error
-    course, late = problem.fitter.course, delay / problem.samples.step
+    trajectory, late = problem.fitter.trajectory, delay / problem.samples.step
     level = problem.vehicle.environment.water_level or 0.0
-    joints = course.joints.shape[1]
+    joints = trajectory.joints.shape[1]
     base = np.zeros(1) if blank else np.ones(1)
-    position = base * course.position[rows] + e[..., :3]
+    position = base * trajectory.position[rows] + e[..., :3]
     made = {
         "position": position,
-        "velocity": base * course.velocity[rows] + e[..., 6:9],
+        "velocity": base * trajectory.velocity[rows] + e[..., 6:9],
         "depth": base * level - position[..., 2:3],
-        "joint_position": base * course.joints[rows] + e[..., 12 : 12 + joints],
+        "joint_position": base * trajectory.joints[rows] + e[..., 12 : 12 + joints],
         "angular_velocity": _shifted(track.reading[..., :3], late),
         "specific_force": _shifted(track.reading[..., 3:], late),
     }
@@ -252,20 +260,20 @@ def _errors(track: Track, ruler: Yardstick, *, delay: float, blank: bool) -> dic
     for name, values in problem.samples.channels.items():
         seen = values[rows]
         if name == "orientation":
-            out[name] = _turned(seen, course, rows, e[..., 3:6], blank=blank)
+            out[name] = _turned(seen, trajectory, rows, e[..., 3:6], blank=blank)
         elif made[name].shape[2]:
             out[name] = np.where(np.isfinite(seen), base * np.nan_to_num(seen) - made[name], np.nan)
     return out
 
 
 def _turned(
-    seen: Floats, course: Course, rows: NDArray[np.int64], error: Floats, *, blank: bool
+    seen: Floats, trajectory: Trajectory, rows: NDArray[np.int64], error: Floats, *, blank: bool
 ) -> Floats:
     """Small rotation from the simulated to the measured attitude [rad], shape (W, K, 3)."""
     gap = np.isfinite(seen[..., :1])
     if blank:
         return np.where(gap, error, np.nan)
-    made = multiply(course.quaternion[rows.ravel()], exponential(error.reshape(-1, 3)))
+    made = multiply(trajectory.quaternion[rows.ravel()], exponential(error.reshape(-1, 3)))
     level = np.where(gap, seen, np.array([0.0, 0.0, 0.0, 1.0])).reshape(-1, 4)
     angle = rotation_vector(multiply(made * np.array([-1.0, -1.0, -1.0, 1.0]), level))
     return np.where(gap, angle.reshape(error.shape), np.nan)

@@ -16,10 +16,10 @@ from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.registry import get
-from seals.sysid.factors import Library
-from seals.sysid.plant import Plant
-from seals.sysid.samples import Samples
-from seals.sysid.vehicle import Vehicle
+from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.plant import Plant
 from seals.world.drivetrain import response_of, timing_of
 
 WAVES = "waves"
@@ -73,7 +73,7 @@ class Model:
         vehicle = replace(self.vehicle, effects=effects, lag=self.lag)
         plant = Plant(
             vehicle,
-            Library(effects=dict(effects), factors={}, candidates=()),
+            CandidateSet(effects=dict(effects), parameters={}, candidates=()),
             samples,
             parts=parts,
         )
@@ -82,13 +82,15 @@ class Model:
         plant.command_delay = self.command_delay - JITTER
         return plant, {}
 
-    def changed(self, name: str, changes: Mapping[str, float], library: Library) -> Model:
+    def changed(
+        self, name: str, changes: Mapping[str, float], candidate_set: CandidateSet
+    ) -> Model:
         """Return the model with factors of a diagnosis moved.
 
         Args:
             name: of the new rung.
             changes: against the nominal model, by factor key.
-            library: that knows the keys.
+            candidate_set: that knows the keys.
 
         Raises:
             ConfigError: a key is unknown, or its value is out of bounds.
@@ -98,7 +100,7 @@ class Model:
             if instance == WAVES:
                 sea = values
                 continue
-            effects[instance] = _moved(instance, values, effects, library)
+            effects[instance] = _moved(instance, values, effects, candidate_set)
         made = replace(self, name=name, vehicle=replace(self.vehicle, effects=effects))
         return made.in_waves(get("wave", "airy").load()(**sea)) if sea else made
 
@@ -142,24 +144,27 @@ def by_instance(changes: Mapping[str, float]) -> dict[str, dict[str, float]]:
     return table
 
 
-def with_speeds(library: Library, speeds: Sequence[float]) -> Library:
+def with_speeds(candidate_set: CandidateSet, speeds: Sequence[float]) -> CandidateSet:
     """Return a library whose drag exponents refer to the speeds of another log.
 
     Args:
-        library: of the present log.
+        candidate_set: of the present log.
         speeds: of the log in which the exponents were fitted [m/s], shape (3,).
     """
-    effects = dict(library.effects)
+    effects = dict(candidate_set.effects)
     for name, effect in effects.items():
         if isinstance(effect, DragExponent):
             fixed = copy.copy(effect)
             fixed.speeds = (float(speeds[0]), float(speeds[1]), float(speeds[2]))
             effects[name] = fixed
-    return replace(library, effects=effects)
+    return replace(candidate_set, effects=effects)
 
 
 def _moved(
-    instance: str, values: Mapping[str, float], own: Mapping[str, Effect], library: Library
+    instance: str,
+    values: Mapping[str, float],
+    own: Mapping[str, Effect],
+    candidate_set: CandidateSet,
 ) -> Effect:
     """An effect of the model, or of the library, with its factors moved.
 
@@ -167,18 +172,18 @@ def _moved(
     """
     for name, value in values.items():
         key = f"{instance}.{name}"
-        factor = library.factors.get(key)
+        factor = candidate_set.parameters.get(key)
         if factor is None:
             raise ConfigError(
                 f"nominal: '{key}' is not a property that a diagnosis may move.\n"
-                f"{suggestion(key, library.factors)}"
+                f"{suggestion(key, candidate_set.parameters)}"
             )
         low, high = factor.bounds
         if not low <= value <= high:
             raise ConfigError(
                 f"nominal.{key}={value:g} is not allowed.\nAllowed: {low:g} to {high:g}."
             )
-    effect = own[instance] if instance in own else library.effects[instance]
+    effect = own[instance] if instance in own else candidate_set.effects[instance]
     total: dict[str, Any] = {
         name: float(getattr(effect, name)) + value for name, value in values.items()
     }

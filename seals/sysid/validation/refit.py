@@ -14,13 +14,20 @@ from typing import Any
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
-from seals.sysid.factors import Candidate, Library
-from seals.sysid.fit import Fitter
-from seals.sysid.hypothesis import keys_of
-from seals.sysid.linearise import DELAY
-from seals.sysid.naming import settled
-from seals.sysid.normal import Fit
-from seals.sysid.problem import Problem, followed, linearised, prepare, rewindowed, typical
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.linearise import DELAY
+from seals.sysid.predictors.problem import (
+    Problem,
+    follow_measurements,
+    linearise_model,
+    prepare,
+    rewindowed,
+    typical_speeds,
+)
+from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.laplace_evidence import keys_of
+from seals.sysid.selection.windows import estimate_disturbance
 from seals.sysid.validation.answer import Finding
 
 _LATE = 2e-3
@@ -35,7 +42,7 @@ class Refit:
         candidates: one for each effect, in the order of the answer.
         values: of all keys.
         spread: 1-sigma of all keys.
-        library: that knows the keys.
+        candidate_set: that knows the keys.
         own: names of the nominal model's effects.
         speeds: typical ones of the log [m/s], shape (3,).
         alone: nominal values that a fit without the effects chooses, by key.
@@ -44,7 +51,7 @@ class Refit:
     candidates: tuple[Candidate, ...]
     values: Mapping[str, float]
     spread: Mapping[str, float]
-    library: Library
+    candidate_set: CandidateSet
     own: tuple[str, ...]
     speeds: Floats
     alone: Mapping[str, float]
@@ -54,7 +61,7 @@ class Refit:
         """Fitted nominal values; those that an effect stands for are left to it."""
         taken = set(keys_of(self.candidates))
         out = {}
-        for key in self.library.tolerances:
+        for key in self.candidate_set.tolerances:
             own = key in taken
             out[key] = {
                 "value": 0.0 if own else self.values[key],
@@ -86,10 +93,10 @@ def refit(log: Log, finding: Finding) -> Refit:
         candidates=combo,
         values=values,
         spread={key: fit.spread(key) for key in fit.keys},
-        library=fitter.library,
+        candidate_set=fitter.candidate_set,
         own=tuple(problem.vehicle.effects),
-        speeds=typical(problem.fitter.course),
-        alone=settled(problem).fit.values,
+        speeds=typical_speeds(problem.fitter.trajectory),
+        alone=estimate_disturbance(problem).fit.values,
     )
 
 
@@ -99,7 +106,7 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
     Raises:
         ConfigError: there is none.
     """
-    every, name = problem.plant.library.candidates, str(effect["name"])
+    every, name = problem.plant.candidate_set.candidates, str(effect["name"])
     given = {k: p["value"] for k, p in effect.get("parameters", {}).items()}
     given |= effect.get("variant") or {}
     found = [
@@ -127,14 +134,14 @@ def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) ->
     start: dict[str, float] = {}
     for candidate, effect in zip(combo, finding.effects, strict=True):
         start |= stated(candidate, effect)
-    keys, fitter = keys_of(combo), settled(problem).fitter
+    keys, fitter = keys_of(combo), estimate_disturbance(problem).fitter
     delay = start.get(DELAY, 0.0)
     if delay > _LATE:
         fitter = rewindowed(fitter, delay=delay)
     fit = fitter.fit(keys, start=start)
     if problem.samples.posed and not problem.impact:
         gusts = fitter.windows.gusts
-        fitter = linearised(problem.plant, fitter.course, fit.values, gusts=gusts)
+        fitter = linearise_model(problem.plant, fitter.trajectory, fit.values, gusts=gusts)
     else:
-        fitter = followed(fitter, keys, at=fit.values, rounds=1)
+        fitter = follow_measurements(fitter, keys, at=fit.values, rounds=1)
     return fitter.fit(keys, start={k: fit.values[k] for k in keys}), fitter

@@ -1,4 +1,4 @@
-"""Replays a log in the real simulator, window by window, from the course that was flown."""
+"""Replays a log in the real simulator, window by window, from the trajectory that was flown."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from seals.batch import TwinState
 from seals.control.actuator_response import JITTER, respond
 from seals.frames import matrix_of, rotate
 from seals.motion import Reading
-from seals.sysid.linearise import Dynamics, Prediction
-from seals.sysid.samples import Samples
-from seals.sysid.trajectory import Course, difference
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory, difference
+from seals.sysid.predictors.linearise import Dynamics, Prediction
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
@@ -35,7 +35,7 @@ class Track:
 
     Args:
         rows: of the log, shape (W, K).
-        error: state of the simulator against the course, shape (W, K, n).
+        error: state of the simulator against the trajectory, shape (W, K, n).
         reading: of the inertial sensors, angular velocity and specific force, (W, K, 6).
     """
 
@@ -67,19 +67,19 @@ class Track:
 def replay(
     model: Model,
     samples: Samples,
-    course: Course,
+    trajectory: Trajectory,
     rows: NDArray[np.int64],
     *,
     step: float | None = None,
     prompt: bool = False,
     tell: Callable[[int], None] | None = None,
 ) -> Track:
-    """Simulate every window under the logged commands, open loop, from the course.
+    """Simulate every window under the logged commands, open loop, from the trajectory.
 
     Args:
         model: what acts.
         samples: the log.
-        course: where the windows start.
+        trajectory: where the windows start.
         rows: of the windows, shape (W, K).
         step: longest of the simulator [s]; left out, one that suits the vehicle.
         prompt: whether readings are reported at once, their delay being left to the windows.
@@ -93,7 +93,7 @@ def replay(
     length = rows.shape[1]
     world = build_scene(model, step=samples.step / parts, rows=length * parts + 2)
     try:
-        runner = _Runner(world, samples, course, drive, parts)
+        runner = _Runner(world, samples, trajectory, drive, parts)
         states, felt = [], []
         for done, window in enumerate(rows, start=1):
             before = [runner.run(int(r), 1)[1] for r in window[0] - np.arange(late, 0, -1)]
@@ -104,9 +104,9 @@ def replay(
                 tell(done)
     finally:
         world.close()
-    flat = course.state(rows.ravel())
+    flat = trajectory.state(rows.ravel())
     joined = TwinState(*(np.concatenate([s[i] for s in states]) for i in range(6)))
-    error = difference(joined, flat).reshape(*rows.shape, course.size)
+    error = difference(joined, flat).reshape(*rows.shape, trajectory.size)
     reading = _reported(model, np.array(felt), late, delay / samples.step)
     return Track(rows=rows, error=error, reading=reading)
 
@@ -134,15 +134,20 @@ def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None
 
 
 class _Runner:
-    """One world that is put back to the course again and again."""
+    """One world that is put back to the trajectory again and again."""
 
     def __init__(
-        self, world: World, samples: Samples, course: Course, drive: Floats | None, parts: int
+        self,
+        world: World,
+        samples: Samples,
+        trajectory: Trajectory,
+        drive: Floats | None,
+        parts: int,
     ) -> None:
-        self.world, self.samples, self.course = world, samples, course
+        self.world, self.samples, self.trajectory = world, samples, trajectory
         self.drive, self.parts = drive, parts
         self.actor = world.actors[VEHICLE]
-        self.turns = matrix_of(course.quaternion)
+        self.turns = matrix_of(trajectory.quaternion)
 
     def run(self, first: int, length: int) -> tuple[TwinState, Floats]:
         """States at some rows and what ideal sensors at the origin feel there.
@@ -164,7 +169,7 @@ class _Runner:
         return self._felt(Configuration(*(np.array(x) for x in zip(*seen, strict=True))), length)
 
     def _start(self, row: int) -> Configuration:
-        c, turn = self.course, self.turns[row]
+        c, turn = self.trajectory, self.turns[row]
         return Configuration(
             position=c.position[row],
             quaternion=c.quaternion[row],

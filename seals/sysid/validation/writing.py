@@ -16,7 +16,7 @@ from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_text
 from seals.schema import parameters_of
-from seals.sysid.factors import Candidate
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.validation.answer import FORMULA, Finding
 from seals.sysid.validation.model import WAVES, by_instance
 from seals.sysid.validation.refit import Refit
@@ -128,7 +128,7 @@ def parts_of(candidate: Candidate, found: Refit, effect: Mapping[str, Any]) -> l
             made.append(Part(section="wave", name=WAVE, values={"wave": "airy", **short},
                              intervals=limits))  # fmt: skip
             continue
-        law = found.library.effects[instance]
+        law = found.candidate_set.effects[instance]
         if instance in found.own or _below_bounds(law, moved):
             entry = {"effect": _plugin_of(law), **_medium(law), **short}
             made.append(Part(section="changes", name=candidate.name, values=entry,

@@ -1,0 +1,318 @@
+"""Candidate effects of an experiment: installed ones that can act on its robot in its medium."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from seals import registry
+from seals.compare.settings import CompareSettings, Course
+from seals.effects.derived import strengths_of, unit_scale
+from seals.effects.effect import Actuated, Effect, MediumKind
+from seals.effects.identification import Comparison, Size, Stage
+from seals.errors import ConfigError, suggestion
+from seals.robot.model import RobotModel
+from seals.schema import parameters_of
+from seals.sysid.candidates.vehicle import installed
+
+_FAST = 5.0
+"""Typical speed where no channel tells it [m/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An effect that may be missing.
+
+    Args:
+        name: of the effect in the library.
+        law: which of its laws, where it has several; empty otherwise.
+        instance: under which it acts in the model.
+        keys: ``"instance.parameter"`` that it sets free.
+    """
+
+    name: str
+    law: str
+    instance: str
+    keys: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """Name for people."""
+        return f"{self.name} ({self.law})" if self.law else self.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Key:
+    """Parameter of a model of an experiment.
+
+    Args:
+        off: value at which the nominal model holds it.
+        start: value from which a fit sets out.
+        scale: plausible size of a change.
+        bounds: lowest and highest value.
+        tolerance: one standard deviation of the prior about ``off``; 0 for none.
+        unit: SI unit.
+    """
+
+    off: float
+    start: float
+    scale: float
+    bounds: tuple[float, float]
+    tolerance: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateSet:
+    """Nominal model of an experiment and the candidate effects that may be added to it.
+
+    Args:
+        effects: nominal ones and candidates, the latter switched off by their keys.
+        nominal: instances of the nominal model.
+        keys: by ``"instance.parameter"``.
+        tolerances: keys that every model sets free.
+        candidates: what may be missing.
+        unobservable: what could act but changes no reading of these runs.
+    """
+
+    effects: Mapping[str, Effect]
+    nominal: tuple[str, ...]
+    keys: Mapping[str, Key]
+    tolerances: tuple[str, ...]
+    candidates: tuple[Candidate, ...]
+    unobservable: tuple[Candidate, ...] = ()
+
+
+def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateSet:
+    """Collect the candidate effects of a configured model.
+
+    Raises:
+        ConfigError: ``rivals`` or ``naming`` name something that is not there.
+    """
+    nominal = _nominal(settings)
+    sizes = _Sizes(settings, robot)
+    effects: dict[str, Effect] = {n: settings.effects[n] for n in nominal}
+    keys = {
+        f"{n}.{p}": _key(settings.effects[n], p, off=float(getattr(settings.effects[n], p)))
+        for n in nominal
+        for p in parameters_of(settings.effects[n])
+    }
+    tolerances = _tolerances(settings, keys)
+    found: list[Candidate] = []
+    taken: set[tuple[Any, ...]] = set()
+    for instance, effect in _offered(settings, robot, nominal).items():
+        name = name_of(effect)
+        law = (name, getattr(effect, "medium", None), tuple(effect.links))
+        if law in taken:
+            continue
+        taken.add(law)
+        effects[instance] = replace(effect, correction=True)
+        both = settings.environment.water_level is not None
+        for candidate in _split(name, instance, effect, both=both):
+            free = tuple(k for k in candidate.keys if k not in tolerances)
+            for key in free:
+                parameter = key.partition(".")[2]
+                keys[key] = sizes.key(effect, parameter, instance in nominal)
+            if free:
+                found.append(replace(candidate, keys=free))
+    return CandidateSet(
+        effects=effects,
+        nominal=tuple(nominal),
+        keys=keys,
+        tolerances=tolerances,
+        candidates=tuple(_chosen(found, settings.rivals)),
+    )
+
+
+@functools.cache
+def _names() -> dict[type, str]:
+    return {
+        plugin.load(): name
+        for kind in ("effect", "actuator")
+        for name, plugin in registry.plugins(kind).items()
+    }
+
+
+def name_of(effect: Effect) -> str:
+    """Return the name of an effect in the library.
+
+    Example:
+        >>> from seals.registry import get
+        >>> name_of(get("effect", "lift").load()())
+        'lift'
+    """
+    return _names().get(type(effect), type(effect).__name__)
+
+
+def _nominal(settings: CompareSettings) -> list[str]:
+    first = next(iter(settings.ladder.values()), None)
+    chosen = settings.naming.nominal or ([str(e) for e in first] if first is not None else None)
+    names = list(settings.effects) if chosen is None else [str(n) for n in chosen]
+    for name in names:
+        if name not in settings.effects:
+            raise ConfigError(
+                f"naming.nominal: there is no effect '{name}'.\n"
+                f"{suggestion(name, settings.effects)}"
+            )
+    drives = [n for n, a in settings.actuators.items() if isinstance(a, Actuated)]
+    return [*names, *(n for n in drives if n in settings.effects and n not in names)]
+
+
+def _tolerances(settings: CompareSettings, keys: dict[str, Key]) -> tuple[str, ...]:
+    out = []
+    for full, spread in settings.naming.tolerances.items():
+        key = str(full).removeprefix("effects.")
+        if key not in keys:
+            raise ConfigError(
+                f"naming.tolerances: '{full}' is not a parameter of the nominal model.\n"
+                f"{suggestion(key, keys)}"
+            )
+        keys[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
+        out.append(key)
+    return tuple(out)
+
+
+def _key(effect: Effect, parameter: str, *, off: float) -> Key:
+    meta = parameters_of(effect)[parameter]
+    return Key(off=off, start=off, scale=1.0, bounds=meta.bounds, tolerance=0.0, unit=meta.unit)
+
+
+def _offered(
+    settings: CompareSettings, robot: RobotModel, nominal: Sequence[str]
+) -> dict[str, Effect]:
+    """Configured effects outside the nominal model first: they know their links; then the rest."""
+    out = {
+        n: e
+        for n, e in settings.effects.items()
+        if n not in nominal and "weight" not in e.accounts_for
+    }
+    held = {(name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
+    for name, law, options in _installed(settings, robot):
+        medium = options.get("medium")
+        configured = any(
+            name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
+        )
+        rules = law.identification.compared
+        if configured or ((name, medium) in held and rules is not None and rules.whole):
+            continue
+        instance = f"more_{name}" + (f"_{medium.value}" if medium else "")
+        out[instance] = law(**options)
+    return out
+
+
+def _installed(
+    settings: CompareSettings, robot: RobotModel
+) -> list[tuple[str, type[Effect], dict[str, Any]]]:
+    """Installed effects that could act on the robot, with options, in the order of their trial."""
+    wet = settings.environment.water_level is not None
+    drives = any(isinstance(e, Actuated) for e in settings.effects.values())
+    # what is bolted down does not feel its own inertia: the last link moves
+    last = {"links": [robot.links[-1]]} if robot.tree.fixed_base else {}
+    found: list[tuple[tuple[int, int, int], str, type[Effect], dict[str, Any]]] = []
+    for name, law in installed().items():
+        rules = law.identification.compared
+        driven = any(callable(getattr(law, h, None)) for h in _DRIVEN)
+        jointed = callable(getattr(law, "joint_loads", None))
+        if rules is None or (driven and not drives) or (jointed and not robot.tree.joints):
+            continue
+        if rules.order[0] == Stage.installed and not strengths_of(law):
+            continue
+        own = getattr(law, "medium", None)
+        media = [MediumKind(m) for m in rules.media] or ([own] if own is not None else [])
+        for medium in media:
+            if wet or medium is not MediumKind.water:
+                group = 2 if medium is MediumKind.air else 1
+                found.append(((group, *rules.order), name, law, {"medium": medium}))
+        if not media:
+            group = 0 if rules.order[0] == Stage.body else 3
+            options = dict(last) if rules.rigid else {}
+            found.append(((group, *rules.order), name, law, options))
+    return [(name, law, options) for _, name, law, options in sorted(found, key=lambda f: f[0])]
+
+
+_DRIVEN = ("actuation", "drive_loads", "timing")
+"""Hooks that act on drives."""
+
+
+def _medium(effect: Effect) -> MediumKind | None:
+    return getattr(effect, "medium", None)
+
+
+def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Candidate]:
+    rules = type(effect).identification.compared or Comparison()
+    fitted = [
+        p
+        for p, meta in parameters_of(effect).items()
+        if meta.fit and not any(p.startswith(stem) for stem in rules.held)
+    ]
+    if rules.order[0] == Stage.installed and type(effect).identification.compared is not None:
+        # zero does not switch a shape off
+        fitted = [p for p in fitted if p in strengths_of(type(effect))]
+    groups = {s: [p for p in fitted if p.startswith(s)] for s in rules.laws} or {"": fitted}
+    # where there are air and water, the one that is not meant as a rule is said
+    air = ["in air"] if both and _medium(effect) is MediumKind.air else []
+    return [
+        Candidate(
+            name=name,
+            law=", ".join(filter(None, [rules.laws.get(law, law), *air])),
+            instance=instance,
+            keys=tuple(f"{instance}.{p}" for p in parameters),
+        )
+        for law, parameters in groups.items()
+    ]
+
+
+def _chosen(found: list[Candidate], wanted: Sequence[str]) -> list[Candidate]:
+    for name in wanted:
+        known = sorted({x for c in found for x in (c.name, c.instance, c.label)})
+        if name not in known:
+            raise ConfigError(
+                f"rivals: nothing called '{name}' could act here.\n{suggestion(name, known)}"
+            )
+    keep = set(wanted)
+
+    def called(c: Candidate) -> set[str]:
+        """Names by which a candidate may be chosen; the plain name means the law in water."""
+        return {c.label, c.instance} | (set() if "in air" in c.law else {c.name})
+
+    return [c for c in found if not keep or keep & called(c)]
+
+
+class _Sizes:
+    """Plausible sizes of missing effects, from the robot's own mass, size and speed."""
+
+    def __init__(self, settings: CompareSettings, robot: RobotModel) -> None:
+        mass = float(robot.mass.sum())
+        volume = sum(h.volume for h in robot.hulls if h is not None)
+        self.volume = volume
+        self.kick = 0.0 if settings.compare.course is Course.simulated else 1.0
+        weight = mass * settings.environment.gravity
+        length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
+        self.gravity = settings.environment.gravity
+        self.size = Size(mass=mass, weight=weight, volume=volume, length=length, speed=_FAST)
+
+    def key(self, effect: Effect, parameter: str, nominal: bool) -> Key:
+        """Return nominal value, start, scale and bounds of one parameter of a candidate."""
+        law = type(effect)
+        rules = law.identification.compared
+        off = float(getattr(effect, parameter)) if nominal else 0.0
+        if rules is not None and rules.whole:
+            off = -self.volume
+        scale = self._scale(law, parameter)
+        # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
+        # shorter than a step or a damping far from resonance changes nothing
+        start = off + self.kick * scale
+        return replace(_key(effect, parameter, off=off), scale=scale, start=start)
+
+    def _scale(self, law: type[Effect], parameter: str) -> float:
+        """Plausible size: as stated, 0.05 by default, or from the unit for laws from outside."""
+        rules = law.identification.compared or Comparison(order=(Stage.surroundings, 0))
+        for stem, scale in rules.scales.items():
+            if parameter.startswith(stem):
+                return scale(self.size)
+        if rules.order[0] != Stage.installed:
+            return 0.05
+        meta, size = parameters_of(law)[parameter], self.size
+        return unit_scale(meta, mass=size.mass, length=size.length, gravity=self.gravity)

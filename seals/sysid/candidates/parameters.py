@@ -1,0 +1,166 @@
+"""Parameters that identification may estimate: of the nominal model and of candidate effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.effects.effect import Effect
+from seals.effects.identification import Addition, Identification
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
+
+WAVES, WAVE_MOMENT = "waves", "wave_moment"
+"""Instances of the waves, which no effect holds, and of their moment on a hull."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """Parameter of the extended model; its value is the change against the nominal model.
+
+    Args:
+        key: ``instance.parameter`` in the extended model.
+        tolerance: 1-sigma of the change that the datasheet admits; 0 when the nominal value is
+            exact.
+        scale: size of a plausible missing effect, the prior width of a candidate.
+        bounds: of the change.
+        adds: whether the tolerance can only add, as that of a latency.
+    """
+
+    key: str
+    tolerance: float = 0.0
+    scale: float = 1.0
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+    adds: bool = False
+
+    @property
+    def instance(self) -> str:
+        """Name of the effect's instance."""
+        return self.key.partition(".")[0]
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return self.key.partition(".")[2]
+
+    @property
+    def nudge(self) -> float:
+        """Step of a difference quotient."""
+        size = self.tolerance if self.tolerance > 0.0 else 0.1 * self.scale
+        return 0.02 * size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """Effect that may be missing, in one variant.
+
+    Args:
+        name: of the effect in the catalogue.
+        variant: what tells variants apart, for example ``{"rotor": 2}``.
+        keys: parameters that are estimated, in the order of the report.
+        reported: name of each key's parameter in the report.
+        nuisance: keys that are estimated but not reported.
+        starts: starting values for the keys, one row each; empty for one start at zero.
+        identification: traits that the effect declares.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    reported: tuple[str, ...]
+    variant: Mapping[str, float] = field(default_factory=dict)
+    nuisance: tuple[str, ...] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
+    identification: Identification = field(default_factory=Identification)
+
+    @property
+    def label(self) -> str:
+        """Name with variant."""
+        parts = [f"{k} {v:g}" for k, v in self.variant.items()]
+        return self.name + (f" ({', '.join(parts)})" if parts else "")
+
+    @property
+    def in_arm(self) -> bool:
+        """True where the effect acts inside an arm."""
+        return bool(self.identification.in_arm)
+
+    @property
+    def all_keys(self) -> tuple[str, ...]:
+        """Reported keys, then nuisance keys."""
+        return (*self.keys, *self.nuisance)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateSet:
+    """Nominal model of a vehicle with all parameters and candidate effects.
+
+    Args:
+        effects: instances of the extended model by name, all changes zero.
+        parameters: by key.
+        candidates: effects that may be missing.
+        policy: thresholds of the decisions.
+        budget: limits of the search.
+    """
+
+    effects: Mapping[str, Effect]
+    parameters: Mapping[str, Parameter]
+    candidates: tuple[Candidate, ...]
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
+    budget: SearchBudget = field(default_factory=SearchBudget)
+
+    @property
+    def tolerances(self) -> tuple[str, ...]:
+        """Keys of all parameters with a tolerance: nuisance parameters of every model."""
+        return tuple(k for k, f in self.parameters.items() if f.tolerance > 0.0)
+
+
+class Collector:
+    """Builder of a candidate set, one effect at a time."""
+
+    def __init__(self, effects: Mapping[str, Effect]) -> None:
+        """Start from the nominal model."""
+        self.effects: dict[str, Effect] = dict(effects)
+        self.parameters: dict[str, Parameter] = {}
+        self.candidates: list[Candidate] = []
+
+    def take(self, name: str, known: Identification, addition: Addition) -> None:
+        """Add the instance, the parameters and the candidate of one addition.
+
+        Args:
+            name: of the effect.
+            known: its traits.
+            addition: one way in which it may be missing.
+        """
+        if addition.effect is not None:
+            addition.effect.correction = True
+            self.effects[addition.instance] = addition.effect
+        for parameter, known_size in addition.parameters.items():
+            key = f"{addition.instance}.{parameter}"
+            self.parameters[key] = Parameter(
+                key=key,
+                tolerance=known_size.tolerance,
+                scale=known_size.scale,
+                bounds=known_size.bounds,
+                adds=parameter in known.adds_only,
+            )
+        named = tuple(addition.parameters) if addition.named is None else addition.named
+        if addition.named is None:
+            named = tuple(p for p in named if p not in addition.nuisance)
+        if named:
+            self.candidates.append(
+                Candidate(
+                    name=name,
+                    keys=tuple(f"{addition.instance}.{p}" for p in named),
+                    reported=named if addition.reported is None else addition.reported,
+                    variant=dict(addition.variant),
+                    nuisance=tuple(f"{addition.instance}.{p}" for p in addition.nuisance),
+                    starts=tuple(tuple(s) for s in addition.starts),
+                    identification=known,
+                )
+            )
+
+    def candidate_set(self) -> CandidateSet:
+        """Return the candidate set."""
+        return CandidateSet(
+            effects=self.effects, parameters=self.parameters, candidates=tuple(self.candidates)
+        )

@@ -1,0 +1,54 @@
+"""Estimated parameters in the form in which the catalogue of effects states them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+
+_MEAN, _REST = float(np.sqrt(2.0 / np.pi)), float(np.sqrt(1.0 - 2.0 / np.pi))
+"""Mean and spread of the absolute value of a unit normal variable."""
+
+
+def own_part(parameter: Parameter, value: float) -> tuple[float, float]:
+    """Split a fitted value into effect and tolerance: the effect's part, and its 1-sigma.
+
+    The vehicle's own share of the same quantity is of zero mean, unless it can only add, as
+    friction and latency do: then it is the absolute value of a normal variable.
+
+    Args:
+        parameter: with its tolerance and bounds.
+        value: effect and tolerance together.
+    """
+    if parameter.bounds[0] == 0.0 or parameter.adds:
+        return max(value - _MEAN * parameter.tolerance, 0.0), _REST * parameter.tolerance
+    return value, parameter.tolerance
+
+
+def reported_values(
+    candidate: Candidate, candidate_set: CandidateSet, values: Mapping[str, float], rates: Floats
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return a candidate's parameters as the catalogue states them, and their 1-sigma.
+
+    Args:
+        candidate: effect in one variant.
+        candidate_set: it comes from.
+        values: fitted changes by key.
+        rates: of the joints along the trajectory [rad/s], shape (T, J).
+
+    Returns:
+        Values by key, and the 1-sigma by key of what belongs to the vehicle's own tolerance.
+    """
+    own = {k: own_part(candidate_set.parameters[k], float(values[k])) for k in candidate.keys}
+    out = {k: v for k, (v, _) in own.items()}
+    stem = candidate.keys[0].partition(".")[0]
+    law = candidate_set.effects.get(stem)
+    if law is not None:
+        named = {k.partition(".")[2]: v for k, v in out.items()}
+        moved = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{stem}.")}
+        stated = law.as_stated(named, moved, rates)
+        out = {k: stated[k.partition(".")[2]] for k in out}
+    return out, {k: s for k, (_, s) in own.items()}

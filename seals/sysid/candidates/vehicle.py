@@ -1,0 +1,154 @@
+"""Candidate effects of a vehicle: each installed effect declares how it may be missing."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from seals import registry
+from seals.arrays import Floats
+from seals.effects.discrepancy import SurfaceForce, WaveMoment
+from seals.effects.effect import Effect, MediumKind
+from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.errors import BrokenPlugin, MissingExtra
+from seals.sysid.candidates.parameters import WAVE_MOMENT, WAVES, CandidateSet, Collector
+from seals.sysid.data.vehicle import Vehicle
+
+_SURFACE = 0.04
+"""1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
+
+
+def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
+    """Collect tolerances and candidates of a vehicle from all installed effects.
+
+    Args:
+        vehicle: nominal model.
+        speeds: typical speeds along the body axes [m/s], shape (3,).
+    """
+    subject = subject_of(vehicle, speeds)
+    found: list[tuple[str, Identification, Addition]] = []
+    for name, law in installed().items():
+        known = law.identification
+        if known.in_arm is None:
+            known = replace(known, in_arm=callable(getattr(law, "joint_loads", None)))
+        found += [(name, known, a) for a in law.additions(name, subject)]
+    found += [("", Identification(), a) for a in _structure(subject)]
+    found += _waves(subject)
+    made = Collector(vehicle.effects)
+    for name, known, addition in sorted(found, key=lambda f: f[2].order):
+        made.take(name, known, addition)
+    return made.candidate_set()
+
+
+def wave_law() -> Any:
+    """Return the class of the waves that may be missing."""
+    return registry.get("wave", "airy").load()
+
+
+def installed() -> dict[str, type[Effect]]:
+    """Return the classes of all installed effects by name; a broken one is left out with a warning.
+
+    One that lacks an optional dependency cannot act in any model and is left out.
+    """
+    found = {}
+    for name, plugin in registry.plugins("effect").items():
+        try:
+            law = plugin.load()
+        except MissingExtra:
+            continue
+        except BrokenPlugin as broken:
+            warnings.warn(f"'{name}' is no candidate: {broken}", stacklevel=2)
+            continue
+        if isinstance(law, type) and issubclass(law, Effect):
+            found[name] = law
+    return found
+
+
+def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
+    """Return the properties of a vehicle from which effects derive how they may be missing.
+
+    Args:
+        vehicle: nominal model.
+        speeds: typical speeds along the body axes [m/s], shape (3,).
+    """
+    rotors = vehicle.commands == "rotor_speed_cmd"
+    dry = vehicle.environment.water_level is None
+    media: tuple[MediumKind, ...] = (MediumKind.air if dry else MediumKind.water,)
+    if vehicle.has_water and rotors:
+        media = (MediumKind.water, MediumKind.air)
+    return Subject(
+        robot=vehicle.robot,
+        effects=vehicle.effects,
+        environment=vehicle.environment,
+        tolerance=vehicle.tolerance,
+        channels=frozenset(vehicle.sigma),
+        lag=vehicle.lag,
+        rotors=rotors,
+        full_voltage=vehicle.full_voltage,
+        servo=vehicle.servo,
+        speeds=speeds,
+        media=media,
+    )
+
+
+def _structure(subject: Subject) -> list[Addition]:
+    """Tolerances of the vehicle that belong to no effect."""
+    found = []
+    spread = subject.spread("torque_coefficient")
+    if len(subject.lag) and subject.rotors and spread:
+        found.append(
+            Addition(
+                instance="rotors",
+                effect=None,
+                parameters={"torque_change": Freed(tolerance=spread, scale=0.1)},
+                named=(),
+                order=(Stage.actuators, 0, 2),
+            )
+        )
+    if subject.has_water:
+        found.append(
+            Addition(
+                instance="surface",
+                effect=SurfaceForce(),
+                parameters={"share": Freed(tolerance=_SURFACE, scale=0.1)},
+                named=(),
+                order=(Stage.water, 0, 3),
+            )
+        )
+    gains = [(n, subject.servo[n]) for n in ("kp", "kd")] if subject.servo else []
+    # gains that differ from joint to joint are taken as stated
+    if gains and all(np.ptp(gain) == 0.0 for _, gain in gains):
+        parameters = {
+            n: Freed(tolerance=subject.spread(f"joint_{n}") * float(gain[0]), scale=float(gain[0]))
+            for n, gain in gains
+        }
+        found.append(
+            Addition(
+                instance="servos",
+                effect=None,
+                parameters=parameters,
+                named=(),
+                order=(Stage.joints, 0, 0),
+            )
+        )
+    return found
+
+
+def _waves(subject: Subject) -> Sequence[tuple[str, Identification, Addition]]:
+    """Waves as a candidate: they belong to the water, so their parameters have no instance."""
+    if not subject.has_water:
+        return ()
+    order = (Stage.water, 0, 5)
+    known: Identification = wave_law().identification
+    bounds = {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
+    free = (-np.inf, np.inf)
+    parameters = {k: Freed(scale=v, bounds=bounds.get(k, free)) for k, v in known.scales.items()}
+    moment = Addition(
+        instance=WAVE_MOMENT, effect=WaveMoment(), parameters={}, named=(), order=order
+    )
+    sea = Addition(instance=WAVES, effect=None, parameters=parameters, order=order)
+    return ((WAVES, known, sea), ("", known, moment))

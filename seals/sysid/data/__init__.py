@@ -1,0 +1,1 @@
+"""Measured data of one vehicle: nominal model, samples, trajectory."""

@@ -1,0 +1,141 @@
+"""Samples of a log as evenly spaced runs: time, commands and measured channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import LogError
+from seals.logs.log import Log
+from seals.sysid.data.smoothing import local_polynomial
+from seals.sysid.data.vehicle import Vehicle
+
+IMU = ("angular_velocity", "specific_force")
+"""Channels of the inertial sensors."""
+_UNEVEN = 0.02
+"""Largest deviation of a time step from the usual one, as a share of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Samples:
+    """Rows of one or more runs of a vehicle, one after the other.
+
+    Args:
+        time: [s], shape (T,).
+        step: between rows [s].
+        runs: first and last-plus-one row of each run.
+        channels: measured values with NaN for no sample, shape (T, k) each; orientation is
+            q_WB_xyzw.
+        command: of the actuators, shape (T, n).
+        voltage: of the battery [V], shape (T, 1); None when not known.
+        joint_command: [rad], shape (T, J).
+    """
+
+    time: Floats
+    step: float
+    runs: tuple[tuple[int, int], ...]
+    channels: Mapping[str, Floats]
+    command: Floats
+    voltage: Floats | None
+    joint_command: Floats
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.time)
+
+    @property
+    def posed(self) -> bool:
+        """True where position and orientation were measured."""
+        return "position" in self.channels and "orientation" in self.channels
+
+
+def read_samples(log: Log, vehicle: Vehicle) -> Samples:
+    """Arrange the samples of a log for identification.
+
+    Raises:
+        LogError: times are uneven, runs are too short, or a needed channel is missing.
+    """
+    parts = log.segments()
+    steps = [np.diff(p.time) for p in parts if p.rows > 1]
+    step = float(np.median(np.concatenate(steps))) if steps else 0.0
+    if step <= 0.0:
+        raise LogError(f"log '{log.name}' has no run of two rows or more.\nGive a longer log.")
+    runs, start = [], 0
+    for part in parts:
+        worst = float(np.abs(np.diff(part.time) - step).max()) if part.rows > 1 else 0.0
+        if worst > _UNEVEN * step:
+            raise LogError(
+                f"log '{part.name}': rows are {step:g} s apart, but one gap differs by "
+                f"{worst:.3g} s.\nAllowed: evenly spaced rows, with empty cells for samples that "
+                "were lost; resample it or mark the parts as segments."
+            )
+        runs.append((start, start + part.rows))
+        start += part.rows
+    order = np.concatenate([np.flatnonzero(log.segment == p.segment[0]) for p in parts])
+    used = log.select(order)
+    channels = {name: used.channel(name).copy() for name in vehicle.sigma if used.has(name)}
+    voltage = channels.pop("battery_voltage", None)
+    if "orientation" in channels:
+        channels["orientation"] = _xyzw(channels["orientation"])
+    missing = [name for name in IMU if name not in channels]
+    if missing and "position" not in channels:
+        raise LogError(
+            f"log '{log.name}' lacks {' and '.join(missing)}, and has no pose either.\n"
+            "A diagnosis needs an inertial sensor or a measured pose."
+        )
+    joints = vehicle.robot.tree.joints
+    return Samples(
+        time=used.time.copy(),
+        step=step,
+        runs=tuple(runs),
+        channels=channels,
+        command=_held(used, vehicle.commands, len(vehicle.lag)),
+        voltage=None if voltage is None else _smooth(voltage[:, :1], step),
+        joint_command=_held(used, "joint_position_cmd" if joints else "", joints),
+    )
+
+
+def _held(log: Log, channel: str, count: int) -> Floats:
+    """A command channel; a cell without a number holds the last one."""
+    if not channel or not count:
+        return np.zeros((log.rows, 0))
+    if not log.has(channel):
+        raise LogError(
+            f"log '{log.name}' has no channel '{channel}'.\n"
+            "The commands that were sent to the actuators are needed: without them every thrust "
+            "would look like a missing effect."
+        )
+    values: Floats = log.channel(channel).copy()
+    if values.shape[1] != count:
+        raise LogError(
+            f"log '{log.name}': {channel} has {values.shape[1]} columns, the vehicle has {count} "
+            "actuators.\nGive one column for each."
+        )
+    for k in range(1, len(values)):
+        lost = ~np.isfinite(values[k])
+        values[k, lost] = values[k - 1, lost]
+    values[~np.isfinite(values)] = 0.0
+    return values
+
+
+def _smooth(voltage: Floats, step: float) -> Floats:
+    if not np.isfinite(voltage).any():
+        none: Floats = np.zeros_like(voltage)
+        return none
+    value, _ = local_polynomial(voltage, step, bandwidth=max(0.25, 2 * step), degree=1)
+    return value
+
+
+def _xyzw(wxyz: Floats) -> Floats:
+    """Quaternions in the order x, y, z, w with a sign that does not flip along the rows."""
+    q: Floats = wxyz[:, [1, 2, 3, 0]]
+    good = np.flatnonzero(np.isfinite(q[:, 0]))
+    if good.size:
+        dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
+        sign = np.concatenate([[1.0], np.cumprod(np.where(dots < 0.0, -1.0, 1.0))])
+        q[good] *= (sign / np.linalg.norm(q[good], axis=1))[:, None]
+    return q

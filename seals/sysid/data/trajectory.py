@@ -1,0 +1,101 @@
+"""Trajectory of a vehicle: pose from the sensors, velocities by smoothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.batch import TwinState
+from seals.frames import exponential, matrix_of, multiply, rotation_vector
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.smoothing import local_polynomial
+from seals.sysid.data.vehicle import Vehicle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """States of the vehicle at every row of a log; T rows, J joints.
+
+    Args:
+        position: p_WB [m], shape (T, 3).
+        quaternion: q_WB_xyzw, shape (T, 4).
+        velocity: body axes [m/s], shape (T, 3).
+        spin: body axes [rad/s], shape (T, 3).
+        joints: [rad], shape (T, J).
+        rates: [rad/s], shape (T, J).
+    """
+
+    position: Floats
+    quaternion: Floats
+    velocity: Floats
+    spin: Floats
+    joints: Floats
+    rates: Floats
+
+    @property
+    def size(self) -> int:
+        """Components of a state error: position, turn, velocity, spin, joints, rates."""
+        return 12 + 2 * int(self.joints.shape[1])
+
+    def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
+        """States at some rows."""
+        parts = (self.position, self.quaternion, self.velocity, self.spin, self.joints, self.rates)
+        return TwinState(*(np.asfortranarray(x[rows]) for x in parts))
+
+    def moved(self, error: Floats) -> Trajectory:
+        """Return the trajectory with state errors added, shape (T, size)."""
+        j = self.joints.shape[1]
+        return replace(
+            self,
+            position=self.position + error[:, :3],
+            quaternion=multiply(self.quaternion, exponential(error[:, 3:6])),
+            velocity=self.velocity + error[:, 6:9],
+            spin=self.spin + error[:, 9:12],
+            joints=self.joints + error[:, 12 : 12 + j],
+            rates=self.rates + error[:, 12 + j :],
+        )
+
+
+def difference(above: TwinState, below: TwinState) -> Floats:
+    """State errors that lead from ``below`` to ``above``, shape (N, 12 + 2 J)."""
+    back = below.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
+    turn = rotation_vector(multiply(back, above.quaternion))
+    parts = [above.position - below.position, turn, above.velocity - below.velocity]
+    parts += [above.spin - below.spin, above.joints - below.joints, above.rates - below.rates]
+    return np.concatenate(parts, axis=1)
+
+
+def measured_trajectory(samples: Samples, vehicle: Vehicle) -> Trajectory:
+    """Estimate the trajectory from measured position and orientation."""
+    pieces = [_piece(samples, vehicle, *run) for run in samples.runs]
+    names = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+    return Trajectory(**{n: np.concatenate([getattr(p, n) for p in pieces]) for n in names})
+
+
+def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Trajectory:
+    step = samples.step
+    seen = {name: values[first:last] for name, values in samples.channels.items()}
+    gaps = float(np.mean(np.isfinite(seen["position"][:, 0])))
+    wide = max(0.06, 2.5 * step) if gaps > 0.5 else 0.15
+    position, ground = local_polynomial(seen["position"], step, bandwidth=wide)
+    turn, slope = local_polynomial(seen["orientation"], step, bandwidth=max(0.03, 1.5 * step))
+    turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+    rotation = matrix_of(turn)
+    if "angular_velocity" in seen:
+        spin = local_polynomial(seen["angular_velocity"], step, bandwidth=max(0.02, 1.2 * step))[0]
+    else:
+        spin = 2.0 * multiply(turn * np.array([-1.0, -1.0, -1.0, 1.0]), slope)[:, :3]
+    velocity = np.einsum("tji,tj->ti", rotation, ground)
+    if "velocity" in seen and np.isfinite(seen["velocity"]).any():
+        velocity = local_polynomial(seen["velocity"], step, bandwidth=0.15)[0]
+    joints = vehicle.robot.tree.joints
+    angle, rate = np.zeros((last - first, joints)), np.zeros((last - first, joints))
+    if joints:
+        angle, rate = local_polynomial(seen["joint_position"], step, bandwidth=0.02)
+    return Trajectory(
+        position=position, quaternion=turn, velocity=velocity, spin=spin, joints=angle, rates=rate
+    )

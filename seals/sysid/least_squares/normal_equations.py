@@ -1,0 +1,145 @@
+"""Normal equations of a fit: Gauss-Newton step, predicted fall of the cost, covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seals.arrays import Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """Fit of free parameters beside the tolerances.
+
+    Args:
+        free: keys of the free parameters.
+        keys: of all estimated parameters, tolerances first.
+        values: fitted changes by key.
+        cost: whitened misfit and prior penalty.
+        misfit: whitened misfit of every window, shape (W,).
+        normal: normal matrices of the windows, shape (W, p, p).
+        right: right sides at the fitted values, shape (W, p).
+        precision: prior precision of the keys, shape (p,).
+        centre: prior mean of the keys, shape (p,).
+        penalty: prior part of the cost.
+        known: 1-sigma of parameters that the equations hold fixed, where it was found otherwise.
+    """
+
+    free: tuple[str, ...]
+    keys: tuple[str, ...]
+    values: Mapping[str, float]
+    cost: float
+    misfit: Floats
+    normal: Floats
+    right: Floats
+    precision: Floats
+    centre: Floats
+    penalty: float
+    known: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def covariance(self) -> Floats:
+        """Posterior covariance of the keys, shape (p, p); NaN where the equations hold NaN."""
+        return posterior_covariance(self.normal.sum(axis=0), self.precision)
+
+    def spread(self, key: str) -> float:
+        """Posterior 1-sigma of one parameter, at most that of its prior."""
+        if key in self.known:
+            return float(self.known[key])
+        k = self.keys.index(key)
+        return float(np.sqrt(self.covariance[k, k]))
+
+
+def posterior_covariance(information: Floats, precision: Floats) -> Floats:
+    """Compute the covariance of a Gaussian posterior; positive also for an indefinite inverse.
+
+    The information of a log is a difference of large products; between effects that act alike it
+    can come out slightly negative. Negative eigenvalues count as zero: a log takes no knowledge
+    away.
+
+    Equation:
+        (N + P)^-1 by Cholesky factors; where N + P has none, W V (1 + max(L, 0))^-1 V^T W with
+        W = P^-1/2 and V L V^T the eigenvalue decomposition of W N W.
+
+    Args:
+        information: normal matrix N of the measurements, shape (p, p), symmetric up to rounding.
+        precision: diagonal of the prior precision P, shape (p,); infinite for what cannot move.
+
+    Returns:
+        Covariance, shape (p, p); NaN throughout where the information holds values not finite.
+
+    Example:
+        >>> posterior_covariance(np.array([[3.0, 0.0], [0.0, -9.0]]), np.array([1.0, 4.0])).tolist()
+        [[0.25, 0.0], [0.0, 0.25]]
+    """
+    if not np.isfinite(information).all():
+        return np.full_like(information, np.nan)
+    width = 1.0 / np.sqrt(precision)
+    scaled = 0.5 * (information + information.T) * width[:, None] * width[None, :]
+    whole = scaled + np.eye(len(width))
+    size = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(whole)), 1e-300))
+    try:
+        factor = np.linalg.inv(np.linalg.cholesky(whole * size[:, None] * size[None, :])) * size
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(scaled)
+        factor = (vectors / np.sqrt(1.0 + np.maximum(values, 0.0))).T
+    covariance: Floats = (factor.T @ factor) * width[:, None] * width[None, :]
+    return covariance
+
+
+def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[Floats, float]:
+    """Compute the Gauss-Newton step inside the bounds, and the fall of the cost that it predicts.
+
+    A key that would leave its bounds goes to the bound, and the others take their best step beside
+    it: a step that is merely cut off need not lead downhill.
+
+    Args:
+        fit: equations at its values.
+        bounds: least and largest values of the keys, shape (p,) each; None for none.
+
+    Returns:
+        The step, shape (p,), and the fall.
+    """
+    at = np.array([fit.values[k] for k in fit.keys])
+    matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
+    gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
+    if bounds is None:
+        step = solve_scaled(matrix, gradient)
+        if not step @ gradient >= 0.0:
+            # an indefinite matrix leads uphill, or nowhere: the step of its positive part
+            step = fit.covariance @ gradient
+        return step, float(step @ gradient)
+    least, most = bounds[0] - at, bounds[1] - at
+    step, free = np.zeros(len(at)), np.ones(len(at), dtype=bool)
+    while free.any():
+        right = gradient[free] - matrix[np.ix_(free, ~free)] @ step[~free]
+        step[free] = solve_scaled(matrix[np.ix_(free, free)], right)
+        beyond = free & ((step < least) | (step > most))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, least, most)[beyond]
+        free &= ~beyond
+    return step, float(step @ (2.0 * gradient - matrix @ step))
+
+
+def reserve(fit: Fit, frozen: Sequence[int]) -> float:
+    """Predict the fall of the cost by a step of some keys alone, to first order."""
+    if not frozen:
+        return 0.0
+    at = np.array([fit.values[fit.keys[i]] for i in frozen])
+    precision = fit.precision[frozen]
+    matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
+    gradient = fit.right.sum(axis=0)[frozen] - precision * (at - fit.centre[frozen])
+    return float(gradient @ solve_scaled(matrix, gradient))
+
+
+def solve_scaled(matrix: Floats, right: Floats) -> Floats:
+    """Solve a symmetric positive system after scaling its diagonal to one."""
+    # rounding can leave a diagonal below zero: such a value has a size, too
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
+    scaled = matrix * scale[:, None] * scale[None, :] + 1e-12 * np.eye(len(scale))
+    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
+    return solved

@@ -1,0 +1,225 @@
+"""Batch simulation of the runs of an experiment: cases, predictor, weights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.compare.case import Case
+from seals.compare.courses import cases_of, predictor_of, step_of
+from seals.compare.fitted import FitKey
+from seals.compare.predict import Job, Predictor, residuals
+from seals.compare.settings import CompareSettings
+from seals.effects.binding import bind_effects
+from seals.errors import ConfigError
+from seals.logs.log import Log
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+from seals.schema import Parameter
+from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key, candidate_set_of
+from seals.sysid.decision.policy import DecisionPolicy
+
+INDEPENDENT = 40
+"""Most samples of a channel in one run that are taken to err independently of each other."""
+_OBSERVABLE = 0.05
+"""Change of the readings, in units of the floor, below which a plausible effect is unobservable."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Runs of an experiment with their model and candidate effects.
+
+    Args:
+        settings: of the recipe.
+        candidate_set: nominal model and candidates.
+        cases: stretches, training ones and those that only judge.
+        predictor: simulates jobs; a job's values follow ``names``.
+        names: keys in the order of a job's values.
+        fold: by training case, the part with which it is held out.
+        policy: thresholds of the decisions.
+    """
+
+    settings: CompareSettings
+    candidate_set: CandidateSet
+    cases: tuple[Case, ...]
+    predictor: Predictor
+    names: tuple[str, ...]
+    fold: Mapping[int, int]
+    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
+
+    @property
+    def train(self) -> tuple[int, ...]:
+        """Indices of the training cases."""
+        return tuple(k for k, c in enumerate(self.cases) if not c.held_out)
+
+    @property
+    def unseen(self) -> tuple[int, ...]:
+        """Indices of the cases held out from all fits."""
+        return tuple(k for k, c in enumerate(self.cases) if c.held_out)
+
+    def key(self, index: int) -> Key:
+        """Parameter of one index."""
+        return self.candidate_set.keys[self.names[index]]
+
+    def off(self) -> Floats:
+        """Values of the nominal model."""
+        return np.array([self.key(k).off for k in range(len(self.names))])
+
+    def systematic(self, case: int) -> bool:
+        """Return true where a systematic error, not noise, sets the floor of a fitted channel."""
+        one, floor = self.cases[case], self.settings.naming.floor
+        fitted = [c for c in one.measured if c not in self.settings.naming.judge]
+        return any(float(floor.get(c, 0.0)) > float(one.sigma[c].min()) for c in fitted)
+
+    def white(self, case: int, predicted: dict[str, Floats], *, judged: bool) -> dict[str, Floats]:
+        """Residuals of one case in units of its floor, channel to shape (rows, k)."""
+        one = self.cases[case]
+        judge = set(self.settings.naming.judge)
+        parts = residuals(one, predicted)
+        return {
+            c: r / np.maximum(one.sigma[c], float(self.settings.naming.floor.get(c, 0.0)))
+            for c, r in parts.items()
+            if judged or c not in judge
+        }
+
+    def weighted(self, case: int, predicted: dict[str, Floats]) -> Floats:
+        """Fitted residuals as one vector; a long run counts no more than its independent part."""
+        rows = []
+        for part in self.white(case, predicted, judged=False).values():
+            count = max(int(np.isfinite(part).sum()), 1)
+            share = float(np.sqrt(min(1.0, INDEPENDENT / count)))
+            rows.append(share * np.nan_to_num(part).ravel())
+        return np.concatenate(rows)
+
+
+def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
+    """Prepare runs; candidates that no channel can observe are set aside.
+
+    Raises:
+        LogError: nothing in the logs can be predicted.
+        ConfigError: a name does not fit, or there is only one run.
+    """
+    own = settings.naming
+    finer = replace(
+        settings.compare,
+        step=own.step or settings.compare.step,
+        stride=own.stride or settings.compare.stride,
+    )
+    # an actuator is an effect like any other
+    effects = {**settings.effects, **settings.actuators}
+    settings = replace(settings, compare=finer, effects=effects)
+    robot = build_robot(settings.robot)
+    candidate_set = candidate_set_of(settings, robot)
+    cases = _trained(cases_of(settings)(logs, settings, robot))
+    whole = _experiment(settings, robot, candidate_set, cases)
+    kept, unobservable = _observable(whole)
+    silent = {c.instance for c in candidate_set.candidates} - {c.instance for c in kept}
+    effects = {
+        n: e
+        for n, e in candidate_set.effects.items()
+        if n in candidate_set.nominal or n not in silent
+    }
+    less = replace(candidate_set, effects=effects, candidates=kept, unobservable=unobservable)
+    return _experiment(settings, robot, less, cases)
+
+
+def _trained(cases: Sequence[Case]) -> list[Case]:
+    """Choose training runs; with fewer than two every run takes part, each held out in turn."""
+    if len(cases) < 2:
+        raise ConfigError(
+            f"{len(cases)} run is too few to name an effect: none can be held out.\n"
+            "Give at least two, see train and held_out."
+        )
+    if sum(not c.held_out for c in cases) >= 2:
+        return list(cases)
+    return [replace(c, held_out=False) for c in cases]
+
+
+def _experiment(
+    settings: CompareSettings, robot: RobotModel, candidate_set: CandidateSet, cases: Sequence[Case]
+) -> Experiment:
+    free = [*candidate_set.tolerances, *(k for c in candidate_set.candidates for k in c.keys)]
+    names = tuple(dict.fromkeys(free))
+    keys = [_fit_key(n, candidate_set.keys[n]) for n in names]
+    bound = bind_effects(candidate_set.effects, robot.links)
+    step = settings.compare.step or step_of(cases)
+    return Experiment(
+        settings=settings,
+        candidate_set=candidate_set,
+        cases=tuple(cases),
+        predictor=predictor_of(settings)(settings, robot, bound, keys, cases, step=step),
+        names=names,
+        fold=_folds([k for k, c in enumerate(cases) if not c.held_out], settings.naming.folds),
+    )
+
+
+def _observable(experiment: Experiment) -> tuple[tuple[Candidate, ...], tuple[Candidate, ...]]:
+    """Divide candidates into observable and unobservable ones.
+
+    Keys without influence, such as drag across a straight fall, are taken out of a candidate.
+    """
+    candidate_set = experiment.candidate_set
+    used = sorted({k for c in candidate_set.candidates for k in c.keys})
+    change = dict(zip(used, _changes(experiment, used), strict=True))
+    kept, unobservable = [], []
+    for c in candidate_set.candidates:
+        keys = tuple(k for k in c.keys if change[k] > _OBSERVABLE)
+        if keys:
+            kept.append(replace(c, keys=keys))
+        else:
+            unobservable.append(c)
+    return tuple(kept), tuple(unobservable)
+
+
+def _changes(experiment: Experiment, keys: Sequence[str]) -> list[float]:
+    """Change of the readings by a plausible size of each key, root mean square over the floor."""
+    jobs, shares = [], []
+    off = experiment.off()
+    chosen = experiment.train[:: max(1, len(experiment.train) // 4)]
+    still = {c: np.zeros_like(experiment.cases[c].start.sigma) for c in chosen}
+    for name in keys:
+        k = experiment.names.index(name)
+        known = experiment.key(k)
+        # where a fit sets out away from zero, the law has a corner there
+        share = 1.0 if known.start != known.off else 1e-2
+        step = share * known.scale
+        values = off.copy()
+        values[k] += -step if off[k] + step > known.bounds[1] else step
+        jobs += [Job(c, still[c], values) for c in chosen]
+        shares.append(share)
+    found = iter(experiment.predictor.run([Job(c, still[c], off) for c in chosen] + jobs))
+    base = {c: experiment.white(c, next(found), judged=True) for c in chosen}
+    return [_size(experiment, base, found) / share for share in shares]
+
+
+def _size(
+    experiment: Experiment,
+    base: Mapping[int, Mapping[str, Floats]],
+    found: Iterator[dict[str, Floats]],
+) -> float:
+    rows = []
+    for c, before in base.items():
+        after = experiment.white(c, next(found), judged=True)
+        rows += [np.nan_to_num(after[x] - before[x]).ravel() for x in before]
+    size = float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
+    return size if np.isfinite(size) else 0.0
+
+
+def _folds(train: Sequence[int], most: int) -> dict[int, int]:
+    parts = min(len(train), max(2, most))
+    return {case: k * parts // len(train) for k, case in enumerate(train)}
+
+
+def _fit_key(name: str, known: Key) -> FitKey:
+    meta = Parameter(
+        unit=known.unit,
+        bounds=known.bounds,
+        tolerance=known.tolerance,
+        relative=False,
+        source="nominal",
+        fit=True,
+    )
+    return FitKey(key=name, targets=(name,), parameter=meta, start=known.off)

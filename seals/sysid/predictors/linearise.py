@@ -1,0 +1,434 @@
+"""Linearisation of the model along a trajectory by state errors, wrenches and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from seals.arrays import Floats
+from seals.batch import TwinState
+from seals.frames import exponential, matrix_of, multiply
+from seals.motion import Reading
+from seals.sysid.candidates.parameters import WAVES
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.trajectory_cache import (
+    ExpansionPoint,
+    TrajectoryCache,
+    accelerations,
+    packed,
+)
+
+_ROWS = 24000
+"""Rows of one batch: as many as stay in the cache."""
+_NUDGE = 1e-5
+"""Step of the difference quotients of the state [m, rad, m/s, rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """One-step prediction of the model from every row of a trajectory; T rows.
+
+    Args:
+        defect: state error after one step, against the next row, shape (T, n).
+        reading: of the inertial sensors, angular velocity and specific force, shape (T, 6).
+    """
+
+    defect: Floats
+    reading: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dynamics:
+    """Derivatives along a trajectory; T rows, n state errors.
+
+    Args:
+        transition: of the state error over one step, shape (T, n, n).
+        kick: effect of a constant wrench over one step, shape (T, n, 6).
+        sense: of the specific force by the state error, shape (T, 3, n).
+        feel: of the specific force by the wrench, shape (T, 3, 6).
+        slope: of the rates of the state error by the state error, shape (T, n, n).
+        steep: what dry friction, whose slope is steep, makes of a step's error that was found
+            without that slope, shape (T, n, n); None without dry friction.
+    """
+
+    transition: Floats
+    kick: Floats
+    sense: Floats
+    feel: Floats
+    slope: Floats
+    steep: Floats | None = None
+    _kept: dict[float, Floats] = field(default_factory=dict)
+
+    def integral(self, step: float) -> Floats:
+        """Integral of the transition over a step [s], shape (T, n, n), see `discrete`."""
+        if step not in self._kept:
+            self._kept[step] = discrete(self.slope, step)[1]
+        return self._kept[step]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """Derivatives by parameters; T rows, p parameters.
+
+    Args:
+        keys: of the parameters.
+        push: state error after one step, shape (T, n, p).
+        reading: of the inertial sensors, shape (T, 6, p).
+    """
+
+    keys: tuple[str, ...]
+    push: Floats
+    reading: Floats
+
+
+def predict(
+    plant: Plant,
+    trajectory: Trajectory,
+    values: Mapping[str, float],
+    *,
+    delay: float = 0.0,
+    cache: TrajectoryCache | None = None,
+    expansion_point: ExpansionPoint | None = None,
+    dynamics: Dynamics | None = None,
+) -> Prediction:
+    """Predict one step from every row of the trajectory.
+
+    Args:
+        plant: extended model.
+        trajectory: where the steps start.
+        values: changes by parameter key.
+        delay: of the inertial sensors that the windows take care of [s].
+        cache: the plant along the trajectory, where it is known.
+        expansion_point: exact steps at values nearby; the steps then follow from the accelerations
+            at the rows and from ``dynamics``, to first order in the change of both. Left out, the
+            steps are taken.
+        dynamics: derivatives along the trajectory, with an anchor.
+    """
+    used = nonzero(values)
+    cache = TrajectoryCache(plant, trajectory) if cache is None else cache
+    rates = cache.response(used).rates
+    if expansion_point is None or dynamics is None:
+        defect = cache.expansion_point(used).defect
+        if dynamics is not None and dynamics.steep is not None:
+            defect = _times(dynamics.steep, defect)
+    else:
+        change = np.zeros_like(expansion_point.defect)
+        joints = trajectory.joints.shape[1]
+        rate = accelerations(rates) - expansion_point.rate
+        change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
+        integral = dynamics.integral(plant.samples.step)
+        off = (
+            expansion_point.defect
+            if dynamics.steep is None
+            else _times(dynamics.steep, expansion_point.defect)
+        )
+        defect = off + _times(integral, _average(change))
+    reading = _stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
+    late = used.get(DELAY, 0.0) - delay
+    if late:
+        reading = _delayed(plant, reading, late)
+    return Prediction(defect=defect, reading=reading)
+
+
+DELAY = "sensor_delay.delay"
+
+
+def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
+    """Delay readings, run by run; or return a time derivative of them.
+
+    Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
+    trajectory by where between two rows the delay falls.
+    """
+    out: Floats = reading.copy()
+    step = plant.samples.step
+    for first, last in plant.samples.runs:
+        time, seen = plant.samples.time[first:last], reading[first:last]
+        if len(time) < 2:
+            continue
+        if not np.isfinite(seen).all():
+            # a trajectory that ran out of digits has no readings at any time
+            out[first:last] = np.nan
+            continue
+        curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
+        out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
+    return out
+
+
+def dynamics_along(
+    plant: Plant,
+    trajectory: Trajectory,
+    values: Mapping[str, float],
+    *,
+    cache: TrajectoryCache | None = None,
+) -> Dynamics:
+    """Derivatives by state and wrench at every row."""
+    used = nonzero(values)
+    size, joints = trajectory.size, trajectory.joints.shape[1]
+    count = plant.samples.rows
+    cache = TrajectoryCache(plant, trajectory) if cache is None else cache
+    base = _accelerations(plant, trajectory, used, [None], stiff=False)[0]
+    slope = np.zeros((count, size, size))
+    sense = np.zeros((count, 3, size))
+    moved = [k for k in range(size) if k > 2 or k in _places(plant, used)]
+    shifts: list[Floats | None] = [_shift(size, k, _NUDGE) for k in moved]
+    found = _accelerations(plant, trajectory, used, shifts, stiff=False)
+    for k, rates in zip(moved, found, strict=True):
+        change = (rates - base) / _NUDGE
+        slope[:, 6:12, k] = change[:, :6]
+        slope[:, 12 + joints :, k] = change[:, 9:]
+        sense[:, :, k] = change[:, 6:9]
+    _kinematics(slope, trajectory)
+    rate, feel = _wrench_columns(cache, used)
+    transition, integral = discrete(slope, plant.samples.step)
+    steep = None
+    if plant.friction(used, trajectory.rates) is not None:
+        plain, slope = integral, _with_friction(plant, trajectory, used, slope, sense)
+        transition, integral = discrete(slope, plant.samples.step)
+        steep = np.matmul(integral, np.linalg.inv(plain))
+    kick = np.matmul(integral, _average(rate))
+    kept = {plant.samples.step: integral}
+    return Dynamics(
+        transition=transition,
+        kick=kick,
+        sense=sense,
+        feel=feel,
+        slope=slope,
+        steep=steep,
+        _kept=kept,
+    )
+
+
+def _with_friction(
+    plant: Plant, trajectory: Trajectory, used: Mapping[str, float], slope: Floats, sense: Floats
+) -> Floats:
+    """Derivatives by the joint rates again, dry friction included; those of ``sense`` in place.
+
+    Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
+    slope the noise of a trajectory's rates would turn into torques.
+    """
+    joints = trajectory.joints.shape[1]
+    rates = range(12 + joints, trajectory.size)
+    shifts = [None, *(_shift(trajectory.size, k, _NUDGE) for k in rates)]
+    base, *found = _accelerations(plant, trajectory, used, shifts)
+    out: Floats = slope.copy()
+    for k, moved in zip(rates, found, strict=True):
+        change = (moved - base) / _NUDGE
+        out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
+        sense[:, :, k] = change[:, 6:9]
+    return out
+
+
+def _times(matrices: Floats, rows: Floats) -> Floats:
+    """Product of each matrix with its row, shape (T, n)."""
+    out: Floats = np.matmul(matrices, rows[:, :, None])[:, :, 0]
+    return out
+
+
+def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
+    """Components of the position on which accelerations depend at all."""
+    acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
+    laws = [type(plant.candidate_set.effects[n]) for n in acting & set(plant.candidate_set.effects)]
+    # laws of strangers may know where they are, too
+    if WAVES in acting or any(
+        law.identification.placed or not law.__module__.startswith("seals.") for law in laws
+    ):
+        return (0, 1, 2)
+    around = plant.vehicle.environment
+    return () if around.water_level is None and around.ground_level is None else (2,)
+
+
+def columns_along(
+    plant: Plant,
+    trajectory: Trajectory,
+    values: Mapping[str, float],
+    keys: Sequence[str],
+    dynamics: Dynamics,
+    *,
+    delay: float = 0.0,
+    cache: TrajectoryCache | None = None,
+) -> Columns:
+    """Derivatives by parameters at every row; the windows take care of a delay [s] of sensors."""
+    used = nonzero(values)
+    count, size, joints = plant.samples.rows, trajectory.size, trajectory.joints.shape[1]
+    cache = TrajectoryCache(plant, trajectory) if cache is None else cache
+    index = {key: i for i, key in enumerate(keys)}
+    rate = np.zeros((count, size, len(keys)))
+    reading = np.zeros((count, 6, len(keys)))
+    sensed = [k for k in keys if plant.changes_readings(k.partition(".")[0])]
+    moving = [k for k in keys if k not in sensed]
+    for key, change in cache.changes(used, moving).items():
+        i = index[key]
+        rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
+        # the faults of the sensors themselves change these responses only to second order
+        reading[:, :, i] = _reading_change(plant, change)
+    for key, change in _sensed(cache, used, sensed, delay).items():
+        reading[:, :, index[key]] = change
+    push = np.matmul(dynamics.integral(plant.samples.step), _average(rate))
+    for key in moving:
+        if key.partition(".")[0] in plant.timed:
+            # a command jumps inside a step, where the rates at its two ends do not see it
+            change = cache.pushed(used, key)
+            push[:, :, index[key]] = (
+                change if dynamics.steep is None else _times(dynamics.steep, change)
+            )
+            nudge = plant.candidate_set.parameters[key].nudge
+            later = cache.sensor_rates({**used, key: used.get(key, 0.0) + nudge})
+            change = (packed(later) - packed(cache.sensor_rates(used))) / nudge
+            reading[:, :, index[key]] = _reading_change(plant, change)
+    return Columns(keys=tuple(keys), push=push, reading=reading)
+
+
+def _sensed(
+    cache: TrajectoryCache, used: Mapping[str, float], keys: Sequence[str], delay: float
+) -> dict[str, Floats]:
+    """Derivatives of the readings by faults of the sensors, each (T, 6)."""
+    if not keys:
+        return {}
+    plant, rates = cache.plant, cache.sensor_rates(used)
+    seen = _stacked(plant.reading(cache.state, rates, used))
+    out = {}
+    for key in keys:
+        if key == DELAY:
+            out[key] = -_delayed(plant, seen, used.get(DELAY, 0.0) - delay, order=1)
+            continue
+        step = plant.candidate_set.parameters[key].nudge
+        later = {**used, key: used.get(key, 0.0) + step}
+        out[key] = (_stacked(plant.reading(cache.state, rates, later)) - seen) / step
+    return out
+
+
+def _reading_change(plant: Plant, change: Floats) -> Floats:
+    """Change of the inertial readings by accelerations and specific force, shape (T, 6)."""
+    arm, turn = plant.vehicle.imu_position, plant.vehicle.imu_turn
+    force = change[:, 6:9]
+    if np.any(arm):
+        force = force + np.cross(change[:, 3:6], arm)
+    return np.concatenate([np.zeros_like(force), force @ turn.T], axis=1)
+
+
+def discrete(slope: Floats, step: float) -> tuple[Floats, Floats]:
+    """Transition over one step and the integral of it, to fourth order in the step.
+
+    Args:
+        slope: A at every row, shape (T, n, n); the step uses the mean of its two ends.
+        step: [s].
+
+    Returns:
+        exp(A h) and the integral of exp(A s) over the step, each (T, n, n).
+    """
+    a = _average(slope) * step
+    eye = np.eye(slope.shape[1])
+    own = np.abs(np.diagonal(a, axis1=1, axis2=2)).max(initial=0.0)
+    halvings = max(int(np.ceil(np.log2(own / _LARGEST))), 0) if own > _STEEP else 0
+    a = a / 2**halvings
+    integral = eye + np.matmul(a, eye / 2.0 + np.matmul(a, eye / 6.0 + a / 24.0))
+    whole = eye + np.matmul(a, integral)
+    for _ in range(halvings):
+        integral = 0.5 * (integral + np.matmul(integral, whole))
+        whole = np.matmul(whole, whole)
+    return whole, integral * step
+
+
+_STEEP, _LARGEST = 1.5, 0.5
+"""Rate times step from which on the series is taken in halved steps, and what it may be then."""
+
+
+def _average(values: Floats) -> Floats:
+    """Mean of each row and the next."""
+    mean: Floats = 0.5 * (values + np.concatenate([values[1:], values[-1:]]))
+    return mean
+
+
+def _shift(size: int, k: int, step: float) -> Floats:
+    error = np.zeros(size)
+    error[k] = step
+    return error
+
+
+def _accelerations(
+    plant: Plant,
+    trajectory: Trajectory,
+    used: Mapping[str, float],
+    shifts: Sequence[Floats | None],
+    drive: Any = None,
+    *,
+    stiff: bool = True,
+) -> list[Floats]:
+    """Accelerations (linear, angular, joints) and specific force for shifted trajectories.
+
+    Each result has the shape (T, 9 + J).
+    """
+    count = plant.samples.rows
+    drive = plant.drive(used) if drive is None else drive
+    out: list[Floats] = []
+    batch = max(1, _ROWS // count)
+    for start in range(0, len(shifts), batch):
+        chosen = shifts[start : start + batch]
+        rows = np.tile(np.arange(count), len(chosen))
+        state = _shifted(
+            trajectory.state(rows), np.repeat(_dense(chosen, trajectory.size), count, axis=0)
+        )
+        twin = plant.twin(dict(used), len(rows), stiff=stiff)
+        rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
+        out += list(packed(rates).reshape(len(chosen), count, -1))
+    return out
+
+
+def _dense(shifts: Sequence[Floats | None], size: int) -> Floats:
+    return np.array([np.zeros(size) if s is None else s for s in shifts])
+
+
+def _shifted(state: TwinState, error: Floats) -> TwinState:
+    """States with errors added, one each."""
+    if not error.any():
+        return state
+    joints = state.joints.shape[1]
+    parts = (
+        state.position + error[:, :3],
+        multiply(state.quaternion, exponential(error[:, 3:6])),
+        state.velocity + error[:, 6:9],
+        state.spin + error[:, 9:12],
+        state.joints + error[:, 12 : 12 + joints],
+        state.rates + error[:, 12 + joints :],
+    )
+    return TwinState(*(np.asfortranarray(x) for x in parts))
+
+
+def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[Floats, Floats]:
+    """Rates of the state error and specific force by a wrench, (T, n, 6) and (T, 3, 6)."""
+    changes = cache.response(used).pushed()
+    count, size, joints = len(cache.rows), cache.trajectory.size, cache.trajectory.joints.shape[1]
+    rate, feel = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
+    for i, change in enumerate(changes):
+        rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
+        feel[:, :, i] = change[:, 6:9]
+    return rate, feel
+
+
+def _kinematics(slope: Floats, trajectory: Trajectory) -> None:
+    """Fill in the kinematic rows: position and attitude by the other state errors."""
+    rotation, joints = matrix_of(trajectory.quaternion), trajectory.joints.shape[1]
+    slope[:, :3, 3:6] = -np.matmul(rotation, _skew(trajectory.velocity))
+    slope[:, :3, 6:9] = rotation
+    slope[:, 3:6, 3:6] = -_skew(trajectory.spin)
+    slope[:, 3:6, 9:12] = np.eye(3)
+    for k in range(joints):
+        slope[:, 12 + k, 12 + joints + k] = 1.0
+
+
+def _skew(vector: Floats) -> Floats:
+    out = np.zeros((len(vector), 3, 3))
+    x, y, z = vector.T
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
+    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
+    return out
+
+
+def _stacked(reading: Reading) -> Floats:
+    both: Floats = np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
+    return both

@@ -1,0 +1,341 @@
+"""Extended model of a vehicle over the rows of its log: rates and steps for many parameters."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch import BatchDynamics, Rates, TwinState
+from seals.batch.posture import Posture
+from seals.control.actuator_response import JITTER, respond
+from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.effect import Effect, JointLoads, Measure, Timed
+from seals.effects.hooks import names_any, pick_of
+from seals.motion import Inputs, Joints, Reading
+from seals.registry import get
+from seals.schema import parameters_of
+from seals.sysid.candidates.parameters import WAVE_MOMENT, WAVES, CandidateSet
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.vehicle import Vehicle
+
+Values = Mapping[str, Any]
+"""Changes by parameter key: numbers, or arrays over the batch."""
+
+_KEPT = 12
+"""Timings of the actuators that are kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """States of the actuators at the start, middle and end of every part of every step.
+
+    Args:
+        at: shape (T, 2 parts + 1, n).
+        delay: of all commands, those to the joints among them [s].
+    """
+
+    at: Floats
+    delay: float = 0.0
+
+
+class Held(Enum):
+    """Command that the joints follow, as each is held from row to row."""
+
+    step = "the mean over the step that begins at a row"
+    ends = "that at a row of which the mean of two rows is the mean over the step between"
+    row = "what is in force at the row itself"
+
+
+class Plant:
+    """Vehicle with all parameters of its candidate set, evaluated at rows of a log.
+
+    Args:
+        vehicle: nominal model.
+        candidate_set: parameters and instances.
+        samples: the log.
+        parts: integration steps per row.
+
+    Attributes:
+        timed: instances that change the timing of the actuators.
+        command_delay: delay of all commands besides that of those instances [s].
+    """
+
+    def __init__(
+        self, vehicle: Vehicle, candidate_set: CandidateSet, samples: Samples, *, parts: int
+    ) -> None:
+        self.vehicle, self.candidate_set, self.samples, self.parts = (
+            vehicle,
+            candidate_set,
+            samples,
+            parts,
+        )
+        self._nominal = tuple(vehicle.effects)
+        self._sets: dict[frozenset[str], EffectSet] = {}
+        self._drives: dict[tuple[float, float], Drive] = {}
+        self.waves = get("wave", "still").load()()
+        self._airy = get("wave", "airy").load()
+        effects = candidate_set.effects
+        self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
+        self._quiet = {
+            n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
+        }
+        self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
+        self.command_delay = 0.0
+
+    def drive(self, values: Values) -> Drive | None:
+        """States of the actuators under the timing of ``values`` (numbers)."""
+        if not len(self.vehicle.lag):
+            return None
+        delay, lag = self._timing(values)
+        key = (delay, lag)
+        if key not in self._drives:
+            if len(self._drives) >= _KEPT:
+                del self._drives[next(iter(self._drives))]
+            self._drives[key] = self._respond(delay, lag)
+        return self._drives[key]
+
+    def _timing(self, values: Values) -> tuple[float, float]:
+        """Delay of the commands and change of the time constant under ``values`` (numbers) [s]."""
+        delay, lag = self.command_delay, 0.0
+        for instance in {k.partition(".")[0]: None for k in values}:
+            if instance not in self.timed:
+                continue
+            effect = self.candidate_set.effects[instance]
+            timing = _timing_of(
+                effect, {p: values.get(f"{instance}.{p}", 0.0) for p in parameters_of(effect)}
+            )
+            delay += timing[0]
+            lag += timing[1]
+        return delay, lag
+
+    def changes_readings(self, instance: str) -> bool:
+        """Return true where an instance changes the inertial readings and not the motion."""
+        effect = self.candidate_set.effects.get(instance)
+        return instance in self._quiet - self.timed if effect is not None else False
+
+    def _respond(self, delay: float, lag: float) -> Drive:
+        samples, parts = self.samples, 2 * self.parts
+        tau = np.maximum(self.vehicle.lag + lag, 1e-4)
+        at = np.zeros((samples.rows, parts + 1, len(tau)))
+        for first, last in samples.runs:
+            states = respond(
+                samples.command[first:last],
+                samples.step,
+                lag=tau,
+                delay=max(JITTER + delay, 0.0),
+                parts=parts,
+            )
+            at[first:last, :-1] = states
+            at[first : last - 1, -1] = states[1:, 0]
+            at[last - 1, -1] = states[-1, -1]
+        return Drive(at=at, delay=delay)
+
+    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> BatchDynamics:
+        """Batch dynamics of the nominal model with the changes of ``values``.
+
+        Args:
+            values: numbers or arrays (batch,) by parameter key; those left out are zero.
+            batch: rows.
+            stiff: whether effects that are too steep for explicit steps take part.
+        """
+        used = {key.partition(".")[0] for key in values} - self._quiet
+        if WAVES in used:
+            used = (used - {WAVES}) | {WAVE_MOMENT}
+        if not stiff:
+            used -= self._stiff
+        bound = self._bound(frozenset(used & set(self.candidate_set.effects)))
+        given = {
+            k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
+        }
+        waves = self._waves(values, batch)
+        return BatchDynamics(
+            self.vehicle.robot,
+            bound,
+            self.vehicle.environment,
+            waves,
+            batch=batch,
+            values=given,
+        )
+
+    def _bound(self, used: frozenset[str]) -> EffectSet:
+        """Effects of the nominal model and some more, bound once for each choice."""
+        if used not in self._sets:
+            effects = self.candidate_set.effects
+            chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
+            self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
+        return self._sets[used]
+
+    def total(self, key: str, change: Any) -> Any:
+        """Value of a parameter: that of its instance and the change."""
+        name, _, parameter = key.partition(".")
+        nominal = float(getattr(self.candidate_set.effects[name], parameter))
+        return nominal + change if np.ndim(change) else float(nominal + change)
+
+    def _waves(self, values: Values, batch: int) -> Any:
+        parts = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{WAVES}.")}
+        if not parts:
+            return self.waves
+        sea = copy.copy(self._airy(amplitude=0.0))
+        for name, value in parts.items():
+            setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
+        return sea
+
+    def inputs(
+        self,
+        rows: Any,
+        drive: Floats | None,
+        *,
+        held: Held = Held.step,
+        delay: float = 0.0,
+    ) -> Inputs:
+        """Inputs at some rows with given states of the actuators.
+
+        Args:
+            rows: of the log.
+            drive: states of the actuators.
+            held: the command that the joints follow.
+            delay: of the commands to the joints [s].
+        """
+        samples, torque = self.samples, np.zeros((1, self.vehicle.robot.tree.joints))
+        voltage = None if samples.voltage is None else samples.voltage[rows]
+        joint = None
+        if samples.joint_command.shape[1]:
+            whole, share = _in_force(delay, samples.step, held)
+            newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
+            command = samples.joint_command
+            joint = share * command[older] + (1.0 - share) * command[newer]
+        return Inputs(0.0, torque, drive, voltage, joint)
+
+    def rates(
+        self, twin: BatchDynamics, state: TwinState, rows: Any, drive: Floats | None
+    ) -> Rates:
+        """Rates at rows of the log (repeats allowed)."""
+        time = self.samples.time[rows][:, None]
+        return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
+
+    def advance(
+        self,
+        twin: BatchDynamics,
+        state: TwinState,
+        rows: Any,
+        drive: Drive | None,
+        torque: tuple[Floats, Floats] | None = None,
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[TwinState, Rates]:
+        """States one row later, and the rates at the start.
+
+        Args:
+            twin: of the model.
+            state: at the rows.
+            rows: of the log.
+            drive: states of the actuators.
+            torque: of the joints from outside the twin at the start and the end of the step, each
+                (N, J); None for none.
+            posture: at the rows, where it is known.
+        """
+        step = self.samples.step / self.parts
+        first: Rates | None = None
+        for part in range(self.parts):
+            time = self.samples.time[rows][:, None] + part * step
+            at = []
+            for i in range(3):
+                inputs = (
+                    self.inputs(rows, None)
+                    if drive is None
+                    else self.inputs(rows, drive.at[rows, 2 * part + i], delay=drive.delay)
+                )
+                if torque is not None:
+                    late = (part + 0.5 * i) / self.parts
+                    inputs = inputs._replace(
+                        joint_torque=(1.0 - late) * torque[0] + late * torque[1]
+                    )
+                at.append(inputs)
+            known = None if part else posture
+            state, k1 = twin.advance(state, time, step, (at[0], at[1], at[2]), known)
+            first = k1 if first is None else first
+        assert first is not None
+        return state, first
+
+    def friction(self, values: Values, rates: Floats) -> Floats | None:
+        """Torque of the stiff effects at known joint rates, shape (T, J); None for none."""
+        used = {key.partition(".")[0] for key in values} & self._stiff
+        if not used:
+            return None
+        chosen = {n: self.candidate_set.effects[n] for n in used}
+        given = {k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
+            given, np.zeros(1), len(rates)
+        )
+        joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
+        torque = np.zeros_like(rates)
+        for b in bound.joint_loads:
+            taken = (None, None, joints, inputs, None, b.params)
+            torque = torque + b.hooks.joint_loads(*pick_of(b.effect, "joint_loads")(taken))[0]
+        return torque
+
+    def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
+        """Simulate the inertial readings, sensor axes; values are numbers or arrays (N,)."""
+        arm, spin = self.vehicle.imu_position, state.spin
+        force = rates.specific_force
+        if np.any(arm):
+            force = force + np.cross(rates.spin, arm) + np.cross(spin, np.cross(spin, arm))
+        turn = self.vehicle.imu_turn.T
+        reading = Reading(spin @ turn, force @ turn)
+        used = {key.partition(".")[0] for key in values}
+        effects = self.candidate_set.effects
+        sensors = {n: effects[n] for n in used if n in effects and has_hook(effects[n], Measure)}
+        if not sensors:
+            return reading
+        given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
+        like = np.zeros(1)
+        bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
+            given, like, len(state.spin)
+        )
+        for b in sorted(bound.measures, key=lambda b: b.effect.order):
+            reading = b.hooks.measure(reading, b.params)
+        return reading
+
+
+def of_joints_alone(effect: Effect) -> bool:
+    """Return true where a law's torque depends on the joints alone, not on motion and medium."""
+    return has_hook(effect, JointLoads) and not names_any(
+        effect, "joint_loads", ("motion", "medium")
+    )
+
+
+def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
+    """Delay of commands and change of the lag [s] under some parameters of a timed effect."""
+    if not isinstance(effect, Timed):
+        return 0.0, 0.0
+    timing = effect.timing({p: np.array([[float(v)]]) for p, v in values.items()})
+    return (float(np.ravel(timing.command_delay)[0]), float(np.ravel(timing.lag)[0]))
+
+
+def _times_actuators(effect: Effect) -> bool:
+    """Return true where an effect changes the timing of the actuators, not that of the sensors."""
+    return has_hook(effect, Timed) and any(
+        _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
+    )
+
+
+def nonzero(values: Mapping[str, float]) -> dict[str, float]:
+    """Drop changes that are zero."""
+    return {k: v for k, v in values.items() if v != 0.0}
+
+
+def _in_force(delay: float, step: float, held: Held) -> tuple[int, float]:
+    """Rows by which a command is behind, and the share of the one before it."""
+    if held is Held.row:
+        # a command arrives up to twice the mean jitter late: the odds that this one has not
+        behind = max(int(np.floor(delay / step)) + 1, 1)
+        missing = (delay + 2.0 * JITTER - behind * step) / (2.0 * JITTER)
+        return behind, float(np.clip(missing, 0.0, 1.0))
+    late = max(delay / step + (1.0 if held is Held.ends else JITTER / step), 0.0)
+    return int(late), late - int(late)

@@ -1,0 +1,270 @@
+"""Identification problem of one log: trajectory, linearised model and windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.logs.log import Log
+from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.samples import Samples, read_samples
+from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
+from seals.sysid.data.vehicle import Vehicle, read_vehicle
+from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
+from seals.sysid.predictors.linearise import DELAY, Dynamics, dynamics_along, predict
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.rollout import simulated_trajectory, start_states
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache
+from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows_fit import Fitter
+
+LATE = 3e-3
+"""Delay of the inertial sensors from which on the windows follow it [s]."""
+WINDOW = 1.0
+"""Length of a window [s]: about three correlation times of the gusts."""
+LOOSE = 30.0
+"""Factor on the gusts under which any force may act."""
+_LOOSE, _IMPACT = 0.3, 3.0
+"""Free force, in weights, under which the trajectory is refined, in general and on impact."""
+_BIASES = (0.1, 1.0)
+"""1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
+_ARM = 0.1
+"""Lever of the free torque [m]."""
+_QUICK = 0.05
+"""Spacing of the knots of the gusts where a hull pierces the surface [s]."""
+_FINE = 0.04
+"""Spacing of the knots of the free force [s]."""
+_FORGOTTEN = 5.0
+"""Time constants after which the start of an actuator no longer matters."""
+GUSTS = 1.3
+"""Factor on the stated level of the gusts, which is good to a factor of two."""
+
+
+_SETTLED = 5e-3
+"""Change of attitude [rad] and velocity [m/s] below which a trajectory has settled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """Identification problem of one log.
+
+    Args:
+        vehicle: nominal model.
+        samples: the log.
+        plant: extended model.
+        fitter: of the nominal linearisation.
+    """
+
+    vehicle: Vehicle
+    samples: Samples
+    plant: Plant
+    fitter: Fitter
+
+    @property
+    def policy(self) -> DecisionPolicy:
+        """Thresholds of the decisions."""
+        return self.plant.candidate_set.policy
+
+    @property
+    def budget(self) -> SearchBudget:
+        """Limits of the search."""
+        return self.plant.candidate_set.budget
+
+    @property
+    def impact(self) -> bool:
+        """True where the vehicle falls into water without actuators."""
+        return self.vehicle.has_water and not len(self.vehicle.lag)
+
+
+def prepare(
+    log: Log,
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+    policy: DecisionPolicy | None = None,
+) -> Problem:
+    """Read a log, find its trajectory, and linearise the model along it.
+
+    Args:
+        log: in the native format.
+        window: length of the windows [s].
+        gusts: factor on the stated disturbance.
+        policy: thresholds of the decisions; the standard ones when left out.
+
+    Raises:
+        LogError: the log cannot be used.
+    """
+    vehicle = read_vehicle(log.meta)
+    samples = read_samples(log, vehicle)
+    parts = max(1, round(samples.step / 0.01))
+    if vehicle.has_water and not vehicle.commands:
+        parts *= 2
+    if samples.posed:
+        trajectory = measured_trajectory(samples, vehicle)
+    else:
+        trajectory = simulated_trajectory(samples, vehicle, parts=parts)
+    candidate_set = candidate_set_of(vehicle, speeds=typical_speeds(trajectory))
+    candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
+    plant = Plant(vehicle, candidate_set, samples, parts=parts)
+    fitter = linearise_model(plant, trajectory, {}, window=window, gusts=gusts)
+    if samples.posed:
+        trajectory = refined(plant, trajectory, window=window)
+        fitter = linearise_model(plant, trajectory, {}, window=window, gusts=gusts)
+    else:
+        fitter = follow_measurements(fitter, ())
+    return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
+
+
+def linearise_model(
+    plant: Plant,
+    trajectory: Trajectory,
+    at: Mapping[str, float],
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+) -> Fitter:
+    """Linearise the model along a trajectory and set up the windows."""
+    cache = TrajectoryCache(plant, trajectory)
+    dynamics = dynamics_along(plant, trajectory, at, cache=cache)
+    delay = at.get(DELAY, 0.0)
+    delay = delay if abs(delay) > LATE else 0.0
+    windows = windows_of(plant, trajectory, dynamics, window=window, gusts=gusts, delay=delay)
+    return Fitter(plant, trajectory, dynamics, windows, at=at, cache=cache)
+
+
+def windows_of(
+    plant: Plant,
+    trajectory: Trajectory,
+    dynamics: Dynamics,
+    *,
+    window: float = WINDOW,
+    gusts: float = GUSTS,
+    delay: float = 0.0,
+) -> Windows:
+    """Set up the windows of a log.
+
+    Args:
+        plant: extended model.
+        trajectory: about which it is linear.
+        dynamics: derivatives along the trajectory.
+        window: length [s].
+        gusts: factor on their stated level.
+        delay: of the inertial sensors [s].
+    """
+    surface_error = surface_model_error(plant, trajectory)
+    posed = plant.samples.posed
+    return Windows(
+        plant.samples,
+        plant.vehicle,
+        trajectory,
+        dynamics,
+        length=window if posed else 1e6,
+        gusts=gusts,
+        extra=None if surface_error is None else surface_error.push,
+        blur=None if surface_error is None else surface_error.blur,
+        knot=None if surface_error is None else max(_QUICK, 1.5 * plant.samples.step),
+        stated=None if posed else stated_starts(plant, trajectory),
+        skip=transient_rows(plant),
+        delay=delay,
+    )
+
+
+def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None) -> Fitter:
+    """Return the same linearisation under other gusts or another delay of the inertial sensors.
+
+    Args:
+        fitter: of the linearisation.
+        gusts: factor on the gusts of its windows.
+        delay: of the sensors; that of its windows when left out [s].
+    """
+    late = fitter.windows.delay if delay is None else delay
+    level = gusts * fitter.windows.gusts
+    if late == fitter.windows.delay:
+        return fitter.with_windows(fitter.windows.under(level))
+    windows = windows_of(fitter.plant, fitter.trajectory, fitter.dynamics, gusts=level, delay=late)
+    return fitter.with_windows(windows)
+
+
+def follow_measurements(
+    fitter: Fitter,
+    free: tuple[str, ...],
+    *,
+    at: Mapping[str, float] | None = None,
+    rounds: int = 4,
+) -> Fitter:
+    """Move a trajectory to the best explanation of the measurements and linearise there again.
+
+    Args:
+        fitter: of the present trajectory.
+        free: keys that are estimated beside the tolerances.
+        at: values to start from.
+        rounds: at most.
+    """
+    for _ in range(rounds):
+        fit = fitter.fit(free, start=at, iterations=4)
+        prediction = predict(fitter.plant, fitter.trajectory, fit.values, cache=fitter.cache)
+        error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
+        trajectory = fitter.trajectory.moved(error)
+        fitter = linearise_model(fitter.plant, trajectory, fit.values, gusts=fitter.windows.gusts)
+        at = fit.values
+        if np.abs(error[:, 3:9]).max() < _SETTLED:
+            break
+    return fitter
+
+
+def transient_rows(plant: Plant) -> int:
+    """Count the rows after which the actuators' unknown start no longer matters."""
+    lag = plant.vehicle.lag
+    return int(np.ceil(_FORGOTTEN * lag.max() / plant.samples.step)) if len(lag) else 0
+
+
+def typical_speeds(trajectory: Trajectory) -> Floats:
+    """Root mean square of the speed along the body axes [m/s], shape (3,)."""
+    speeds: Floats = np.maximum(np.sqrt(np.mean(trajectory.velocity**2, axis=0)), 0.02)
+    return speeds
+
+
+def refined(plant: Plant, trajectory: Trajectory, *, window: float) -> Trajectory:
+    """Estimate the trajectory that fits the pose best when any force may act.
+
+    The inertial sensors' biases are free: their faults must not bend the trajectory.
+    """
+    vehicle = plant.vehicle
+    weight = vehicle.mass * vehicle.environment.gravity
+    impact = vehicle.has_water and not len(vehicle.lag)
+    level = weight * (_IMPACT if impact else _LOOSE)
+    for _ in range(2 if vehicle.has_water else 1):
+        dynamics = dynamics_along(plant, trajectory, {})
+        windows = Windows(
+            plant.samples,
+            vehicle,
+            trajectory,
+            dynamics,
+            length=window,
+            gusts=level / max(float(vehicle.gust[0]), 1e-9),
+            skip=transient_rows(plant),
+            bias=_BIASES,
+            ignore=("joint_position",),
+            knot=max(_FINE, 1.5 * plant.samples.step),
+        )
+        prediction = predict(plant, trajectory, {})
+        error = windows.states(windows.residual(prediction), prediction)
+        # no free torque acts on the joints: they stay as measured
+        error[:, 12:] = 0.0
+        trajectory = trajectory.moved(error)
+    return trajectory
+
+
+def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:
+    """Stated start states against the trajectory (runs, 12), and their 1-sigma (12,)."""
+    vehicle, runs = plant.vehicle, plant.samples.runs
+    stated = start_states(vehicle, len(runs))
+    firsts = np.array([first for first, _ in runs])
+    sigma = vehicle.initial_state[0]["sigma"]
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return difference(stated, trajectory.state(firsts)), spread

@@ -1,0 +1,79 @@
+"""Trajectory of a vehicle without a measured pose: simulated from its stated start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from seals.batch import TwinState
+from seals.errors import LogError
+from seals.frames import normalised
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.plant import Plant, nonzero
+
+
+def simulated_trajectory(
+    samples: Samples,
+    vehicle: Vehicle,
+    *,
+    parts: int,
+    plant: Plant | None = None,
+    values: Mapping[str, float] | None = None,
+) -> Trajectory:
+    """Simulate every run from its stated start.
+
+    Args:
+        samples: the log.
+        vehicle: nominal model with a start state for every run.
+        parts: integration steps per row.
+        plant: extended model; left out, the nominal one.
+        values: changes of its parameters.
+
+    Raises:
+        LogError: the starts are not stated.
+    """
+    if len(vehicle.initial_state) < len(samples.runs):
+        raise LogError(
+            "the log has neither a measured pose nor a start state for every run.\n"
+            "Give position and orientation, or initial_state in meta.yaml."
+        )
+    if plant is None:
+        from seals.sysid.candidates.parameters import CandidateSet
+
+        bare = CandidateSet(effects=dict(vehicle.effects), parameters={}, candidates=())
+        plant = Plant(vehicle, bare, samples, parts=parts)
+    used = nonzero(values or {})
+    lengths = [last - first for first, last in samples.runs]
+    firsts = np.array([first for first, _ in samples.runs])
+    state = start_states(vehicle, len(lengths))
+    twin, drive = plant.twin(used, len(lengths)), plant.drive(used)
+    seen = [state]
+    for k in range(max(lengths) - 1):
+        rows = np.minimum(firsts + k, samples.rows - 1)
+        state, _ = plant.advance(twin, state, rows, drive)
+        seen.append(state)
+    joined = [
+        np.concatenate(
+            [np.stack([s[i][r] for s in seen[:length]]) for r, length in enumerate(lengths)]
+        )
+        for i in range(6)
+    ]
+    names = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+    return Trajectory(**dict(zip(names, joined, strict=True)))
+
+
+def start_states(vehicle: Vehicle, count: int) -> TwinState:
+    """Stated start states of the runs."""
+    rows = [_numbers(entry) for entry in vehicle.initial_state[:count]]
+    position, quaternion, velocity, spin = (np.array(x) for x in zip(*rows, strict=True))
+    joints = np.zeros((count, 0))
+    return TwinState(position, normalised(quaternion), velocity, spin, joints, joints)
+
+
+def _numbers(entry: Mapping[str, Any]) -> tuple[list[float], ...]:
+    w, x, y, z = entry["orientation"]
+    return entry["position"], [x, y, z, w], entry["velocity"], entry["angular_velocity"]

@@ -1,0 +1,106 @@
+"""Model error of a hull at the water surface: ripple, and the time history of an impact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.frames import matrix_of
+from seals.motion import Motion
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.plant import Plant
+
+_LIFT = 0.03
+"""Error of the lift while the hull is partly wet, as a share of the full lift."""
+_SUDDEN = 0.1
+"""Error of all other forces while the hull pierces the surface, as a share of them."""
+_DRY = 1e-4
+"""Submerged share below which a hull has not touched the water."""
+_ARM = 0.1
+"""Lever of these errors in hull lengths."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceModelError:
+    """Standard deviations of the model error at the surface, one row each.
+
+    Args:
+        push: standard deviation of short pushes [N, N m], shape (T, 6).
+        blur: standard deviation of the specific force [m/s^2], shape (T,).
+    """
+
+    push: Floats
+    blur: Floats
+
+
+def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelError | None:
+    """Estimate the model error along a trajectory; None when the hull never pierces the surface."""
+    vehicle = plant.vehicle
+    hull = vehicle.hull
+    if hull is None or vehicle.environment.water_level is None:
+        return None
+    share = submersion(plant, trajectory)
+    # a first corner in the water is a small share and a loud slap
+    touching = _widest(((share > _DRY) & (share < 1.0 - _DRY)).astype(float))
+    if not touching.any():
+        return None
+    weight = float(vehicle.environment.water_density or 998.0)
+    weight *= vehicle.environment.gravity * hull.volume
+    level = _LIFT * weight * _widest(4.0 * share * (1.0 - share))
+    level += _SUDDEN * touching * _widest(_sudden(plant, trajectory, share * weight))
+    push = np.repeat(level[:, None], 6, axis=1)
+    push[:, 3:] *= _ARM * hull.volume ** (1.0 / 3.0)
+    return SurfaceModelError(push=push, blur=level / vehicle.mass)
+
+
+def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
+    """Compute the measured specific force without the lift, as a force [N], shape (T,).
+
+    On a vehicle that drives itself the thrust hides an impact, and is known: nothing.
+    """
+    vehicle, samples = plant.vehicle, plant.samples
+    if "specific_force" not in samples.channels or len(vehicle.lag):
+        return np.zeros(samples.rows)
+    up = matrix_of(trajectory.quaternion)[:, 2, :]
+    felt = filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
+    beside: Floats = np.linalg.norm(felt - up * lift[:, None], axis=1)
+    return beside
+
+
+def _widest(values: Floats) -> Floats:
+    """Largest of every value and its neighbours."""
+    beside: Floats = np.maximum(np.roll(values, 1), np.roll(values, -1))
+    return np.maximum(values, beside)
+
+
+def filled(samples: Samples, name: str) -> Floats:
+    """A channel with straight lines over lost samples."""
+    values: Floats = samples.channels[name].copy()
+    for first, last in samples.runs:
+        for k in range(values.shape[1]):
+            part = values[first:last, k]
+            good = np.flatnonzero(np.isfinite(part))
+            part[:] = np.interp(np.arange(last - first), good, part[good]) if good.size else 0.0
+    return values
+
+
+def submersion(plant: Plant, trajectory: Trajectory) -> Floats:
+    """Submerged share of the hull along a trajectory, shape (T,)."""
+    rows = plant.samples.rows
+    twin = plant.twin({}, rows)
+    state = trajectory.state(np.arange(rows))
+    rotation = matrix_of(state.quaternion)
+    motion = Motion(
+        time=plant.samples.time[:, None],
+        position=state.position,
+        rotation=rotation,
+        up=rotation[:, 2, :],
+        velocity=state.velocity,
+        angular_velocity=state.spin,
+        body=twin.body.bodies,
+    )
+    share: Floats = twin.evaluator.surroundings.sample(motion).submersion[:, 0] + np.zeros(rows)
+    return share

@@ -1,0 +1,203 @@
+"""Cache of the model at the states of a trajectory: all that no parameter changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch import Rates, TwinState
+from seals.batch.posture import Posture
+from seals.batch.response import Force, Response
+from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
+from seals.motion import Inputs
+from seals.sysid.candidates.parameters import WAVES
+from seals.sysid.data.trajectory import Trajectory, difference
+from seals.sysid.predictors.plant import Held, Plant, nonzero
+
+_DRIVING = (Actuated, Actuation, DriveLoads)
+"""Hooks of effects that act on each other through the thrust."""
+_KEPT = 6
+"""Values whose predictions are kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpansionPoint:
+    """Exact step from every row at some values, about which predictions are expanded.
+
+    Args:
+        defect: state error after one step against the trajectory, shape (T, n).
+        rate: accelerations at the rows, shape (T, 6 + J).
+    """
+
+    defect: Floats
+    rate: Floats
+
+
+class TrajectoryCache:
+    """Plant evaluated at the states of a trajectory.
+
+    Args:
+        plant: extended model.
+        trajectory: states at every row of its log.
+    """
+
+    def __init__(self, plant: Plant, trajectory: Trajectory) -> None:
+        """Find poses and surroundings once."""
+        self.plant, self.trajectory = plant, trajectory
+        self.rows = np.arange(plant.samples.rows)
+        self.state: TwinState = trajectory.state(self.rows)
+        self.time: Floats = plant.samples.time[:, None]
+        self._posture = plant.twin({}, len(self.rows)).posture(self.state, self.time)
+        self._responses: dict[Any, Response] = {}
+        self._expansion_points: dict[Any, ExpansionPoint] = {}
+        self._sensor_rates: dict[Any, Rates] = {}
+        self._parts: dict[frozenset[str], EffectSet] = {}
+
+    def posture(self, values: Mapping[str, float]) -> Posture:
+        """Poses and, where the water is still, surroundings."""
+        if any(k.partition(".")[0] == WAVES for k in values):
+            return self._posture._replace(sample=None)
+        return self._posture
+
+    def inputs(self, values: Mapping[str, float], held: Held = Held.ends) -> Inputs:
+        """What the log commands at its rows."""
+        drive = self.plant.drive(values)
+        if drive is None:
+            return self.plant.inputs(self.rows, None, held=held)
+        return self.plant.inputs(self.rows, drive.at[:, 0], held=held, delay=drive.delay)
+
+    def response(self, values: Mapping[str, float]) -> Response:
+        """The equations of motion at given values, kept for the last few."""
+        used = nonzero(values)
+        key = tuple(sorted(used.items()))
+        if key not in self._responses:
+            self._forget(self._responses)
+            twin = self.plant.twin(used, len(self.rows))
+            self._responses[key] = Response(
+                twin, self.state, self.time, self.inputs(used), self.posture(used)
+            )
+        return self._responses[key]
+
+    def sensor_rates(self, values: Mapping[str, float]) -> Rates:
+        """Rates at the rows for the sensors: servos follow the command in force there.
+
+        A command that is held while its joint moves pushes least just before the next arrives.
+        """
+        if not self.plant.vehicle.servo:
+            return self.response(values).rates
+        used = nonzero(values)
+        key = tuple(sorted(used.items()))
+        if key not in self._sensor_rates:
+            self._forget(self._sensor_rates)
+            twin = self.plant.twin(used, len(self.rows))
+            inputs = self.inputs(used, Held.row)
+            self._sensor_rates[key] = twin.rates(self.state, self.time, inputs, self.posture(used))
+        return self._sensor_rates[key]
+
+    def expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint:
+        """An exact step from every row at given values, kept for the last few."""
+        used = nonzero(values)
+        key = tuple(sorted(used.items()))
+        if key not in self._expansion_points:
+            self._forget(self._expansion_points)
+            rate = accelerations(self.response(used).rates)
+            self._expansion_points[key] = ExpansionPoint(defect=self._defect(used), rate=rate)
+        return self._expansion_points[key]
+
+    @staticmethod
+    def _forget(kept: dict[Any, Any]) -> None:
+        """Make room: the oldest goes."""
+        if len(kept) >= _KEPT:
+            del kept[next(iter(kept))]
+
+    def _defect(self, used: Mapping[str, float]) -> Floats:
+        """State error after one step of the model from every row."""
+        plant, trajectory, rows = self.plant, self.trajectory, self.rows
+        torque = plant.friction(used, trajectory.rates)
+        following = np.minimum(rows + 1, len(rows) - 1)
+        pair = None if torque is None else (torque, torque[following])
+        twin = plant.twin(used, len(rows), stiff=False)
+        drive = plant.drive(used)
+        after, _ = plant.advance(twin, self.state, rows, drive, pair, posture=self.posture(used))
+        return difference(after, trajectory.state(following))
+
+    def changes(self, values: Mapping[str, float], keys: Sequence[str]) -> dict[str, Floats]:
+        """Derivatives of accelerations and specific force by parameters, each (T, 9 + J)."""
+        used, parameters = nonzero(values), self.plant.candidate_set.parameters
+        base = self.response(used)
+        alone = [k for k in keys if self._alone(k)]
+        out: dict[str, Floats] = {}
+        before: dict[str, Force] = {}
+        forces = []
+        for key in alone:
+            instance, step = key.partition(".")[0], parameters[key].nudge
+            if instance not in before:
+                before[instance] = base.force(self._part(instance, used))
+            moved = {**used, key: used.get(key, 0.0) + step}
+            change = base.force(self._part(instance, moved)).less(before[instance])
+            forces.append(Force(change.links / step, change.joints / step))
+        if forces:
+            out.update(zip(alone, base.changes(forces), strict=True))
+        still = packed(base.rates)
+        for key in (k for k in keys if k not in out):
+            step = parameters[key].nudge
+            moved = {**used, key: used.get(key, 0.0) + step}
+            out[key] = (packed(self._rates(moved)) - still) / step
+        return out
+
+    def pushed(self, values: Mapping[str, float], key: str) -> Floats:
+        """Derivative of the state error after one step by a parameter, shape (T, n)."""
+        used, step = nonzero(values), self.plant.candidate_set.parameters[key].nudge
+        moved = nonzero({**used, key: used.get(key, 0.0) + step})
+        out: Floats = (self._defect(moved) - self.expansion_point(used).defect) / step
+        return out
+
+    def _rates(self, values: Mapping[str, float]) -> Rates:
+        """Rates of the whole model at values that nobody asks for again."""
+        twin = self.plant.twin(values, len(self.rows))
+        return twin.rates(self.state, self.time, self.inputs(values), self.posture(values))
+
+    def _alone(self, key: str) -> bool:
+        """Return true where a parameter changes only the loads of some effects."""
+        instance = key.partition(".")[0]
+        effect = self.plant.candidate_set.effects.get(instance)
+        timed = instance in self.plant.timed
+        return effect is not None and not timed and not has_hook(effect, FlowField)
+
+    def _part(self, instance: str, values: Mapping[str, float]) -> EffectSet:
+        """Bind one effect with all that act through the same drive."""
+        effects = self.plant.candidate_set.effects
+        names = {instance}
+        if _drives(effects[instance]):
+            known = {*self.plant.vehicle.effects, *(k.partition(".")[0] for k in values)}
+            names |= {n for n in known if n in effects and _drives(effects[n])}
+        key = frozenset(names)
+        if key not in self._parts:
+            chosen = {n: e for n, e in effects.items() if n in names}
+            self._parts[key] = bind_effects(chosen, self.plant.vehicle.robot.links)
+        given = {
+            k: self.plant.total(k, v) for k, v in values.items() if k.partition(".")[0] in names
+        }
+        return self._parts[key].with_values(given, np.zeros(1), len(self.rows))
+
+
+def _drives(effect: object) -> bool:
+    """Return true where an effect acts through the thrust."""
+    return any(has_hook(effect, hook) for hook in _DRIVING)
+
+
+def accelerations(rates: Rates) -> Floats:
+    """Linear, angular and joint accelerations, shape (T, 6 + J)."""
+    out: Floats = np.concatenate((rates.velocity, rates.spin, rates.rates), axis=1)
+    return out
+
+
+def packed(rates: Rates) -> Floats:
+    """Linear, angular acceleration, specific force and joint accelerations, shape (T, 9 + J)."""
+    parts = (rates.velocity, rates.spin, rates.specific_force, rates.rates)
+    return np.concatenate(parts, axis=1)

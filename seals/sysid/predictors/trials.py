@@ -1,0 +1,234 @@
+"""Random simulations of whole runs with effects of plausible sizes, as starts of fits."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch import TwinState
+from seals.effects.binding import has_hook
+from seals.effects.effect import Measure, Timed
+from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.samples import IMU
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.parallel import spread
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.rollout import start_states
+
+FIELDS = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+"""Parts of a trajectory."""
+COUNT = 140
+"""Simulations of all runs in one generation."""
+_GENERATIONS, _PARENTS = 2, 7
+"""Further generations, and how many of the nearest trials they lie about."""
+_NEARBY, _GROWN = 0.5, (0.6, 1.5)
+"""How far from them: in tolerances, and factors on an effect."""
+_SEED = 1
+SIZES = (-0.6, 0.5, 1.0)
+"""Shares of the plausible size of an effect with which runs are simulated."""
+_BROAD = 4.0
+"""Noise of the readings against which a simulation is weighed, in units of the stated one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """Values and start states of one simulation of all runs.
+
+    Args:
+        values: changes by parameter key.
+        start: state errors of the stated starts, shape (runs, 12).
+        kind: number of the effect and its size.
+    """
+
+    values: Mapping[str, float]
+    start: Floats
+    kind: int
+
+
+def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Trial]:
+    """Draw datasheet values and starts within their tolerances, with one effect or none.
+
+    When a hull comes up again hangs on all of them.
+
+    Args:
+        plant: extended model.
+        leave: names of effects that are left out.
+        count: trials.
+    """
+    candidate_set, start_sigma = plant.candidate_set, _start_sigma(plant)
+    rng = np.random.default_rng(_SEED)
+    sizes = _sizes(candidate_set, leave)
+    acting = [k for k in candidate_set.tolerances if not _silent(candidate_set, k)]
+    out = []
+    for k in range(count):
+        values = {
+            key: candidate_set.parameters[key].tolerance * float(rng.standard_normal())
+            for key in acting
+        }
+        for key, size in sizes[k % len(sizes)].items():
+            values[key] = values.get(key, 0.0) + size
+        start = start_sigma * rng.standard_normal((len(plant.samples.runs), 12))
+        out.append(
+            Trial(
+                values={
+                    key: _inside(v, candidate_set.parameters[key].bounds)
+                    for key, v in values.items()
+                },
+                start=start if k else 0.0 * start,
+                kind=k % len(sizes),
+            )
+        )
+    return out
+
+
+def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, float]]:
+    """No effect, and every one that acts on the motion in several sizes."""
+    out: list[dict[str, float]] = [{}]
+    for candidate in candidate_set.candidates:
+        parameters = [candidate_set.parameters[k] for k in candidate.keys]
+        if candidate.name not in leave and not _silent(candidate_set, candidate.keys[0]):
+            out += [{f.key: size * f.scale for f in parameters} for size in SIZES]
+    return out
+
+
+def _silent(candidate_set: CandidateSet, key: str) -> bool:
+    """Return true where a parameter changes the readings and not the motion."""
+    effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
+    return effect is None or any(has_hook(effect, h) for h in (Measure, Timed))
+
+
+def mutated(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list[Trial]:
+    """Draw trials about others.
+
+    Args:
+        plant: extended model.
+        about: trials near which they lie.
+        count: trials.
+    """
+    parameters, start_sigma = plant.candidate_set.parameters, _start_sigma(plant)
+    rng = np.random.default_rng(_SEED + 1)
+    out = []
+    for k in range(count):
+        parent, values = about[k % len(about)], {}
+        for key, value in parent.values.items():
+            tolerance = parameters[key].tolerance
+            # beyond a tolerance it is an effect
+            grown = float(rng.uniform(*_GROWN)) if abs(value) > 2.5 * tolerance else 1.0
+            drawn = grown * value + _NEARBY * tolerance * float(rng.standard_normal())
+            values[key] = _inside(drawn, parameters[key].bounds)
+        start = parent.start + _NEARBY * start_sigma * rng.standard_normal(parent.start.shape)
+        out.append(Trial(values=values, start=start, kind=parent.kind))
+    return out
+
+
+def nearest_trajectories(
+    plant: Plant, *, leave: Sequence[str], ranks: Sequence[int] = (0,), processes: int = 1
+) -> list[Trajectory]:
+    """Simulate all runs in many trials and keep, run by run, trajectories near the readings.
+
+    Args:
+        plant: extended model of a log without actuators; its parts say how finely.
+        leave: names of effects that are left out.
+        ranks: of the trajectories to keep: 0 takes the nearest of every run, 1 the second one.
+        processes: that share the simulations.
+    """
+
+    def run(some: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
+        """Simulate trials, every process its part."""
+        edges = np.linspace(0, len(some), processes + 1).astype(int)
+        parts = [some[a:b] for a, b in itertools.pairwise(edges)]
+        found = spread(lambda part: simulated(plant, part), parts, processes)
+        joined = [np.concatenate(x) for x in zip(*(f[1] for f in found), strict=True)]
+        return np.concatenate([f[0] for f in found]), joined
+
+    chosen = trials(plant, leave=leave)
+    misfit, tracks = run(chosen)
+    for _ in range(_GENERATIONS):
+        more = mutated(plant, parents(chosen, misfit))
+        found = run(more)
+        chosen = [*chosen, *more]
+        misfit = np.concatenate([misfit, found[0]])
+        tracks = [np.concatenate(pair) for pair in zip(tracks, found[1], strict=True)]
+    order = np.argsort(misfit, axis=0)
+    return [_course(plant, tracks, order[rank]) for rank in ranks]
+
+
+def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
+    """Put one trajectory together from the trial that is taken for each run."""
+    parts: dict[str, Floats] = {}
+    for name, track in zip(FIELDS, tracks, strict=True):
+        parts[name] = np.concatenate(
+            [track[taken[r], r, : b - a] for r, (a, b) in enumerate(plant.samples.runs)]
+        )
+    return Trajectory(**parts)
+
+
+def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
+    """The nearest trials, one of each kind: a lucky draw must not crowd out the right effect."""
+    best: dict[int, Trial] = {}
+    for k in np.argsort(misfit.sum(axis=1)):
+        best.setdefault(chosen[k].kind, chosen[k])
+    return list(best.values())[:_PARENTS]
+
+
+def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
+    """Distance from the readings, shape (trials, runs), and states, (trials, runs, rows, k)."""
+    samples, runs, count = plant.samples, plant.samples.runs, len(chosen)
+    keys = dict.fromkeys(k for trial in chosen for k in trial.values)
+    # run by run within each trial
+    table = {k: np.repeat([t.values.get(k, 0.0) for t in chosen], len(runs)) for k in keys}
+    first = np.tile([a for a, _ in runs], count)
+    state = _starts(plant, chosen)
+    twin = plant.twin(table, len(first))
+    states, readings = [], []
+    for k in range(max(b - a for a, b in runs)):
+        states.append(state)
+        rows = np.minimum(first + k, samples.rows - 1)
+        state, rates = plant.advance(twin, state, rows, None)
+        seen = plant.reading(states[-1], rates, {})
+        readings.append(np.concatenate([seen.angular_velocity, seen.specific_force], axis=1))
+    joined = (np.stack([s[i] for s in states], axis=1) for i in range(len(FIELDS)))
+    tracks = [x.reshape(count, len(runs), *x.shape[1:]) for x in joined]
+    return _misfit(plant, np.stack(readings, axis=1), count), tracks
+
+
+def _starts(plant: Plant, chosen: Sequence[Trial]) -> TwinState:
+    """Start states of all runs in all trials."""
+    stated = start_states(plant.vehicle, len(plant.samples.runs))
+    tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
+    trajectory = Trajectory(**dict(zip(FIELDS, tiled, strict=True)))
+    return trajectory.moved(np.concatenate([t.start for t in chosen])).state(slice(None))
+
+
+def _start_sigma(plant: Plant) -> Floats:
+    """1-sigma of the stated starts, shape (12,)."""
+    sigma = plant.vehicle.initial_state[0]["sigma"]
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    start_sigma: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return start_sigma
+
+
+def _misfit(plant: Plant, readings: Floats, count: int) -> Floats:
+    """Distance of simulated readings from the measured ones, shape (choices, runs).
+
+    Logarithms of the distance: an impact a little early must not outweigh all the rest.
+    """
+    samples, sigma = plant.samples, plant.vehicle.sigma
+    measured = np.concatenate([samples.channels[n] for n in IMU], axis=1)
+    noise = _BROAD * np.repeat([sigma[n] for n in IMU], 3)
+    out = np.zeros((count, len(samples.runs)))
+    for r, (a, b) in enumerate(samples.runs):
+        some = readings[r :: len(samples.runs), : b - a]
+        away = np.nan_to_num((some - measured[a:b]) / noise, nan=0.0, posinf=1e6, neginf=-1e6)
+        out[:, r] = np.log1p(away**2).sum(axis=(1, 2))
+    return out
+
+
+def _inside(value: float, bounds: tuple[float, float]) -> float:
+    low, high = bounds
+    return float(min(max(value, 0.9 * low), 0.9 * high))

@@ -1,0 +1,46 @@
+"""Whitened outputs of the windows, marginalised over start states and gusts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.arrays import Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whitened:
+    """Whitened outputs of the windows and their part along start states and gusts.
+
+    Args:
+        outputs: shape (W, K * ny, c).
+        absorbed: shape (W, q, c).
+        cross: products of start states and gusts with the outputs, shape (W, q, c).
+    """
+
+    outputs: Floats
+    absorbed: Floats
+    cross: Floats
+
+    def beside(self, other: Whitened) -> Whitened:
+        """Columns of both."""
+        return Whitened(
+            outputs=np.concatenate([self.outputs, other.outputs], axis=2),
+            absorbed=np.concatenate([self.absorbed, other.absorbed], axis=2),
+            cross=np.concatenate([self.cross, other.cross], axis=2),
+        )
+
+    def less(self, other: Whitened) -> Whitened:
+        """Differences column by column."""
+        return Whitened(
+            outputs=self.outputs - other.outputs,
+            absorbed=self.absorbed - other.absorbed,
+            cross=self.cross - other.cross,
+        )
+
+    def product(self, other: Whitened) -> Floats:
+        """Marginalised inner products with other outputs, shape (W, c, c')."""
+        full = np.matmul(self.outputs.transpose(0, 2, 1), other.outputs)
+        table: Floats = full - np.matmul(self.absorbed.transpose(0, 2, 1), other.absorbed)
+        return table

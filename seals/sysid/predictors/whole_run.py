@@ -1,0 +1,149 @@
+"""Model of whole runs, linearised about its own trajectory, and its Gauss-Newton iteration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.least_squares.normal_equations import Fit, newton_step
+from seals.sysid.predictors.problem import stated_starts, transient_rows
+from seals.sysid.predictors.substep_integrator import SubstepFitter, SubstepIntegrator
+from seals.sysid.predictors.surface_model_error import SurfaceModelError
+from seals.sysid.predictors.windows import Windows
+
+WHOLE = 1e6
+"""Length of the windows that take whole runs, from their stated starts [s]."""
+_KNOT = 0.05
+"""Spacing of the knots of the disturbance [s]."""
+_REACH = np.repeat([0.06, 0.1, 0.4, 1.0], 3)
+"""Longest step of a trajectory: position [m], turn [rad], velocity [m/s], spin [rad/s]."""
+_STILL, _SETTLED = 0.1, 0.5
+"""Share of the reach, and change of the misfit, below which a fit has settled."""
+_SLOWEST = 0.1
+"""Least share of a step."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnmodelledDisturbance:
+    """Disturbance that no law of the model describes.
+
+    Args:
+        gusts: factor on their stated level.
+        surface_error: errors at the surface, the same for every model; None without a surface.
+        length: of the windows, longer than a run for whole runs [s].
+    """
+
+    gusts: float
+    surface_error: SurfaceModelError | None
+    length: float = WHOLE
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearisedModel:
+    """Model at some values, linearised about its trajectory.
+
+    Args:
+        fitter: of that linearisation.
+        fit: its equations at those values.
+        disturbance: under which it is judged.
+        done: whether further steps gain nothing.
+    """
+
+    fitter: SubstepFitter
+    fit: Fit
+    disturbance: UnmodelledDisturbance
+    done: bool = False
+
+    @property
+    def level(self) -> float:
+        """Twice the negative log evidence, up to a constant, without the Occam factor."""
+        return self.fit.cost + self.fitter.windows.volume
+
+
+def linearise_about(
+    integrator: SubstepIntegrator,
+    trajectory: Trajectory,
+    free: Sequence[str],
+    at: Mapping[str, float],
+    disturbance: UnmodelledDisturbance,
+) -> LinearisedModel:
+    """Linearise a model about a trajectory and values."""
+    substeps = integrator.substeps(trajectory, at)
+    rows, fine = integrator.dynamics(substeps, at)
+    plant, surface_error = integrator.plant, disturbance.surface_error
+    windows = Windows(
+        plant.samples,
+        plant.vehicle,
+        trajectory,
+        rows,
+        length=disturbance.length,
+        gusts=disturbance.gusts,
+        extra=None if surface_error is None else surface_error.push,
+        blur=None if surface_error is None else surface_error.blur,
+        knot=max(_KNOT, 1.5 * plant.samples.step),
+        stated=stated_starts(plant, trajectory) if disturbance.length == WHOLE else None,
+        skip=transient_rows(plant),
+    )
+    fitter = SubstepFitter(integrator, trajectory, windows, fine=fine, rows=rows, at=at)
+    return LinearisedModel(fitter=fitter, fit=fitter.start(free), disturbance=disturbance)
+
+
+def converged(now: LinearisedModel, *, rounds: int) -> LinearisedModel:
+    """Iterate Gauss-Newton steps of values, start states and gusts until they gain nothing.
+
+    A run whose misfit rises goes half as far the next time: far from a model that could be true,
+    full steps swing about. Without an end the best place on the way is returned.
+    """
+    best, pace = now, np.ones(now.fitter.windows.count)
+    for _ in range(rounds):
+        if now.done:
+            break
+        taken = _stepped(now, pace)
+        if taken is None:
+            break
+        after, moved = taken
+        fall = now.fit.cost - after.fit.cost
+        now = replace(after, done=moved < _STILL and abs(fall) < _SETTLED)
+        pace = np.where(after.fit.misfit <= best.fit.misfit + 1.0, 1.5 * pace, 0.5 * pace)
+        pace = np.clip(pace, _SLOWEST, 1.0)
+        # numbers that ran out of digits give squares below zero
+        sound = bool(np.all(after.fit.misfit > 0.0))
+        if sound and (now.done or after.fit.cost < best.fit.cost):
+            best = now
+        elif not sound:
+            now = best
+    return best
+
+
+def _stepped(now: LinearisedModel, pace: Floats) -> tuple[LinearisedModel, float] | None:
+    """Take one step, run by run at its pace; return it with the largest move in units of the reach.
+
+    None where the step is not finite: the equations, or the trajectory that it leads to.
+    """
+    fitter, parameters, values = now.fitter, now.fitter.candidate_set.parameters, {}
+    step, _ = newton_step(now.fit)
+    if not np.isfinite(step).all():
+        return None
+    for i, key in enumerate(now.fit.keys):
+        low, high = parameters[key].bounds
+        aim = now.fit.values[key] + float(pace.mean()) * step[i]
+        values[key] = float(min(max(aim, low), high))
+    windows = fitter.windows
+    prediction = fitter.predicted(values)
+    error = windows.states(windows.residual(prediction), prediction)
+    if not np.isfinite(error).all():
+        return None
+    largest = 0.0
+    for run, share in zip(windows.rows, pace, strict=True):
+        size = float((np.abs(error[run, :12]) / _REACH).max())
+        largest = max(largest, size)
+        # a measured pose holds a trajectory by itself
+        far = 1.0 / max(size, 1e-9) if now.disturbance.length == WHOLE else 1.0
+        error[run] *= min(share, far)
+    trajectory = fitter.trajectory.moved(error)
+    moved = linearise_about(fitter.integrator, trajectory, now.fit.free, values, now.disturbance)
+    return moved, largest

@@ -1,0 +1,386 @@
+"""Short windows of a log: residuals of the model, marginalised over start states and gusts."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.frames import multiply, rotation_vector
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.linearise import Columns, Dynamics, Prediction
+from seals.sysid.predictors.whitened import Whitened
+
+_KNOT = 0.35
+"""Spacing of the knots of the gusts in correlation times."""
+_QUANTISED = 1.0 + 1.0 / 48.0
+"""Variance of noise and rounding to half a sigma, in units of the noise alone."""
+
+
+class Windows:
+    """Windows of a log about one trajectory and one linearisation.
+
+    Args:
+        samples: the log.
+        vehicle: noise levels.
+        trajectory: about which the model is linear.
+        dynamics: derivatives along the trajectory.
+        length: of a window [s].
+        gusts: factor on the vehicle's stated level of unmodelled force and torque.
+        extra: standard deviation of further short pushes at every row [N, N m], shape (T, 6).
+        blur: standard deviation of further errors of the specific force [m/s^2], shape (T,).
+        stated: start states of the runs against the trajectory and their 1-sigma, (runs, n) and
+            (n,), when every run is one window; None leaves the start states free.
+        skip: rows left out at the start of every run.
+        bias: 1-sigma of free biases of gyroscope [rad/s] and accelerometer [m/s^2] in every window;
+            None for none.
+        ignore: channels that do not count.
+        delay: of the inertial sensors, applied to everything they read [s].
+        knot: spacing of the knots of the gusts [s]; left out, a third of their correlation time.
+    """
+
+    def __init__(
+        self,
+        samples: Samples,
+        vehicle: Vehicle,
+        trajectory: Trajectory,
+        dynamics: Dynamics,
+        *,
+        length: float,
+        gusts: float,
+        extra: Floats | None = None,
+        blur: Floats | None = None,
+        stated: tuple[Floats, Floats] | None = None,
+        skip: int = 0,
+        bias: tuple[float, float] | None = None,
+        ignore: tuple[str, ...] = (),
+        delay: float = 0.0,
+        knot: float | None = None,
+    ) -> None:
+        self.samples, self.vehicle, self.trajectory = samples, vehicle, trajectory
+        self._bias, self._knot, self.delay = bias, knot, delay
+        self._ignored = ignore
+        self._stated = stated
+        self.dynamics, self.size = dynamics, trajectory.size
+        self.rows = window_rows(samples, length, skip)
+        self.count, self.length = self.rows.shape
+        self._reference(blur)
+        self.gusts, self._extra = gusts, extra
+        self._gusts(gusts * vehicle.gust, extra)
+        self._march()
+        self._marginal()
+        self._weigh()
+
+    def under(self, gusts: float) -> Windows:
+        """Return the same windows, with the same outputs, under another level of the gusts."""
+        other = copy.copy(self)
+        other.gusts = gusts
+        other._gusts(gusts * self.vehicle.gust, self._extra)
+        other._weigh()
+        return other
+
+    def like(self, other: Windows) -> bool:
+        """Return true where outputs of other windows are outputs of these."""
+        return self._loose is other._loose
+
+    def _reference(self, blur: Floats | None) -> None:
+        """Measured values against the trajectory, weights, and which state component each reads."""
+        trajectory, sigma = self.trajectory, self.vehicle.sigma
+        seen = self.samples.channels
+        values: list[Floats] = []
+        weight: list[Floats] = []
+        self.channel_of: list[str] = []
+        self._reads: list[int | None] = []
+        joints = trajectory.joints.shape[1]
+        level = self.vehicle.environment.water_level or 0.0
+        back = trajectory.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
+        table: dict[str, tuple[int | None, Floats]] = {}
+        if "position" in seen:
+            table["position"] = (0, seen["position"] - trajectory.position)
+        if "orientation" in seen:
+            measured = np.where(np.isfinite(seen["orientation"]), seen["orientation"], back * -1.0)
+            gap = np.isfinite(seen["orientation"][:, :1])
+            turn = rotation_vector(multiply(back, measured))
+            table["orientation"] = (3, np.where(gap, turn, np.nan))
+        if "velocity" in seen:
+            table["velocity"] = (6, seen["velocity"] - trajectory.velocity)
+        if "depth" in seen:
+            table["depth"] = (2, level - seen["depth"][:, :1] - trajectory.position[:, 2:3])
+        if "joint_position" in seen and joints:
+            table["joint_position"] = (12, seen["joint_position"] - trajectory.joints)
+        for name in ("angular_velocity", "specific_force"):
+            if name in seen:
+                table[name] = (None, seen[name])
+        for name, (first, residual) in table.items():
+            spread = np.full(self.samples.rows, sigma[name] * np.sqrt(_QUANTISED))
+            if name == "specific_force" and blur is not None:
+                spread = np.hypot(spread, blur)
+            for k in range(residual.shape[1]):
+                column = residual[:, k]
+                good = np.isfinite(column)
+                values.append(np.where(good, column, 0.0))
+                used = good & (name not in self._ignored)
+                weight.append(np.where(used, 1.0 / spread, 0.0))
+                self.channel_of.append(name)
+                self._reads.append(None if first is None else first + k)
+        self._values = np.stack(values, axis=1)[self.rows]
+        self.weight = np.stack(weight, axis=1)[self.rows]
+        late = int(np.ceil(self.delay / self.samples.step)) if self.delay > 0.0 else 0
+        for i, name in enumerate(self.channel_of):
+            if name in ("angular_velocity", "specific_force"):
+                # what a late sensor reads first lies before the window
+                self.weight[:, :late, i] = 0.0
+        self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
+        self.observed = int(np.count_nonzero(self.weight)) - (self.count * self.size)
+
+    def _gusts(self, gust: Floats, extra: Floats | None) -> None:
+        """Hat functions of the gusts and the inverse of their covariance."""
+        spacing = self._knot or _KNOT * self.vehicle.gust_time
+        span = (self.length - 1) * self.samples.step
+        knots = max(2, round(span / spacing) + 1)
+        at = np.linspace(0.0, span, knots)
+        time = np.arange(self.length) * self.samples.step
+        self.hats = np.stack([np.interp(time, at, np.eye(knots)[j]) for j in range(knots)], axis=1)
+        decay = np.exp(-np.abs(at[:, None] - at[None, :]) / self.vehicle.gust_time)
+        levels = np.repeat(np.maximum(gust, 1e-9), 3)
+        # columns run knot by knot within each axis
+        self._knots, self._spread = knots, 0.0
+        prior = np.zeros((self.count, 6 * knots, 6 * knots))
+        nearest = np.clip(np.round(at / self.samples.step).astype(int), 0, self.length - 1)
+        for axis in range(6):
+            block = slice(axis * knots, (axis + 1) * knots)
+            covariance = np.tile(
+                levels[axis] ** 2 * (decay + 1e-9 * np.eye(knots)), (self.count, 1, 1)
+            )
+            if extra is not None:
+                covariance += np.eye(knots) * extra[self.rows[:, nearest], axis][:, None, :] ** 2
+            prior[:, block, block] = np.linalg.inv(covariance)
+            self._spread += float(np.linalg.slogdet(covariance)[1].sum())
+        self._gust_precision = prior
+
+    def _march(self) -> None:
+        """Derivatives along the windows, in the order in which they are used."""
+        order = self.rows.T
+        self._steps = np.ascontiguousarray(self.dynamics.transition[order])
+        self._sense = np.ascontiguousarray(self.dynamics.sense[order])
+
+    def _marginal(self) -> None:
+        """Outputs of start states and gusts, and their products."""
+        n, m = self.size, 6 * self._knots
+        free = 0 if self._bias is None else 6
+        start = np.zeros((self.count, n, n + m + free))
+        start[:, :, :n] = np.eye(n)
+        order = self.rows.T
+        mean = 0.5 * (self.hats[1:] + self.hats[:-1])
+        push = np.zeros((self.length, self.count, n, n + m + free))
+        felt = np.zeros((self.length, self.count, 6, n + m + free))
+        push[:-1, :, :, n : n + m] = _outer(self.dynamics.kick[order[:-1]], mean)
+        felt[:, :, 3:, n : n + m] = _outer(self.dynamics.feel[order], self.hats)
+        felt[:, :, :, n + m :] = np.eye(6)[:, :free]
+        self._loose = self._run(start, push, felt)
+        self._products = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
+        if self._stated is not None:
+            self.observed += self.count * n
+
+    def _weigh(self) -> None:
+        """The factor of the normal matrix of start states and gusts."""
+        n, m = self.size, 6 * self._knots
+        normal = self._products.copy()
+        normal[:, n : n + m, n : n + m] += self._gust_precision
+        if self._bias is not None:
+            last = range(n + m, n + m + 6)
+            normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
+        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
+        self._scale = scale
+        normal *= scale[:, :, None]
+        normal *= scale[:, None, :]
+        normal += 1e-11 * np.eye(normal.shape[1])
+        self._factor = np.linalg.cholesky(normal)
+        self._factor_inverse = np.linalg.inv(self._factor)
+
+    def _run(self, start: Floats, push: Floats, felt: Floats) -> Floats:
+        """Carry state columns through the windows and read them off, whitened.
+
+        Args:
+            start: states at the first rows, shape (W, n, c).
+            push: what every step adds, shape (K, W, n, c); the last one is idle.
+            felt: what the inertial sensors read beside the states, shape (K, W, 6, c).
+
+        Returns:
+            Outputs of all rows and channels, shape (W, K * ny, c).
+        """
+        channels = len(self.channel_of)
+        states = np.empty((self.length, *start.shape))
+        states[0] = start
+        for k in range(self.length - 1):
+            np.matmul(self._steps[k], states[k], out=states[k + 1])
+            states[k + 1] += push[k]
+        out = np.empty((self.count, self.length, channels, start.shape[2]))
+        for i, r in enumerate(self._reads):
+            if r is not None:
+                out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
+        force = np.matmul(self._sense, states)
+        for i in self._inertial:
+            axis = self._axis(i)
+            seen = states[:, :, 9 + axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
+            axis += 0 if _gyro(self.channel_of[i]) else 3
+            out[:, :, i] = (seen + felt[:, :, axis]).transpose(1, 0, 2)
+        if self.delay:
+            late = _shift(self.length, self.delay / self.samples.step)
+            shape = out[:, :, self._inertial].shape
+            inertial = out[:, :, self._inertial].reshape(shape[0], self.length, -1)
+            out[:, :, self._inertial] = np.matmul(late, inertial).reshape(shape)
+        out *= self.weight[:, :, :, None]
+        flat = out.reshape(self.count, self.length * channels, -1)
+        if self._stated is None:
+            return flat
+        return np.concatenate([flat, start / self._stated[1][:, None]], axis=1)
+
+    def _axis(self, i: int) -> int:
+        """Component of channel column ``i`` within its channel."""
+        return i - self.channel_of.index(self.channel_of[i])
+
+    def residual(self, prediction: Prediction) -> Floats:
+        """Whitened misfit of the model without freedom, shape (W, K * ny)."""
+        order = self.rows.T
+        defect = prediction.defect[order][:, :, :, None]
+        reading = prediction.reading[order][:, :, :, None]
+        start = np.zeros((self.count, self.size, 1))
+        model = self._run(start, defect, reading)[:, :, 0]
+        measured = (self._values * self.weight).reshape(self.count, -1)
+        if self._stated is not None:
+            measured = np.concatenate([measured, self._stated[0] / self._stated[1]], axis=1)
+        misfit: Floats = measured - model
+        return misfit
+
+    def responses(self, columns: Columns) -> Floats:
+        """Whitened outputs by parameters, shape (W, K * ny, p)."""
+        order = self.rows.T
+        start = np.zeros((self.count, self.size, len(columns.keys)))
+        return self._run(start, columns.push[order], columns.reading[order])
+
+    @property
+    def volume(self) -> float:
+        """Log of the ratio of prior to posterior volume of gusts and start states.
+
+        Up to a constant of the start states; twice the log evidence is less by this number.
+        """
+        diagonal = np.diagonal(self._factor, axis1=1, axis2=2)
+        return float(2.0 * np.log(diagonal / self._scale).sum()) + self._spread
+
+    def whiten(self, outputs: Floats) -> Whitened:
+        """Outputs with what start states and gusts can absorb of them."""
+        return self._absorbed(outputs, np.matmul(self._loose.transpose(0, 2, 1), outputs))
+
+    def again(self, seen: Whitened) -> Whitened:
+        """Outputs that windows like these whitened before."""
+        return self._absorbed(seen.outputs, seen.cross)
+
+    def _absorbed(self, outputs: Floats, cross: Floats) -> Whitened:
+        scaled = cross * self._scale[:, :, None]
+        absorbed = np.matmul(self._factor_inverse, scaled)
+        return Whitened(outputs=outputs, absorbed=absorbed, cross=cross)
+
+    def explained(self, residual: Floats) -> tuple[Floats, Floats]:
+        """Start states and gusts that best explain a misfit.
+
+        Args:
+            residual: shape (W, K * ny).
+
+        Returns:
+            Start state errors (W, n) and the wrench at every row of the windows (W, K, 6).
+        """
+        found = self._coefficients(residual)
+        knots = found[:, self.size : self.size + 6 * self._knots].reshape(
+            self.count, 6, self._knots
+        )
+        wrench = np.einsum("kj,waj->wka", self.hats, knots)
+        return found[:, : self.size], wrench
+
+    def states(self, residual: Floats, prediction: Prediction) -> Floats:
+        """State errors of the best explanation at every row of the log, shape (T, n).
+
+        Rows outside the windows get zeros.
+        """
+        start, wrench = self.explained(residual)
+        defect = prediction.defect[self.rows]
+        transition, kick = self.dynamics.transition[self.rows], self.dynamics.kick[self.rows]
+        error = np.zeros((self.samples.rows, self.size))
+        state = start
+        for k in range(self.length):
+            error[self.rows[:, k]] = state
+            if k + 1 < self.length:
+                mean = 0.5 * (wrench[:, k] + wrench[:, k + 1])
+                pushed = np.einsum("wij,wj->wi", kick[:, k], mean)
+                state = np.einsum("wij,wj->wi", transition[:, k], state) + pushed + defect[:, k]
+        return error
+
+    def leftover(self, residual: Floats) -> Floats:
+        """Misfit that start states and gusts leave, shape (W, K * ny)."""
+        found = self._coefficients(residual)
+        rest: Floats = residual - np.matmul(self._loose, found[:, :, None])[:, :, 0]
+        return rest
+
+    def _coefficients(self, residual: Floats) -> Floats:
+        absorbed = self.whiten(residual[:, :, None]).absorbed
+        back = np.matmul(self._factor_inverse.transpose(0, 2, 1), absorbed)[:, :, 0]
+        found: Floats = back * self._scale
+        return found
+
+
+def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
+    """Rows of all windows, of one common size, shape (W, K)."""
+    spans = [(first + skip, last) for first, last in samples.runs]
+    longest = max(last - first for first, last in spans)
+    wanted = max(4, min(round(length / samples.step), longest))
+    pieces = [max(1, round((last - first) / wanted)) for first, last in spans]
+    size = min((last - first) // n for (first, last), n in zip(spans, pieces, strict=True))
+    starts = [
+        first + k * size
+        for (first, last), n in zip(spans, pieces, strict=True)
+        for k in range((last - first) // size)
+    ]
+    return np.asarray(starts, dtype=np.int64)[:, None] + np.arange(size)
+
+
+def _shift(rows: int, late: float) -> Floats:
+    """Matrix that reads a series ``late`` rows earlier, straight lines between rows and before."""
+    at = np.arange(rows) - late
+    below = np.clip(np.floor(at).astype(int), 0, rows - 2)
+    share = at - below
+    matrix = np.zeros((rows, rows))
+    matrix[np.arange(rows), below] = 1.0 - share
+    matrix[np.arange(rows), below + 1] += share
+    return matrix
+
+
+def _outer(matrix: Floats, weights: Floats) -> Floats:
+    """Columns axis by axis, knot by knot: matrix (K, W, r, 6) times weights (K, m)."""
+    out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
+    return out.reshape(*matrix.shape[:3], -1)
+
+
+def _imu(name: str) -> bool:
+    return name in ("angular_velocity", "specific_force")
+
+
+def _gyro(name: str) -> bool:
+    return name == "angular_velocity"
+
+
+def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:
+    """Mean square of whitened misfits by channel."""
+    channels = len(windows.channel_of)
+    inside = misfit[:, : windows.length * channels]
+    squares = inside.reshape(windows.count, windows.length, channels) ** 2
+    seen = windows.weight > 0.0
+    out: dict[str, float] = {}
+    for name in dict.fromkeys(windows.channel_of):
+        chosen = [i for i, n in enumerate(windows.channel_of) if n == name]
+        out[name] = float(squares[:, :, chosen].sum() / max(1, seen[:, :, chosen].sum()))
+    return out

@@ -1,0 +1,373 @@
+"""Fit of parameters to the windows of a log by damped Gauss-Newton, with priors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
+from seals.sysid.predictors.linearise import DELAY, Columns, Dynamics, columns_along, predict
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
+from seals.sysid.predictors.whitened import Whitened
+from seals.sysid.predictors.windows import Windows
+
+_SHARES = (1.0, 0.5, 0.2, 0.05)
+"""Shares of a step that are tried."""
+_SLOW = 3e-5
+"""Share of the cost that a step must gain for another one to follow."""
+_COARSE = 3e-3
+"""The same as a share of the misfit above a complete model's: far from one, digits are idle."""
+_AGAIN = 2
+"""Times that a fit is repeated about exact steps at its own values."""
+_ROUGH = 1e-2
+"""The same for steps about an expansion point that will move."""
+_WIDE = 1.5
+"""Prior width of a free parameter in units of its plausible size."""
+
+
+class WhitenedResiduals(NamedTuple):
+    """Whitened residuals of a model in some windows.
+
+    Args:
+        windows: that saw it.
+        misfit: of the model.
+        columns: responses of the free parameters; None without any.
+    """
+
+    windows: Windows
+    misfit: Whitened
+    columns: Whitened | None
+
+
+class Fitter:
+    """Fitter of free parameters on one linearisation of a log.
+
+    Args:
+        plant: extended model.
+        trajectory: about which the model is linear.
+        dynamics: derivatives along the trajectory.
+        windows: of the log.
+        at: parameters of the linearisation of the tolerances.
+        columns: responses of the tolerances, when they are known.
+        cache: the plant along the trajectory, when it is known; it saves exact steps: those of a
+            fit are taken where it starts and where it ends.
+        fixed: whitened responses of the tolerances, when they are known.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        trajectory: Trajectory,
+        dynamics: Dynamics,
+        windows: Windows,
+        *,
+        at: Mapping[str, float] | None = None,
+        columns: Columns | None = None,
+        cache: TrajectoryCache | None = None,
+        fixed: Whitened | None = None,
+    ) -> None:
+        self.plant, self.trajectory, self.dynamics, self.windows = (
+            plant,
+            trajectory,
+            dynamics,
+            windows,
+        )
+        self.cache = cache
+        self.candidate_set: CandidateSet = plant.candidate_set
+        self.tolerances = self.candidate_set.tolerances
+        self.at = dict(at or {})
+        self.columns = columns or self._columns(self.tolerances, self.at)
+        self.fixed = windows.whiten(windows.responses(self.columns)) if fixed is None else fixed
+        self._square = self.fixed.product(self.fixed)
+
+    def with_windows(self, windows: Windows) -> Fitter:
+        """Return the same linearisation in other windows."""
+        return Fitter(
+            self.plant,
+            self.trajectory,
+            self.dynamics,
+            windows,
+            at=self.at,
+            columns=self.columns,
+            cache=self.cache,
+            fixed=windows.again(self.fixed) if windows.like(self.windows) else None,
+        )
+
+    def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+        return columns_along(
+            self.plant,
+            self.trajectory,
+            values,
+            keys,
+            self.dynamics,
+            delay=self.windows.delay,
+            cache=self.cache,
+        )
+
+    def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
+        """Whitened responses of parameters at given values."""
+        return self.windows.whiten(self.windows.responses(self._columns(keys, values)))
+
+    def misfit(self, values: Mapping[str, float]) -> Whitened:
+        """Whitened misfit of the model at given values."""
+        return self._misfit(values, None)
+
+    def _near(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
+    ) -> Whitened:
+        """The same, with steps to first order about an expansion point."""
+        return (
+            self.misfit(values)
+            if expansion_point is None
+            else self._misfit(values, expansion_point)
+        )
+
+    def _misfit(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
+    ) -> Whitened:
+        prediction = predict(
+            self.plant,
+            self.trajectory,
+            values,
+            delay=self.windows.delay,
+            cache=self.cache,
+            expansion_point=expansion_point,
+            dynamics=self.dynamics,
+        )
+        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
+
+    def _expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint | None:
+        """Exact steps at some values, where the plant along the trajectory is known."""
+        return None if self.cache is None else self.cache.expansion_point(values)
+
+    def precision(self, keys: Sequence[str], free: Sequence[str]) -> Floats:
+        """Prior precision of parameters: wide when free, else the datasheet's."""
+        parameters = self.candidate_set.parameters
+        widths = [
+            _WIDE * max(parameters[k].scale, parameters[k].tolerance)
+            if k in free
+            else parameters[k].tolerance
+            for k in keys
+        ]
+        with np.errstate(divide="ignore"):
+            # a factor that is known exactly and not freed cannot move: infinite precision
+            precision: Floats = 1.0 / np.asarray(widths, dtype=float) ** 2
+        return precision
+
+    def fit(
+        self,
+        free: Sequence[str],
+        *,
+        start: Mapping[str, float] | None = None,
+        iterations: int = 6,
+        tolerance: float = 0.3,
+        coarse: bool = False,
+    ) -> Fit:
+        """Fit free parameters and all tolerances.
+
+        The free parameters move first, with the tolerances eliminated to first order, so that a
+        large effect does not drive them far from where their responses were taken.
+
+        Args:
+            free: keys.
+            start: starting values of the free parameters.
+            iterations: at most, in each of the two stages.
+            tolerance: change of the cost at which to stop.
+            coarse: leave out `refined`, which follows for the best fits.
+        """
+        more = [k for k in free if k not in self.tolerances]
+        keys = (*self.tolerances, *more)
+        precision = self.precision(keys, free)
+        first = {k: float(self.at.get(k, 0.0)) for k in keys}
+        first |= {k: float(v) for k, v in (start or {}).items() if k in free}
+        if self.windows.delay and DELAY in first:
+            first[DELAY] = self.windows.delay
+        expansion_point = self._expansion_point(self.at)
+        enough = tolerance, (0.0 if expansion_point is None else _ROUGH)
+        now = self._linear(keys, free, first, precision, expansion_point)
+        if free:
+            now = self._descend(now, iterations, enough, set(free), expansion_point)
+        now = self._descend(now, iterations, enough, set(keys), expansion_point)
+        return now if coarse else self.refined(now, iterations=iterations, tolerance=tolerance)
+
+    def refined(self, fit: Fit, *, iterations: int = 6, tolerance: float = 0.3) -> Fit:
+        """Repeat a fit about exact steps at its own values, until they hold.
+
+        Args:
+            fit: of this fitter.
+            iterations: at most, for each time.
+            tolerance: change of the cost at which to stop.
+        """
+        if self.cache is None:
+            return fit
+        best: Fit | None = None
+        for _ in range(_AGAIN):
+            guessed, expansion_point = fit.cost, self._expansion_point(fit.values)
+            fit = self._linear(fit.keys, fit.free, fit.values, fit.precision, expansion_point)
+            if best is not None and fit.cost > best.cost:
+                return best
+            best = fit
+            off, exact = abs(fit.cost - guessed), fit.cost
+            fit = self._descend(fit, iterations, (tolerance, 0.0), set(fit.keys), expansion_point)
+            if off < tolerance or exact - fit.cost < tolerance:
+                break
+        return fit
+
+    def again(self, fit: Fit, *, whitened: WhitenedResiduals | None = None) -> Fit:
+        """Evaluate misfit and equations of another fitter's fit in these windows.
+
+        Args:
+            fit: of another fitter.
+            whitened: residuals in that fitter's windows, if they are like these.
+        """
+        if whitened is None or not self.windows.like(whitened.windows):
+            return self._linear(fit.keys, fit.free, fit.values, fit.precision)
+        misfit = self.windows.again(whitened.misfit)
+        columns = None if whitened.columns is None else self.windows.again(whitened.columns)
+        found, _ = self._standing(fit.keys, fit.free, fit.values, fit.precision, misfit)
+        return self._with_freed(found, misfit, columns)
+
+    def whitened_residuals(self, fit: Fit) -> WhitenedResiduals:
+        """Whitened misfit and responses of the free parameters at the values of a fit."""
+        columns = self.whitened(fit.free, fit.values) if fit.free else None
+        return WhitenedResiduals(self.windows, self.misfit(fit.values), columns)
+
+    def start(self, free: Sequence[str]) -> Fit:
+        """Return the equations where the tolerances were linearised, nothing fitted."""
+        more = [k for k in free if k not in self.tolerances]
+        keys = (*self.tolerances, *more)
+        values = {k: float(self.at.get(k, 0.0)) for k in keys}
+        return self._linear(keys, free, values, self.precision(keys, free))
+
+    def _descend(
+        self,
+        now: Fit,
+        iterations: int,
+        enough: tuple[float, float],
+        moving: set[str],
+        expansion_point: ExpansionPoint | None,
+    ) -> Fit:
+        """Iterate Gauss-Newton steps with backtracking, fixed keys eliminated to first order.
+
+        They end with one that gains less than enough: an amount, or a share of the misfit above a
+        complete model's.
+        """
+        tolerance, share_of_misfit = enough
+        frozen = [i for i, k in enumerate(now.keys) if k not in moving]
+        level = now.cost - reserve(now, frozen)
+        for _ in range(iterations):
+            step, promised = newton_step(now, self._bounds(now.keys))
+            if promised - reserve(now, frozen) < tolerance:
+                return now
+            step[frozen] = 0.0
+            for share in _SHARES:
+                values = self._moved(now, step, share)
+                misfit = self._near(values, expansion_point)
+                trial, misfit = self._standing(now.keys, now.free, values, now.precision, misfit)
+                reached = trial.cost - reserve(trial, frozen)
+                if reached < level:
+                    break
+            else:
+                return now
+            gained, level, now = level - reached, reached, self._with_freed(trial, misfit)
+            above = level - self.windows.observed
+            whole = max(_COARSE if share == 1.0 else 0.0, share_of_misfit) * above
+            if gained < max(tolerance, _SLOW * level, whole):
+                return now
+        return now
+
+    def _bounds(self, keys: Sequence[str]) -> tuple[Floats, Floats]:
+        """Least and largest values of parameters."""
+        pairs = np.array(
+            [self.candidate_set.parameters[k].bounds for k in keys], dtype=float
+        ).reshape(-1, 2)
+        return pairs[:, 0], pairs[:, 1]
+
+    def _moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
+        """Values after a share of a step, inside the bounds."""
+        out = {}
+        for i, key in enumerate(fit.keys):
+            low, high = self.candidate_set.parameters[key].bounds
+            out[key] = float(min(max(fit.values[key] + share * step[i], low), high))
+        return out
+
+    def _linear(
+        self,
+        keys: Sequence[str],
+        free: Sequence[str],
+        values: Mapping[str, float],
+        precision: Floats,
+        expansion_point: ExpansionPoint | None = None,
+    ) -> Fit:
+        """Misfit and normal equations at given values."""
+        misfit = self._near(values, expansion_point)
+        return self._with_freed(*self._standing(keys, free, values, precision, misfit))
+
+    def _standing(
+        self,
+        keys: Sequence[str],
+        free: Sequence[str],
+        values: Mapping[str, float],
+        precision: Floats,
+        misfit: Whitened,
+    ) -> tuple[Fit, Whitened]:
+        """Misfit at given values with the equations of the tolerances alone: half the work."""
+        count, total = len(self.tolerances), len(keys)
+        normal = np.zeros((self.windows.count, total, total))
+        right = np.zeros((self.windows.count, total))
+        normal[:, :count, :count] = self._square
+        right[:, :count] = self.fixed.product(misfit)[:, :, 0]
+        level = misfit.product(misfit)[:, 0, 0]
+        at_values = np.array([values[k] for k in keys])
+        centre = np.zeros(total)
+        if self.windows.delay and DELAY in keys:
+            # these windows follow a late sensor: its delay is theirs, and held
+            held = list(keys).index(DELAY)
+            _silence(normal, right, held)
+            centre[held] = self.windows.delay
+        penalty = float(np.sum(precision * (at_values - centre) ** 2))
+        cost = float(level.sum()) + penalty
+        fit = Fit(
+            free=tuple(free),
+            keys=tuple(keys),
+            values=dict(values),
+            # a prediction that ran out of digits is never the best one; NaN would compare as such
+            cost=cost if np.isfinite(cost) else np.inf,
+            misfit=level,
+            normal=normal,
+            right=right,
+            precision=precision,
+            centre=centre,
+            penalty=penalty,
+        )
+        return fit, misfit
+
+    def _with_freed(self, fit: Fit, misfit: Whitened, columns: Whitened | None = None) -> Fit:
+        """Add the equations of the free parameters, in place."""
+        fresh, count = list(fit.free), len(self.tolerances)
+        if not fresh:
+            return fit
+        columns = self.whitened(fresh, fit.values) if columns is None else columns
+        at = [fit.keys.index(k) for k in fresh]
+        cross, own = self.fixed.product(columns), columns.product(columns)
+        for a, i in enumerate(at):
+            fit.normal[:, :count, i] = cross[:, :, a]
+            fit.normal[:, i, :count] = cross[:, :, a]
+            fit.right[:, i] = columns.product(misfit)[:, a, 0]
+        for a, i in enumerate(at):
+            for b, j in enumerate(at):
+                fit.normal[:, i, j] = own[:, a, b]
+        if self.windows.delay and DELAY in fit.keys:
+            _silence(fit.normal, fit.right, fit.keys.index(DELAY))
+        return fit
+
+
+def _silence(normal: Floats, right: Floats, held: int) -> None:
+    """Take one parameter out of the equations."""
+    normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0

@@ -1,0 +1,73 @@
+"""``seals diagnose experiment=...``: names what the model of several runs is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.compare.application import read_logs, settings_of
+from seals.logs.atomic import finite, write_json
+from seals.sysid.decision.verdict import Verdict
+from seals.sysid.report.naming import figure, interval
+from seals.sysid.report.runs import write_runs_report
+from seals.sysid.runs import RunsDiagnosis, diagnose_runs
+
+ANSWER = "diagnosis.json"
+
+
+def execute(config: Any) -> int:
+    """Run one composed experiment (root ``compare``) and return the exit code of its verdict.
+
+    Args:
+        config: with the keys of `seals.compare.settings.CompareSettings`.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    settings = settings_of(config)
+    found = diagnose_runs(settings, read_logs(settings))
+    out = Path(settings.out or HydraConfig.get().runtime.output_dir)
+    write_json(out / ANSWER, finite(as_data(found)))
+    write_runs_report(found, out)
+    for one in found:
+        print(sentence(one))
+    print(f"\n{out / ANSWER}")
+    return exit_code(found)
+
+
+def as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
+    """Return one diagnosis as it is, several under ``groups``."""
+    if len(found) == 1:
+        return found[0].to_dict()
+    return {"groups": {one.name: one.to_dict() for one in found}}
+
+
+def exit_code(found: Sequence[RunsDiagnosis]) -> int:
+    """Return the exit code of the verdict; of several the one that says most."""
+    order = list(Verdict)
+    return max((one.answer.verdict for one in found), key=lambda v: -order.index(v)).exit_code
+
+
+def sentence(one: RunsDiagnosis) -> str:
+    """Return the answer in a few lines."""
+    table = one.to_dict()
+    heads = {
+        Verdict.named: "missing:",
+        Verdict.ambiguous: "one of these is missing:",
+        Verdict.nothing_missing: "nothing is missing",
+        Verdict.none_of_these: "none of the effects in the library",
+        Verdict.cannot_tell: "cannot tell",
+    }
+    lines = [f"{one.name}: {heads[one.answer.verdict]}"]
+    for effect in table["effects"]:
+        law = f" ({effect['law']})" if effect["law"] else ""
+        lines.append(f"  {effect['name']}{law}, confidence {100 * effect['confidence']:.0f} %")
+        for name, p in effect["parameters"].items():
+            unit = "" if p["unit"] == "1" else f" {p['unit']}"
+            span = f"(90 %: {interval(p['low90'], p['high90'])})"
+            lines.append(f"    {name} = {figure(p['value'])}{unit}  {span}")
+    lines += [f"  {words}" for words in table["reasons"]]
+    for channel, size in table["rms"].items():
+        if size["before"] is not None and size["after"] is not None:
+            lines.append(f"  {channel}: error {size['before']:.4g} -> {size['after']:.4g}")
+    return "\n".join(lines)

@@ -1,1 +1,0 @@
-"""Naming what a model lacks from several runs of one experiment, each re-simulated whole."""

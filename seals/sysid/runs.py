@@ -1,0 +1,198 @@
+"""Diagnosis of several runs of an experiment, and its written form."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.compare.ladder import FittedValue, Rung
+from seals.compare.score import score_case
+from seals.compare.settings import CompareSettings
+from seals.logs import Log, refuse_if_bad
+from seals.run.progress import progress
+from seals.sysid.candidates.experiment import Candidate
+from seals.sysid.decision.cross_validation import Answer, Claim, decide
+from seals.sysid.decision.verdict import Verdict
+from seals.sysid.predictors.batch import prepare
+from seals.sysid.scores.cross_validation import Hypothesis
+from seals.sysid.selection.runs import Search, expected, search
+
+_NORMAL90 = 1.6449
+_GRAIN = 32
+"""Units of the progress bar for every hypothesis: it looks up at multiples of this."""
+_LAW = 0.03
+"""1-sigma by which real laws differ from those of the library, as a share."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunsDiagnosis:
+    """Effects missing in the model of an experiment.
+
+    Args:
+        name: of the experiment, or of the log where each is fitted by itself.
+        search: what was tried.
+        answer: verdict and claims.
+        rungs: nominal and chosen model as rungs of a ladder, for tables and pictures.
+        seconds: that it took.
+    """
+
+    name: str
+    search: Search
+    answer: Answer
+    rungs: tuple[Rung, ...]
+    seconds: float
+
+    def rms(self, channel: str, *, after: bool) -> float:
+        """Error on runs that no fit saw, or on all where each was held out in turn."""
+        unseen = bool(self.search.validator.experiment.unseen)
+        return self.rungs[-1 if after else 0].rms(channel, held_out=unseen)
+
+    def held_out(self) -> dict[str, float]:
+        """Mean squares in units of the floor on held-out training runs."""
+        nominal, best = self.search.nominal, self.search.best
+        return {
+            "before": float(np.mean(np.expm1(2.0 * nominal.held_out_log_rms))),
+            "after": float(np.mean(np.expm1(2.0 * best.held_out_log_rms))),
+            "noise_floor": 1.0,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the diagnosis in the form of ``diagnosis.json``."""
+        answer, found = self.answer, self.search
+        effects = [_effect(found, c) for c in answer.claims]
+        if answer.verdict is Verdict.ambiguous:
+            effects += [_effect(found, c) for c in answer.others]
+        channels = sorted({c for case in found.validator.experiment.cases for c in case.measured})
+        return {
+            "experiment": self.name,
+            "verdict": answer.verdict.value,
+            "effects": effects,
+            "ambiguous_with": [[c.candidate.label, *c.rivals] for c in answer.claims if c.rivals],
+            "next_experiment": None,
+            "held_out_error": self.held_out(),
+            "rms": {
+                c: {k: _plain(self.rms(c, after=k == "after")) for k in ("before", "after")}
+                for c in channels
+            },
+            "tried": [_tried(found, h) for h in found.tried],
+            "unseen_by_any_channel": [
+                c.label for c in found.validator.experiment.candidate_set.unobservable
+            ],
+            "reasons": list(answer.reasons),
+            "seconds": self.seconds,
+        }
+
+
+def diagnose_runs(settings: CompareSettings, logs: Sequence[Log]) -> list[RunsDiagnosis]:
+    """Name the effects that the model of an experiment is missing.
+
+    Args:
+        settings: the recipe, as for ``seals compare``.
+        logs: its measurements.
+
+    Returns:
+        One diagnosis, or one for every log where the recipe fits each by itself.
+
+    Raises:
+        LogError: a log fails the data check, or nothing in it can be predicted.
+        ConfigError: a name or a key does not fit.
+    """
+    for log in logs:
+        refuse_if_bad(log)
+    groups = [[log] for log in logs] if settings.per_log else [list(logs)]
+    return [_one(settings, g, g[0].name if settings.per_log else settings.name) for g in groups]
+
+
+def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagnosis:
+    began = time.perf_counter()
+    experiment = prepare(settings, logs)
+    total = _GRAIN * expected(experiment)
+    with progress(f"naming {name}", total) as tell:
+        # an estimate: the bar waits before its end until the answer is there
+        found = search(experiment, tell=lambda n: tell(min(_GRAIN * int(n), total - _GRAIN)))
+        answer = decide(found)
+    models = [found.nominal, *([found.best] if found.best.candidates else [])]
+    return RunsDiagnosis(
+        name=name,
+        search=found,
+        answer=answer,
+        rungs=tuple(_rung(found, h) for h in models),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _rung(found: Search, model: Hypothesis) -> Rung:
+    """Evaluate a model on all runs; without unseen ones each by the fit that lacked it."""
+    experiment = found.validator.experiment
+    unseen = found.validator.unseen(model)
+    trained = model.fit.predicted if experiment.unseen else model.held
+    predicted = {**trained, **unseen.predicted}
+    deviations = {**model.fit.deviations, **unseen.deviations}
+    spread = dict(zip(model.fit.free, model.fit.spread(experiment), strict=True))
+    fitted = [
+        FittedValue(
+            key=experiment.names[k],
+            value=float(model.fit.values[k]),
+            sigma=float(spread[k]),
+            unit=experiment.key(k).unit,
+            at_bound=bool(model.fit.values[k] in experiment.key(k).bounds),
+        )
+        for k in model.fit.free
+    ]
+    cases = list(enumerate(experiment.cases))
+    return Rung(
+        name=model.label,
+        effects=[*experiment.candidate_set.nominal, *(c.instance for c in model.candidates)],
+        fitted=fitted,
+        scores=[score_case(case, predicted[k]) for k, case in cases],
+        predicted=[predicted[k] for k, _ in cases],
+        deviations=[deviations[k] for k, _ in cases],
+        start_sigma=[0.0 * deviations[k] for k, _ in cases],
+    )
+
+
+def _effect(found: Search, claim: Claim) -> dict[str, Any]:
+    return {
+        "name": claim.candidate.name,
+        "law": claim.candidate.law,
+        "confidence": claim.confidence,
+        "parameters": _parameters(found, claim.candidate, claim.model),
+    }
+
+
+def _parameters(found: Search, candidate: Candidate, model: Hypothesis) -> dict[str, Any]:
+    experiment = found.validator.experiment
+    spread = dict(zip(model.fit.free, model.fit.spread(experiment), strict=True))
+    out = {}
+    for name in candidate.keys:
+        k = found.validator.index[name]
+        value = float(model.fit.values[k])
+        half = _NORMAL90 * math.hypot(float(spread[k]), _LAW * value)
+        out[name.partition(".")[2]] = {
+            "value": value,
+            "low90": value - half,
+            "high90": value + half,
+            "unit": experiment.key(k).unit,
+        }
+    return out
+
+
+def _tried(found: Search, model: Hypothesis) -> dict[str, Any]:
+    margin = found.validator.margin(model, found.nominal)
+    return {
+        "effects": [c.label for c in model.candidates],
+        "gain": margin.mean,
+        "standard_error": margin.error,
+        "price": model.complexity_penalty,
+        "seen": float(model.training_log_rms.mean()),
+        "held_out": float(model.held_out_log_rms.mean()),
+    }
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None

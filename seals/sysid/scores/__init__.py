@@ -1,0 +1,1 @@
+"""Scores of fitted models: Laplace evidence and cross-validation."""

@@ -1,0 +1,47 @@
+"""Level of the unmodelled force, by the evidence for gusts of different levels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.sysid.least_squares.normal_equations import newton_step
+from seals.sysid.predictors.problem import rewindowed
+from seals.sysid.scores.laplace_evidence import Hypothesis, occam_factor
+
+LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
+"""Factors on the gusts that are compared."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DisturbanceLevel:
+    """Evidence for stronger or weaker gusts under one hypothesis.
+
+    Args:
+        level: factor on the assumed gusts with the best evidence.
+        gain: twice the log of that evidence against the assumed gusts.
+        allowance: the same for the best of the levels that the stated one admits, being good to a
+            factor of two.
+    """
+
+    level: float
+    gain: float
+    allowance: float
+
+
+def disturbance_level(hypothesis: Hypothesis) -> DisturbanceLevel:
+    """Find the level of the gusts with the best evidence at the values of a hypothesis."""
+    fitter = hypothesis.fitter
+    scores, whitened = {}, fitter.whitened_residuals(hypothesis.fit)
+    for level in LEVELS:
+        other = rewindowed(fitter, gusts=level)
+        fit = other.again(hypothesis.fit, whitened=whitened)
+        promised = newton_step(fit)[1]
+        scores[level] = (
+            fit.cost - promised + occam_factor(fit, other.candidate_set) + other.windows.volume
+        )
+    best = min(scores, key=lambda s: scores[s])
+    most = fitter.candidate_set.policy.disturbance_admitted
+    admitted = min(score for level, score in scores.items() if level <= most)
+    return DisturbanceLevel(
+        level=best, gain=scores[1.0] - scores[best], allowance=scores[1.0] - admitted
+    )

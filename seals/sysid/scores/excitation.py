@@ -1,0 +1,44 @@
+"""Excitation of a log: expected gain of each effect at a plausible size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.least_squares.normal_equations import solve_scaled
+from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.selection.linear_screen import candidate_keys, screen
+
+
+def expected_gains(base: Hypothesis) -> Mapping[str, float]:
+    """Predict the fall of the misfit for each candidate at its plausible size.
+
+    Returns:
+        Gain by label of the candidate; the best of its directions counts.
+    """
+    fitter = base.fitter
+    candidate_set = fitter.candidate_set
+    candidates = [c for c in candidate_set.candidates if not c.identification.guessed]
+    about = fitter.start(base.fit.free)
+    table = screen(fitter, about, candidate_keys(candidates))
+    total = table.normal.sum(axis=0)
+    return {c.label: _gain(fitter, total, table.keys, c) for c in candidates}
+
+
+def _gain(fitter: Fitter, total: np.ndarray, keys: tuple[str, ...], candidate: Candidate) -> float:
+    parameters = fitter.candidate_set.parameters
+    own = [keys.index(k) for k in candidate.keys]
+    rest = [keys.index(k) for k in fitter.tolerances if k not in candidate.keys]
+    block = total[np.ix_(own, own)]
+    held = total[np.ix_(rest, rest)] + np.diag(fitter.precision([keys[i] for i in rest], ()))
+    cross = total[np.ix_(rest, own)]
+    solved = np.stack([solve_scaled(held, c) for c in cross.T], axis=1)
+    left = block - cross.T @ solved
+    size = np.array([parameters[k].scale for k in candidate.keys])
+    # what the effect may be within its own tolerance cannot be told from it
+    width = np.array([parameters[k].tolerance for k in candidate.keys])
+    spread = np.linalg.inv(left + 1e-12 * np.diag(np.diag(left) + 1e-12)) + np.diag(width**2)
+    return float(size @ np.linalg.solve(spread, size))

@@ -1,0 +1,92 @@
+"""Hypotheses scored by the Laplace approximation of their evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.windows_fit import Fitter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hypothesis:
+    """Nominal model with some candidates, fitted.
+
+    Args:
+        candidates: that were added; none for the nominal model.
+        fit: of their parameters and the tolerances.
+        fitter: the linearisation the fit belongs to.
+        score: fall of the cost against the nominal model less the Occam factor; 0 for the nominal
+            model.
+    """
+
+    candidates: tuple[Candidate, ...]
+    fit: Fit
+    fitter: Fitter
+    score: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects in the catalogue."""
+        return tuple(c.name for c in self.candidates)
+
+    @property
+    def label(self) -> str:
+        """Names with their variants."""
+        return " + ".join(c.label for c in self.candidates) or "nominal model"
+
+
+def keys_of(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Return the parameters that the candidates free, once each."""
+    return tuple(dict.fromkeys(k for c in candidates for k in c.all_keys))
+
+
+def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
+    """Compute the Occam factor of the free parameters of a fit.
+
+    Equation:
+        log det of the posterior precision less log det of the prior precision over all keys, priors
+        of free parameters as wide as a plausible effect (Laplace's approximation of the evidence).
+    """
+    parameters = candidate_set.parameters
+    widths = np.array(
+        [
+            max(parameters[k].scale, parameters[k].tolerance)
+            if k in fit.free
+            else parameters[k].tolerance
+            for k in fit.keys
+        ]
+    )
+    scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
+    return float(np.linalg.slogdet(scaled + np.eye(len(widths)))[1])
+
+
+def scored(
+    candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Hypothesis
+) -> Hypothesis:
+    """Score a fit against that of the nominal model."""
+    candidate_set = fitter.candidate_set
+    # windows that follow a late sensor leave out rows, each worth one
+    dropped = nominal.fitter.windows.observed - fitter.windows.observed
+    gain = nominal.fit.cost - fit.cost - dropped
+    paid = occam_factor(fit, candidate_set) - occam_factor(nominal.fit, candidate_set)
+    score = gain - paid if np.isfinite(gain - paid) else -np.inf
+    return Hypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
+
+
+def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) -> bool:
+    """Return true where an effect exceeds its tolerance and is not negligible."""
+    tolerated, plausible, policy = 0.0, 0.0, candidate_set.policy
+    for key in candidate.keys:
+        parameter = candidate_set.parameters[key]
+        if parameter.tolerance > 0.0:
+            tolerated = max(tolerated, abs(fit.values[key]) / parameter.tolerance)
+        plausible = max(plausible, abs(fit.values[key]) / parameter.scale)
+    exact = all(candidate_set.parameters[k].tolerance == 0.0 for k in candidate.keys)
+    # a slightly different law of another drag looks like a small one
+    similar = policy.trace_of_similar if candidate.identification.resists else 1.0
+    return plausible > similar * policy.trace if exact else tolerated > policy.tolerances

@@ -1,0 +1,1 @@
+"""Search for the set of candidate effects with the best score."""

@@ -1,0 +1,94 @@
+"""Search for delayed inertial sensors on a hull that falls into water."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.parallel import spread
+from seals.sysid.predictors.linearise import DELAY
+from seals.sysid.predictors.problem import WINDOW, Problem
+from seals.sysid.predictors.substep_integrator import SubstepIntegrator
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.whole_run import (
+    LinearisedModel,
+    UnmodelledDisturbance,
+    converged,
+    linearise_about,
+)
+from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
+from seals.sysid.selection.whole_runs import SearchOutcome, WholeRunFits, choose
+
+_ROUNDS = 14
+"""Steps of a fit at most."""
+_OUTSET = 0.02
+"""Delay from which a fit starts [s]."""
+
+
+def search_own_trajectories(
+    problem: Problem, nominal: Hypothesis, best: Hypothesis, asked: float, *, processes: int = 1
+) -> SearchOutcome | None:
+    """Search again along the models' own trajectories; None where those gain nothing.
+
+    A trajectory smoothed with late readings is bent at the impact, straight lines between the rows
+    miss the impact's peak, and a hull that strikes fast is under water within a row. So model and
+    trajectory are fitted together: first with and without late sensors, and where these are not
+    missing, with all other effects.
+
+    Args:
+        problem: the log made ready.
+        nominal: model, against which all were scored.
+        best: model that was found along the measured trajectory.
+        asked: score that an effect must reach.
+        processes: that share the fits.
+
+    Returns:
+        Nominal model, chosen one and all that were tried.
+    """
+    named = [c for c in problem.plant.candidate_set.candidates if DELAY in c.keys]
+    if not named or not problem.impact or not _doubtful(best):
+        return None
+    trajectory = problem.fitter.trajectory
+    surface_error = surface_model_error(problem.plant, trajectory)
+    if surface_error is not None:
+        later = [
+            np.roll(surface_error.blur, k)
+            for k in range(1 + int(2.0 * _OUTSET / problem.samples.step))
+        ]
+        widened: Floats = np.max(later, axis=0)
+        surface_error = replace(surface_error, blur=widened)
+    disturbance = UnmodelledDisturbance(
+        gusts=problem.fitter.windows.gusts, surface_error=surface_error, length=WINDOW
+    )
+    integrator = SubstepIntegrator(problem.plant)
+    outsets = [
+        linearise_about(integrator, trajectory, free, {DELAY: start}, disturbance)
+        for free, start in (((), 0.0), ((DELAY,), _OUTSET))
+    ]
+    found: list[LinearisedModel] = spread(_converged, outsets, processes)
+    for one in found:
+        one.fitter.attach(integrator)
+    plain, delayed = found
+    fits = WholeRunFits(plain, outsets[0], processes=processes)
+    late = fits.hypothesis(named[:1], delayed)
+    if late.score > asked and is_significant(named[0], late.fit, fits.candidate_set):
+        late = replace(late, score=late.score + nominal.fit.cost - plain.fit.cost)
+        if late.score > best.score + asked:
+            return nominal, late, (late,)
+    if plain.fit.cost > best.fit.cost - problem.policy.late_gain:
+        return None
+    return choose(fits, asked)
+
+
+def _doubtful(best: Hypothesis) -> bool:
+    """Return true where a model leaves a large misfit, or needs a very flexible effect."""
+    much = (
+        best.fit.cost > best.fitter.candidate_set.policy.late_misfit * best.fitter.windows.observed
+    )
+    return much or any(c.identification.guessed for c in best.candidates)
+
+
+def _converged(now: LinearisedModel) -> LinearisedModel:
+    return converged(now, rounds=_ROUNDS)

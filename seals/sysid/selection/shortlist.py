@@ -1,0 +1,82 @@
+"""Shortlist: coarse fits of all models, full fits of those that may be the best."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.parallel import spread
+from seals.sysid.predictors.linearise import DELAY
+from seals.sysid.predictors.problem import rewindowed
+from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.laplace_evidence import Hypothesis, keys_of, scored
+
+Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
+
+
+def fitted(
+    fitter: Fitter,
+    jobs: Sequence[Job],
+    nominal: Hypothesis,
+    best: Hypothesis,
+    *,
+    processes: int,
+) -> list[Hypothesis]:
+    """Fit several models from given values; those far behind the best one stay coarse.
+
+    Windows that follow late sensors would lend their delay to a model without one: such a model is
+    fitted in windows that follow none.
+    """
+    lends = bool(fitter.windows.delay) and any(DELAY not in keys_of(job[0]) for job in jobs)
+    plain = rewindowed(fitter, delay=0.0) if lends else fitter
+
+    def seen_by(candidates: Sequence[Candidate]) -> Fitter:
+        return fitter if DELAY in keys_of(candidates) else plain
+
+    def work(job: Job) -> Fit:
+        keys = keys_of(job[0])
+        return seen_by(job[0]).fit(keys, start={k: job[1][k] for k in keys}, coarse=True)
+
+    fits = spread(work, jobs, processes)
+    tried = [
+        scored(job[0], fit, seen_by(job[0]), nominal) for job, fit in zip(jobs, fits, strict=True)
+    ]
+    return refined(tried, nominal, nominal, top=best.score, processes=processes)
+
+
+def refined(
+    tried: Sequence[Hypothesis],
+    nominal: Hypothesis,
+    base: Hypothesis,
+    *,
+    top: float = 0.0,
+    always: int = 0,
+    processes: int,
+) -> list[Hypothesis]:
+    """Complete the coarse fits that may be the best.
+
+    Args:
+        tried: coarsely fitted.
+        nominal: model against which they are scored.
+        base: best model without them.
+        top: best score so far.
+        always: how many are finished in any case.
+        processes: that share the fits.
+    """
+    ranked = sorted((h.score for h in tried), reverse=True)
+    least = hopeful(max([top, *ranked[:1]]), base)
+    least = min([least, *ranked[:always][-1:]])
+    near = [i for i, h in enumerate(tried) if h.score >= least]
+    fits = spread(lambda i: tried[i].fitter.refined(tried[i].fit), near, processes)
+    out = list(tried)
+    for i, fit in zip(near, fits, strict=True):
+        out[i] = scored(tried[i].candidates, fit, tried[i].fitter, nominal)
+    return out
+
+
+def hopeful(top: float, base: Hypothesis) -> float:
+    """Least score of a coarse fit that may still become the best."""
+    policy = base.fitter.candidate_set.policy
+    return top - policy.behind - policy.behind_share * max(top - base.score, 0.0)
