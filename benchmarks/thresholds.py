@@ -27,10 +27,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from benchmarks.traced import Change, Trace, Traced
 from seals.logs.native import read_native
-from seals.sysid.decision.evidence import judge
+from seals.sysid.decision.evidence import decide
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.naming import search
-from seals.sysid.problem import prepare
+from seals.sysid.predictors.problem import prepare
+from seals.sysid.selection.windows import search
 
 Answer: TypeAlias = list[Any]
 """Verdict and names."""
@@ -53,7 +53,7 @@ def traced(by: float, trace: Trace) -> DecisionPolicy:
 
 def answer_of(problem: Any, found: Any) -> Answer:
     """Verdict and sorted names of a search."""
-    answer = judge(problem, found)
+    answer = decide(problem, found)
     return [answer.verdict.value, sorted(claim.name for claim in answer.claims)]
 
 

@@ -238,7 +238,7 @@ def test_what_was_seen_serves_other_gusts(fitter: Fitter) -> None:
     """Equations from outputs at hand equal those from the model."""
     fit = fitter.fit(("wind.velocity_x",), iterations=2)
     other = rewindowed(fitter, gusts=3.0)
-    quick, slow = other.again(fit, seen=fitter.seen(fit)), other.again(fit)
+    quick, slow = other.again(fit, whitened=fitter.whitened_residuals(fit)), other.again(fit)
     assert quick.cost == pytest.approx(slow.cost, rel=1e-9)
     assert quick.normal == pytest.approx(slow.normal, rel=1e-8, abs=1e-8 * slow.normal.max())
 
