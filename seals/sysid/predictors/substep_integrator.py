@@ -140,7 +140,7 @@ class SubstepIntegrator:
         return out
 
 
-_SHARED = ("between", "plant", "library")
+_SHARED = ("integrator", "plant", "candidate_set")
 
 
 class SubstepFitter(Fitter):
