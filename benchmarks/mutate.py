@@ -28,7 +28,7 @@ HOOKS = (
     "loads",
     "drive_loads",
     "inertia",
-    "nominal",
+    "inertia_change",
     "flow",
     "joint_loads",
     "actuation",
@@ -36,7 +36,7 @@ HOOKS = (
     "measure",
     "timing",
 )
-_BARE = ("nominal", "actuation", "drives", "measure", "timing")
+_BARE = ("inertia_change", "actuation", "drives", "measure", "timing")
 """Hooks that hand back no memory."""
 _FACTOR = {"sign": -1.0, "size": 1.1}
 _YAW = np.kron(np.eye(2), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
@@ -113,7 +113,7 @@ def _changed(output: Any, given: Any, mutant: Mutant) -> Any:
         found = Reading(*(b + _vector(a - b, factor) for a, b in pairs))
     elif isinstance(output, Drives):
         found = _drives(output, given if mutant.hook == "actuation" else None, factor)
-    elif mutant.hook == "nominal":
+    elif mutant.hook == "inertia_change":
         found = _matrix(output, factor)
     elif mutant.hook == "flow":
         found = _vector(output, factor)

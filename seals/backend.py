@@ -72,7 +72,7 @@ class Dynamics(NamedTuple):
     joint_force: Array
     joint_drive: JointDrive | None = None
     armature: Floats | None = None
-    sudden: bool = False
+    discontinuous: bool = False
 
 
 class BodyOptions:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeVar, cast
+
+from seals.deprecation import warn_renamed
 
 Options = TypeVar("Options")
 
@@ -11,7 +14,8 @@ def options_of(plugin: object, options: type[Options]) -> Options:
     """Return a plug-in as one that has all optional attributes of its kind.
 
     A plug-in that derives from the class of options comes back as it is. Any other is given the
-    defaults of what it lacks, once; what it has stays.
+    defaults of what it lacks, once; what it has stays. Options under their former names, which the
+    class of options lists in ``_former``, are taken over with a warning.
 
     Args:
         plugin: object of a plug-in class.
@@ -27,6 +31,11 @@ def options_of(plugin: object, options: type[Options]) -> Options:
         >>> options_of(Stranger(), Options).idles
         False
     """
+    former: Mapping[str, str] = getattr(options, "_former", {})
+    for old, new in former.items():
+        if hasattr(plugin, old) and new not in vars(plugin):
+            warn_renamed(f"{type(plugin).__name__}.{old}", new, level=3)
+            object.__setattr__(plugin, new, getattr(plugin, old))
     if not isinstance(plugin, options):
         for name, default in vars(options).items():
             if not name.startswith("_") and not hasattr(plugin, name):

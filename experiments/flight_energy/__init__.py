@@ -84,7 +84,7 @@ def fly(settings: RunSettings) -> Balance:
             twists.append(moving.twists[0])
             energy = _energy(actor, poses.origins[0], poses.rotations[0], moving.twists[0])
             world.step()
-            rows.append((world.time - step, energy, *_rotors(actor), actor.supply()))
+            rows.append((world.time - step, energy, *_rotors(actor), actor.battery_state()))
         columns = [np.array(column) for column in zip(*rows, strict=True)]
         time, mechanical, rotors, shaft, battery = columns
         pushed = {
@@ -130,7 +130,7 @@ def _rotors(actor: Actor) -> tuple[float, float]:
 def _chemical(actor: Actor, left: float) -> float:
     """Energy between the charge at the start and that at the end, by the cells' own curve [J]."""
     cells: Any = actor.battery
-    b = actor.effects.supplies[0]
+    b = actor.effects.batteries[0]
     charge = np.linspace(left, float(cells.charge), 2001)
     # the terminal voltage without a current is that of the cells
     taken = ((float(cells.charge) - charge) * float(cells.capacity))[:, None]

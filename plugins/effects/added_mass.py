@@ -82,7 +82,7 @@ class AddedMass(Effect):
     coupling: list[list[float]] = field(default_factory=list)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
-    dries: ClassVar[bool] = True
+    zero_when_dry: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
     identification: ClassVar[Identification] = Identification(
         answers=True,

@@ -106,7 +106,7 @@ class DragAngular(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
-    dries: ClassVar[bool] = True
+    zero_when_dry: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
         resists=True,
         answers=True,

@@ -99,7 +99,7 @@ class Battery(Effect):
         return open_circuit - params["resistance"] * current, current, left
 
     @staticmethod
-    def supply(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
+    def battery_update(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
         """New memory under the power [W] of the drives, shape (N, 1)."""
         if _one(memory, params) and power.size == 1:
             return _drained(power.item(), float(inputs.step), memory, params)
@@ -163,7 +163,7 @@ def _rest(memory: Floats, params: Parameters) -> tuple[float, float]:
 
 
 def _drained(power: float, step: float, memory: Floats, params: Parameters) -> Floats:
-    """`Battery.supply` of one battery."""
+    """`Battery.battery_update` of one battery."""
     resistance = params["resistance"].item()
     total, voltage = power + params["electronics"].item(), _rest(memory, params)[1]
     root = math.sqrt(max(voltage * voltage - 4.0 * resistance * total, 0.0))

@@ -52,7 +52,7 @@ class Buoyancy(Effect):
     medium: MediumKind = MediumKind.water
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
-    dries: ClassVar[bool] = True
+    zero_when_dry: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("payload",)
     identification: ClassVar[Identification] = Identification(
         measurement="Weighing the vehicle under water would tell.",

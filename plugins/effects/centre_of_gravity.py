@@ -84,7 +84,7 @@ class CentreOfGravity(Effect):
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
-    def nominal(body: Body, params: Parameters) -> Array:
+    def inertia_change(body: Body, params: Parameters) -> Array:
         """Change of the inertia about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(body.mass)
         shift = skew(params["offset"] + body.centre_of_mass * 0.0)

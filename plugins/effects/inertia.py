@@ -93,7 +93,7 @@ class InertiaChange(Effect):
         return [Addition(instance=name, effect=cls(), parameters=sizes, order=order)]
 
     @staticmethod
-    def nominal(body: Body, params: Parameters) -> Array:
+    def inertia_change(body: Body, params: Parameters) -> Array:
         """Change of the inertia about the link origin [kg m^2]."""
         x, y, z = params["delta_xx"], params["delta_yy"], params["delta_zz"]
         rows = x * 0.0 + y * 0.0 + z * 0.0 + body.mass * 0.0

@@ -136,7 +136,7 @@ class Payload(Effect):
         )
 
     @staticmethod
-    def nominal(body: Body, params: Parameters) -> Array:
+    def inertia_change(body: Body, params: Parameters) -> Array:
         """Inertia of the point mass about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(params["mass"])
         arm = skew(params["position"] + body.centre_of_mass * 0.0)

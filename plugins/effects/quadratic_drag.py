@@ -72,7 +72,7 @@ class DragQuadratic(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
-    dries: ClassVar[bool] = True
+    zero_when_dry: ClassVar[bool] = True
     twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
     identification: ClassVar[Identification] = Identification(
         resists=True,

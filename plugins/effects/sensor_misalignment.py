@@ -79,14 +79,14 @@ class SensorMisalignment(Effect):
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
-    def askew(params: Parameters) -> Array:
+    def axis_misalignment(params: Parameters) -> Array:
         """Return the turn of the axes, Exp(r), shape (1 or N, 3, 3)."""
         return matrix_of(exponential(params["rotation"]))
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:
         """Both readings in the turned axes [rad/s, m/s^2]."""
-        turn = SensorMisalignment.askew(params)
+        turn = SensorMisalignment.axis_misalignment(params)
         return Reading(
             angular_velocity=unrotate(turn, reading.angular_velocity),
             specific_force=unrotate(turn, reading.specific_force),

@@ -82,7 +82,7 @@ class SensorBatteryMeter(Instrument):
 
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return voltage and current."""
-        voltage, current, _ = felt.board.supply()
+        voltage, current, _ = felt.board.battery_state()
         seen = {"battery_voltage": np.array([voltage]), "battery_current": np.array([current])}
         return seen, own
 

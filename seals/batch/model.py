@@ -280,12 +280,12 @@ def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: in
         batched; None for none.
     """
     links, total = len(robot.links), None
-    single = all(len(x) == 1 for b in effects.nominals for x in b.params.values())
+    single = all(len(x) == 1 for b in effects.inertia_changes for x in b.params.values())
     count = 1 if single else batch
     bodies = robot.bodies(like, count)
-    for b in effects.nominals:
+    for b in effects.inertia_changes:
         rows = rows_of(b.links, links, count)
-        matrix = b.hooks.nominal(take(bodies, rows), b.params)
+        matrix = b.hooks.inertia_change(take(bodies, rows), b.params)
         if rows is not None:
             matrix = scatter(matrix, rows, links * count)
         total = matrix if total is None else total + matrix

@@ -15,7 +15,7 @@ from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.state import TwinState
 from seals.control.batched import BatchController, View
-from seals.control.batched_gauge import BatchThrust, BatchWater
+from seals.control.batched_estimators import BatchActuatorLimitEstimator, BatchImmersionEstimator
 from seals.control.plant import build_plant
 from seals.control.protocols import ControllerOptions
 from seals.effects.binding import EffectSet
@@ -104,14 +104,16 @@ class PilotedTwin:
         self._every = max(1, round(1.0 / (settings.controller.rate * step)))
         self._drives = BatchDrives(response_of(held), like)
         links = len(self.whole.links)
-        self._thrust = BatchThrust(plant, self.twin.effects, links=links, like=like, batch=batch)
+        self._thrust = BatchActuatorLimitEstimator(
+            plant, self.twin.effects, links=links, like=like, batch=batch
+        )
         body, volume = self.twin.body, self.twin.evaluator.surroundings.volume
         places, turns = [as_like(np.zeros((1, 3)), like)], [as_like(np.eye(3), like)]
         if isinstance(body, FusedBody):
             places, turns = body.places, body.turns
-        self._water = BatchWater(places, turns, volume, settings.environment.gravity)
-        supplies = self.twin.effects.supplies
-        self._full = supplies[0].hooks.full_voltage if supplies else None
+        self._water = BatchImmersionEstimator(places, turns, volume, settings.environment.gravity)
+        batteries = self.twin.effects.batteries
+        self._full = batteries[0].hooks.full_voltage if batteries else None
         self._torque = self.twin.no_torque()
 
     def start(self, state: TwinState, drive: Array) -> Flight:

@@ -102,7 +102,7 @@ class Response:
             batch=batch,
             joint_links=twin.robot.tree.child,
         )
-        evaluator.fed = bool(twin.effects.supplies)
+        evaluator.fed = bool(twin.effects.batteries)
         motion = self.posture.motion
         memory = {**effects.zero_memory(batch), **twin.memory}
         found = evaluator.evaluate(motion, self._joints, self.inputs, memory, self._found.sample)

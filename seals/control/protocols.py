@@ -150,7 +150,9 @@ class ActuatorCommand(NamedTuple):
 class ControllerOptions:
     """Defaults of what a controller may have; a base of controllers, or read by `options_of`."""
 
-    weighs: ClassVar[bool] = True
+    _former: ClassVar[Mapping[str, str]] = {"weighs": "needs_mass_properties"}
+
+    needs_mass_properties: ClassVar[bool] = True
     """Whether it asks for mass properties, buoyancy and limits of drives; situations hold those of
     the start otherwise, as for gaits."""
 

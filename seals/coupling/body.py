@@ -157,7 +157,7 @@ class CoupledBody(BodyOptions):
         smooth = self._speed.acceleration(step)
         last = None if smooth is None else smooth[self._base :]
         acting = self._drives.over_step(dynamics, step, last)
-        if dynamics.found.inertias or dynamics.sudden:
+        if dynamics.found.inertias or dynamics.discontinuous:
             contact = self._contacts.wrenches() if self._contacts.any else None
             wrench, joint_force = self._split.act(dynamics, contact, acting)
         else:

@@ -59,7 +59,7 @@ class InertiaSplit:
     def idle(self, dynamics: Dynamics) -> bool:
         """Whether the engine's own equations are the full ones: no added inertia has a weight."""
         none = all(weightless(added) for _, _, added, _ in dynamics.found.inertias)
-        return none and not self._raised and not dynamics.sudden
+        return none and not self._raised and not dynamics.discontinuous
 
     def act(
         self, dynamics: Dynamics, contact: Floats | None, acting: ImplicitDrive | None

@@ -14,18 +14,18 @@ from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.effects.effect import (
     Actuated,
     Actuation,
+    BatteryUpdate,
     DriveLoads,
     Effect,
     EffectOptions,
     FlowField,
     Inertia,
+    InertiaChange,
     JointDriven,
     JointLoads,
     Loads,
     Measure,
     MediumKind,
-    Nominal,
-    Supply,
     Timed,
 )
 from seals.effects.hooks import arguments_of
@@ -84,8 +84,8 @@ class EffectSet:
         self.actuators = self._having(Actuated)
         self.actuations = self._having(Actuation)
         self.drive_loads = self._having(DriveLoads)
-        self.supplies = self._having(Supply)
-        self.nominals = self._having(Nominal)
+        self.batteries = self._having(BatteryUpdate)
+        self.inertia_changes = self._having(InertiaChange)
         self.measures = self._having(Measure)
         self.timings = self._having(Timed)
         self.names = tuple(b.name for b in bound)
@@ -101,7 +101,7 @@ class EffectSet:
     @property
     def wrenching(self) -> tuple[str, ...]:
         """Names of all effects that make wrenches, in the order of the configuration."""
-        makers = (*self.nominals, *self.loads, *self.actuators, *self.drive_loads)
+        makers = (*self.inertia_changes, *self.loads, *self.actuators, *self.drive_loads)
         made = {b.name for b in makers}
         return tuple(name for name in self.names if name in made)
 
@@ -173,8 +173,8 @@ _KINDS = (
     "actuators",
     "actuations",
     "drive_loads",
-    "supplies",
-    "nominals",
+    "batteries",
+    "inertia_changes",
     "measures",
     "timings",
 )

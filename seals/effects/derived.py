@@ -164,7 +164,7 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
 
 _HOOKS = (
     *("loads", "inertia", "flow", "joint_loads", "joint_drive", "actuation"),
-    *("drive_loads", "nominal", "measure", "timing"),
+    *("drive_loads", "inertia_change", "measure", "timing"),
 )
 
 

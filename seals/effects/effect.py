@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
+from seals.deprecation import warn_renamed
 from seals.effects.derived import default_additions
 from seals.effects.identification import (
     Addition,
@@ -49,6 +50,15 @@ class EffectOptions:
     """Place among the effects that change a reading: those of lower order act first."""
 
 
+_FORMER = {
+    "dries": "zero_when_dry",
+    "nominal": "inertia_change",
+    "supply": "battery_update",
+    "askew": "axis_misalignment",
+}
+"""Present name of each renamed hook and attribute."""
+
+
 @dataclass(kw_only=True)
 class Effect(EffectOptions):
     """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.
@@ -77,12 +87,12 @@ class Effect(EffectOptions):
     - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
       before its limit, with its slopes, so that steps can take it implicitly.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
-    - ``supply(power, inputs, memory, params) -> new memory`` of a battery under the power of all
-      drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
+    - ``battery_update(power, inputs, memory, params) -> new memory`` of a battery under the
+      power of all drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
     - ``timing(params) -> Timing``: later commands, slower actuators, late sensors.
     - ``measure(reading, params) -> Reading``: what the inertial sensors really report.
-    - ``nominal(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about its
-      origin; weight and centre of mass follow from it.
+    - ``inertia_change(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about
+      its origin; weight and centre of mass follow from it.
 
     Args:
         links: link names; ``root`` is the base link and ``*`` every link.
@@ -108,8 +118,17 @@ class Effect(EffectOptions):
     stiff: ClassVar[bool] = False
     """Whether the law changes so steeply with speed that explicit steps of a log's length fail."""
 
-    dries: ClassVar[bool] = False
+    zero_when_dry: ClassVar[bool] = False
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
+
+    def __init_subclass__(cls) -> None:
+        """Take over hooks and attributes under their former names."""
+        super().__init_subclass__()
+        for old, new in _FORMER.items():
+            given = vars(cls).get(old)
+            if new not in vars(cls) and (given is True or isinstance(given, staticmethod)):
+                warn_renamed(f"{cls.__name__}.{old}", new, level=3)
+                setattr(cls, new, given)
 
     def ambient(self) -> Effect | None:
         """Return the effect as it acts on the scene's other bodies; None for one of this robot."""
@@ -240,11 +259,11 @@ class Actuation(Protocol):
 
 
 @runtime_checkable
-class Supply(Protocol):
-    """An effect with the hooks ``supply`` and ``state``: a battery."""
+class BatteryUpdate(Protocol):
+    """An effect with the hooks ``battery_update`` and ``state``: a battery."""
 
     @staticmethod
-    def supply(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
+    def battery_update(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
         """New memory under the power of all drives [W], shape (N, 1)."""
         ...
 
@@ -272,11 +291,11 @@ class DriveLoads(Protocol):
 
 
 @runtime_checkable
-class Nominal(Protocol):
-    """An effect with the hook ``nominal``."""
+class InertiaChange(Protocol):
+    """An effect with the hook ``inertia_change``."""
 
     @staticmethod
-    def nominal(body: Body, params: Parameters) -> Array:
+    def inertia_change(body: Body, params: Parameters) -> Array:
         """Change of the rigid inertia about the link origin, shape (N, 6, 6)."""
         ...
 

@@ -92,7 +92,7 @@ class Evaluator:
         self.implicit = implicit
         self.fed = False
         self.effects, self.surroundings = effects, surroundings
-        self.nominals = () if folded else effects.nominals
+        self.inertia_changes = () if folded else effects.inertia_changes
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
@@ -126,7 +126,7 @@ class Evaluator:
         new: dict[str, Array] = dict(memory)
         if self.effects.held is not None:
             joints = self._held(motion)
-        if self.effects.supplies and not self.fed:
+        if self.effects.batteries and not self.fed:
             inputs = inputs._replace(voltage=self.supplied(memory))
         sample = self.surroundings.sample(motion) if sample is None else sample
         if self.effects.flows:
@@ -136,7 +136,7 @@ class Evaluator:
         dry = bool(self._drying) and is_dry(sample)
         inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
-        for b in self.nominals:
+        for b in self.inertia_changes:
             rows, part, medium = self._seen(b, motion, sample, seen)
             added, wrench = _nominal(b, part, medium)
             inertias.append((b, rows, added, _still(medium)))
@@ -150,8 +150,8 @@ class Evaluator:
         if self.effects.actuators and inputs.drive is not None:
             for b in self.effects.actuators:
                 loads += self._driven(b, motion, sample, joints, inputs, memory, new, seen, running)
-        for b in self.effects.supplies:
-            new[b.name] = b.hooks.supply(
+        for b in self.effects.batteries:
+            new[b.name] = b.hooks.battery_update(
                 power_of(running, memory[b.name]), inputs, memory[b.name], b.params
             )
         joint_drives = [
@@ -194,7 +194,7 @@ class Evaluator:
 
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
-        for b in self.effects.supplies:
+        for b in self.effects.batteries:
             voltage: Array = b.hooks.state(memory[b.name], b.params)[0]
             return voltage
         return None
@@ -347,7 +347,7 @@ def _repeated(joints: Joints, times: int) -> Joints:
 
 def vanishes_dry(b: BoundEffect) -> bool:
     """Whether nothing is left of an effect while nothing is submerged."""
-    return b.effect.dries and b.kind is MediumKind.water and not b.effect.memory_size
+    return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
 def is_dry(sample: Sample) -> bool:
@@ -388,7 +388,7 @@ def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:
 
 def _nominal(b: BoundEffect, motion: Motion, medium: Medium) -> tuple[AddedInertia, Wrench]:
     """A change of the rigid inertia as inertia that moves with the link, and its weight."""
-    matrix = b.hooks.nominal(motion.body, b.params)
+    matrix = b.hooks.inertia_change(motion.body, b.params)
     one = motion.velocity[:, 0:1] * 0.0 + 1.0
     return AddedInertia(matrix, one), weight_of(matrix, motion, medium.gravity)
 

@@ -7,7 +7,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.control.allocation import Allocation
-from seals.control.gauge import MassGauge
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR, Plant
 from seals.errors import ConfigError
 
@@ -30,7 +30,7 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
             "Allowed here: initial.drives=rest"
         )
     speeds = carrying_speeds(plant, start.joints)
-    mass = MassGauge(plant.robot).at(np.asarray(start.joints, dtype=float))
+    mass = MassPropertyEstimator(plant.robot).at(np.asarray(start.joints, dtype=float))
     weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
     lift = float(Allocation(layout).wrench(speeds[0], mass.centre)[0])
     if lift < 0.99 * weight[0]:
@@ -52,7 +52,7 @@ def carrying_speeds(plant: Plant, joints: Floats) -> Floats:
     """
     if set(plant.layout.kind) != {ROTOR}:
         return np.zeros((1, plant.layout.drives))
-    mass = MassGauge(plant.robot).at(np.asarray(joints, dtype=float))
+    mass = MassPropertyEstimator(plant.robot).at(np.asarray(joints, dtype=float))
     weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
     speeds: Floats = Allocation(plant.layout).commands(weight, mass.centre)[None]
     return speeds

@@ -53,7 +53,7 @@ class Recorder:
         # one flat write: position, quaternion, velocity, spin, joints, rates
         self._state[row] = np.concatenate(self.actor.body.read())
         if self.actor.battery:
-            self._battery[row] = self.actor.supply()
+            self._battery[row] = self.actor.battery_state()
         for sensor, reading in self.actor.readings.items():
             if reading is not None:
                 for channel, values in reading.items():

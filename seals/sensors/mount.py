@@ -61,7 +61,7 @@ class Mount:
 
     def felt(self, felt: SensorInput) -> SensorInput:
         """Return the instant at the sensor, in its axes; contacts stay those of the link."""
-        if self.plain and felt.askew is None:
+        if self.plain and felt.axis_misalignment is None:
             return felt
         position, velocity, force = felt.position, felt.velocity, felt.specific_force
         spin, rate, r = felt.spin, felt.spin_rate, self.arm
@@ -70,8 +70,8 @@ class Mount:
             around = crossed(spin, r)
             velocity = velocity + around
             force = force + crossed(rate, r) + crossed(spin, around)
-        turn = self.turn if felt.askew is None else self.turn @ felt.askew
-        if self.aligned and felt.askew is None:
+        turn = self.turn if felt.axis_misalignment is None else self.turn @ felt.axis_misalignment
+        if self.aligned and felt.axis_misalignment is None:
             return felt._replace(position=position, velocity=velocity, specific_force=force)
         return felt._replace(
             position=position,

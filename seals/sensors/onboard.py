@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.deprecation import renamed_field
 from seals.effects.binding import EffectSet
 from seals.robot.model import RobotModel
 
@@ -37,13 +38,15 @@ class OnboardState(NamedTuple):
 
     joints: Callable[[], Floats]
     rotors: Callable[[], Floats]
-    supply: Callable[[], tuple[float, float, float]]
+    battery_state: Callable[[], tuple[float, float, float]]
+
+    supply = renamed_field("OnboardState", "supply", "battery_state")
 
 
 def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:
     """Return what a robot has."""
     rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
-    return RobotEquipment(robot.joints, rotors, bool(effects.supplies))
+    return RobotEquipment(robot.joints, rotors, bool(effects.batteries))
 
 
 def spins(actuator: Any) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import renamed_members
+from seals.deprecation import renamed_field, renamed_members
 from seals.sensors.onboard import OnboardState, nothing_aboard
 from seals.sensors.surroundings import Surroundings, no_surroundings
 
@@ -43,8 +43,7 @@ class SensorInput(NamedTuple):
         others: origins of the scene's other bodies, world [m], by name.
         around: water, ground and other bodies, to be asked.
         board: joints, rotors and battery of the robot, to be asked.
-        askew: turn of a sensor's axes against those it is said to have, shape (3, 3), None for
-            none.
+        axis_misalignment: turn of a sensor's axes against the stated ones, shape (3, 3), or None.
         eye: through which a camera sees the scene, None for other sensors.
     """
 
@@ -61,8 +60,10 @@ class SensorInput(NamedTuple):
     others: Mapping[str, Floats] = NOBODY
     around: Surroundings = NOWHERE
     board: OnboardState = NOTHING_ABOARD
-    askew: Floats | None = None
+    axis_misalignment: Floats | None = None
     eye: Eye | None = None
+
+    askew = renamed_field("SensorInput", "askew", "axis_misalignment")
 
 
 @runtime_checkable

@@ -20,7 +20,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "loads": ((3,), (3,)),
     "drive_loads": ((3,), (3,)),
     "inertia": ((6, 6), (1,)),
-    "nominal": ((6, 6),),
+    "inertia_change": ((6, 6),),
     "flow": ((3,),),
     "measure": ((3,), (3,)),
     "timing": ((1,), (1,), (1,)),
@@ -37,7 +37,7 @@ def call_hook(
         "actuation": (now.drives, now.motion, now.medium, now.inputs),
         "drives": (now.inputs,),
         "measure": (now.reading,),
-        "nominal": (now.motion.body,),
+        "inertia_change": (now.motion.body,),
         "timing": (),
     }
     if hook in plain:
@@ -69,7 +69,7 @@ def nothing(hook: str, instant: Instant) -> Any:
     return {
         "actuation": instant.drives,
         "measure": instant.reading,
-        "nominal": instant.motion.body.mass[:, :, None] * 0.0,
+        "inertia_change": instant.motion.body.mass[:, :, None] * 0.0,
         "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 3),
     }.get(hook)
 

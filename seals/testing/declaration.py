@@ -28,7 +28,7 @@ HEADINGS = (
 HOOKS = (
     "flow",
     "inertia",
-    "nominal",
+    "inertia_change",
     "loads",
     "joint_loads",
     "actuation",

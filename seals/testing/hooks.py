@@ -126,7 +126,7 @@ class HookCheck:
 
     def _check_full(self, hook: str, instant: Instant) -> None:
         """Check that one value of the parameters still gives one matrix a body."""
-        if hook != "nominal":
+        if hook != "inertia_change":
             return
         bound = bind_effects({"it": self.effect}, [_link(self.effect)])
         output, _ = call_hook(self.effect, hook, instant, None, bound.bound[0].params)

@@ -108,7 +108,7 @@ class Actor:
         self.drive_at_start: Floats | None = None
         self.voltage: Floats | None = None
         self.drivetrain = Drivetrain(effects, robot.tree.joints)
-        self.battery: Any = effects.supplies[0].effect if effects.supplies else None
+        self.battery: Any = effects.batteries[0].effect if effects.batteries else None
         self.pilot: Pilot | None = None
         self._speeds: Mapping[str, Any] = {}
         self._solid: list[tuple[int, Shape]] | None = None
@@ -118,7 +118,7 @@ class Actor:
             sensors,
             body=self.body,
             around=Surroundings(environment, waves),
-            board=OnboardState(self.body.joint_positions, self._rotor_speeds, self.supply),
+            board=OnboardState(self.body.joint_positions, self._rotor_speeds, self.battery_state),
             gravity=environment.gravity,
         )
         self._before: LinkVelocities | None = None
@@ -193,7 +193,7 @@ class Actor:
         due, row = self._due
         wrench = self.immersion.wrenches(impulses, due, step)
         self.ledger.write(row, self.ledger.effects[-1], None, Wrench(wrench[:, :3], wrench[:, 3:]))
-        whole = due._replace(wrench=due.wrench + wrench[None], sudden=True)
+        whole = due._replace(wrench=due.wrench + wrench[None], discontinuous=True)
         self.body.apply(whole, step)
 
     def _obey(self, order: ActuatorCommand) -> None:
@@ -210,13 +210,13 @@ class Actor:
         normals = self.body.contact_normals().tolist()
         return {name: normals[k] for k, name in self._tips}
 
-    def supply(self) -> tuple[float, float, float]:
+    def battery_state(self) -> tuple[float, float, float]:
         """Return voltage [V], current [A] and state of charge [1] of the battery.
 
         Raises:
             ConfigError: the robot has none.
         """
-        for b in self.effects.supplies:
+        for b in self.effects.batteries:
             voltage, current, charge = b.hooks.state(self.memory[b.name], b.params)
             return float(voltage[0, 0]), float(current[0, 0]), float(charge[0, 0])
         raise ConfigError(

@@ -10,10 +10,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
+from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.estimate import Estimate, Estimator
-from seals.control.gauge import MassGauge, MassNow, WaterGauge
+from seals.control.mass_properties import ImmersionEstimator, MassNow, MassPropertyEstimator
 from seals.control.protocols import Buoyancy, ControllerOptions
-from seals.control.thrust import ActuatorLimits, ThrustGauge
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
@@ -80,8 +80,11 @@ class Pilot:
         self.plant, self.controller, self.guide = plant, controller, guide
         guide.bind(plant)
         controller.bind(plant)
-        self._mass, self._water = MassGauge(plant.robot), WaterGauge(plant, volume)
-        self._thrust = ThrustGauge(plant)
+        self._mass, self._water = (
+            MassPropertyEstimator(plant.robot),
+            ImmersionEstimator(plant, volume),
+        )
+        self._thrust = ActuatorLimitEstimator(plant)
         self._estimator = Estimator(controller.sense)
         self._every = max(1, round(1.0 / (controller.rate * step)))
         self._guide_every = max(self._every, round(1.0 / (guide.rate * step)))
@@ -187,7 +190,7 @@ class Pilot:
 
     def _weigh(self, seen: ControlInput) -> tuple[MassNow, float, Buoyancy, ActuatorLimits]:
         """Mass properties, submersion, buoyancy and reach of the drives, now or at the start."""
-        if self._options.weighs or self._weighed is None:
+        if self._options.needs_mass_properties or self._weighed is None:
             self._weighed = (
                 self._mass.now(seen.kinematics),
                 *self._water.now(seen.kinematics, seen.sample),

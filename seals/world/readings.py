@@ -110,7 +110,7 @@ class Faults:
         self.turns: dict[str, Floats | None] = dict.fromkeys(sensors)
         for b in named:
             for name in sensors.keys() - inertial:
-                if hasattr(b.effect, "askew") and acts_on(b, name, inertial=False):
+                if hasattr(b.effect, "axis_misalignment") and acts_on(b, name, inertial=False):
                     self._turn(b, name, sensors[name])
 
     def _turn(self, b: BoundEffect, name: str, sensor: Sensor) -> None:
@@ -122,7 +122,7 @@ class Faults:
                     "Allowed: sensors with a mounting (position, rpy)."
                 )
             return
-        turn, before = b.hooks.askew(b.params)[0], self.turns[name]
+        turn, before = b.hooks.axis_misalignment(b.params)[0], self.turns[name]
         self.turns[name] = turn if before is None else before @ turn
 
 

@@ -47,7 +47,7 @@ HEADINGS = """
     """
 
 
-MOVING = ("loads", "inertia", "nominal", "flow", "joint_loads", "actuation", "drive_loads")
+MOVING = ("loads", "inertia", "inertia_change", "flow", "joint_loads", "actuation", "drive_loads")
 
 
 def hook_of(cls: type[Effect]) -> str | None:
@@ -70,7 +70,7 @@ def flipped(cls: type[Effect]) -> type[Effect]:
 
     def turned(*given: Any) -> Any:
         found = law(*given)
-        if hook == "nominal":
+        if hook == "inertia_change":
             return -found
         if isinstance(found, Drives):
             free = given[0].thrust if hook == "actuation" else found.thrust * 0.0

@@ -11,8 +11,8 @@ from seals.config.compose import compose
 from seals.control import Buoyancy, Reference, RobotState
 from seals.control.allocation import Saturation
 from seals.control.batched import BatchAllocation, View
-from seals.control.gauge import MassGauge
 from seals.control.limbs import stowed
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
@@ -32,7 +32,7 @@ def parts(request: pytest.FixtureRequest) -> Any:
 
 def _situation(plant: Any, joints: Any, rng: np.random.Generator, wet: float) -> RobotState:
     rpy = rng.normal(size=(1, 3)) * [0.3, 0.3, 0.5]
-    at, n = MassGauge(plant.robot).at(joints), plant.layout.drives
+    at, n = MassPropertyEstimator(plant.robot).at(joints), plant.layout.drives
     gain = np.full(n, 1.0 + wet * 500.0)
     return RobotState(
         time=0.0,
@@ -116,7 +116,7 @@ def test_one_view_stands_for_many_wrenches(parts: Any) -> None:
     view = _view([_situation(plant, joints, rng, 0.0)])
     allocation = BatchAllocation(
         plant,
-        MassGauge(plant.robot).at(joints).centre,
+        MassPropertyEstimator(plant.robot).at(joints).centre,
         np.zeros(1),
         saturation=Saturation.priority,
         weights=np.ones(4),

@@ -13,8 +13,8 @@ from seals.control import Reference
 from seals.control.arm_kinematics import ArmKinematics
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
-from seals.control.gauge import MassGauge
 from seals.control.limbs import Reckoned, joint_targets, stowed, way_of
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.tracking import minimum_jerk
 from seals.errors import ConfigError, PhysicsError, RobotError
 from seals.frames import exponential, matrix_of, quaternion_of
@@ -44,7 +44,7 @@ def test_live_mass_properties_are_those_of_the_links_one_by_one(name: str) -> No
     """Centre, inertia, their change and the joints' momentum agree with sums over the links."""
     robot, rng = robot_of(name), np.random.default_rng(5)
     q, rate = rng.uniform(-0.6, 0.6, robot.tree.joints), rng.normal(size=robot.tree.joints)
-    live = MassGauge(robot).at(q)
+    live = MassPropertyEstimator(robot).at(q)
     place, turn = placed(robot, q)
     ahead, behind = placed(robot, q + STEP * rate), placed(robot, q - STEP * rate)
     mass = robot.mass.sum()

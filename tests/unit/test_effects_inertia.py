@@ -27,7 +27,7 @@ def matrix(effect: Any, of: Body, batch: int = 1, **values: Array) -> Floats:
     """Return the change of inertia, shape (N, 6, 6)."""
     given = {f"it.{name}": value for name, value in values.items()}
     bound = bind_effects({"it": effect}, ["base"]).with_values(given, np.zeros(1), batch)
-    found: Floats = effect.nominal(of, bound.bound[0].params)
+    found: Floats = effect.inertia_change(of, bound.bound[0].params)
     assert found.shape == (batch, 6, 6)
     assert_allclose(found, np.swapaxes(found, 1, 2), atol=1e-15)
     return found

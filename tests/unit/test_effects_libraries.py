@@ -50,7 +50,7 @@ def drives(x: Given) -> Drives:
 LAWS: dict[str, Law] = {
     "loads": lambda law, x, p: law(x.instant.motion, x.instant.medium, x.instant.inputs, None, p),
     "joint_loads": lambda law, x, p: law(x.instant.joints, x.instant.inputs, None, p),
-    "nominal": lambda law, x, p: law(x.instant.motion.body, p),
+    "inertia_change": lambda law, x, p: law(x.instant.motion.body, p),
     "drives": lambda law, x, p: law(x.instant.inputs, p),
     "measure": lambda law, x, p: law(x.reading, p),
     "timing": lambda law, x, p: law(p),
@@ -61,7 +61,7 @@ LAWS: dict[str, Law] = {
         drives(x), x.instant.motion, x.instant.medium, x.instant.inputs, None, p
     ),
 }
-NEW = {"nominal", "drives", "measure", "timing", "actuation", "drive_loads"}
+NEW = {"inertia_change", "drives", "measure", "timing", "actuation", "drive_loads"}
 BOUNDED = {"tether", "lift", "centre_of_buoyancy", "radiation_damping", "joint_backlash", "servos"}
 # parameters of kilogrammes and decimetres that matter to two drives of a few newtons
 VALUES: dict[str, dict[str, Any]] = {

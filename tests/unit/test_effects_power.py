@@ -119,7 +119,7 @@ def test_a_battery_gives_the_power_that_is_asked_for() -> None:
     """V I is drives plus electronics, V is E - R I, and the charge is the current's integral."""
     battery = Battery(cells=4.0, capacity=100.0, resistance=0.05, charge=0.9, electronics=10.0)
     memory, values = np.array([[20.0, 0.0]]), params(battery)
-    new = Battery.supply(np.array([[190.0]]), Inputs(0.1, np.zeros((1, 0))), memory, values)
+    new = Battery.battery_update(np.array([[190.0]]), Inputs(0.1, np.zeros((1, 0))), memory, values)
     voltage, current, charge = Battery.state(new, values)
     assert_allclose(voltage, 4.0 * cell_voltage(charge) - 0.05 * current, rtol=1e-12)
     # the voltage belongs to the charge before the step: 0.7
@@ -131,7 +131,7 @@ def test_a_battery_gives_the_power_that_is_asked_for() -> None:
 def test_a_battery_gives_no_more_than_it_can() -> None:
     """Beyond E^2 / 4 R the current is that of the largest power; an empty cell stays finite."""
     battery = params(Battery(resistance=0.1, cells=1.0))
-    new = Battery.supply(np.array([[1e6]]), INPUTS, np.zeros((1, 2)), battery)
+    new = Battery.battery_update(np.array([[1e6]]), INPUTS, np.zeros((1, 2)), battery)
     assert_allclose(new[0, 1], cell_voltage(np.array(1.0)) / 0.2)
     empty, _, charge = Battery.state(np.array([[1e9, 0.0]]), battery)
     assert charge[0, 0] == 0.0

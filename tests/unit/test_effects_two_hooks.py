@@ -45,7 +45,7 @@ class Pushing(Effect):
         return Wrench(motion.velocity * 0.0 + pull * np.array([[0.0, 1.0, 0.0]]), None), memory
 
     @staticmethod
-    def nominal(body: Body, params: Parameters) -> Array:
+    def inertia_change(body: Body, params: Parameters) -> Array:
         """A point mass at the origin."""
         return body.mass[:, :, None] * 0.0 + params["mass"] * np.diag([1.0, 1.0, 1.0, 0, 0, 0])
 

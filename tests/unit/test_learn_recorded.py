@@ -180,8 +180,8 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The changes made ahead settle 199 of 200 wild wrenches; all are within their bounds."""
-    from seals.control.gauge import MassGauge
     from seals.control.limbs import stowed
+    from seals.control.mass_properties import MassPropertyEstimator
     from seals.control.plant import build_plant
     from seals.run.assembly import build_model
     from seals.run.build import build_run
@@ -191,7 +191,7 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     settings = build_run(compose(words))
     model, effects = build_model(settings)
     plant = build_plant(model, effects, settings.environment)
-    centre = MassGauge(plant.robot).at(stowed(model)).centre
+    centre = MassPropertyEstimator(plant.robot).at(stowed(model)).centre
     like, rng = torch.zeros(1, dtype=torch.float64), np.random.default_rng(3)
     allocation = BatchAllocation(
         plant, centre, like, saturation=Saturation.priority, weights=np.array([1.0, 10, 10, 0.1])

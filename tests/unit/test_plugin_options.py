@@ -49,7 +49,7 @@ def test_a_stranger_gets_the_defaults_and_keeps_its_own() -> None:
 def test_a_stranger_among_controllers_has_no_form_over_a_batch() -> None:
     """The refusal names its class; its legs have no phase."""
     controller = options_of(Stranger(), ControllerOptions)
-    assert controller.weighs
+    assert controller.needs_mass_properties
     assert controller.leg_phase(None) is NO_LEGS
     plant: Any = None
     with pytest.raises(ConfigError, match="controller Stranger has no form over a batch"):

@@ -77,7 +77,13 @@ def fly(bench: Bench, *, step: float = 0.004, duration: float = 20.0) -> Flight:
             world.step()
             assert actor.drive is not None
             rows.append(
-                (world.time - step, at.position[2], at.velocity[2], actor.drive[0], actor.supply())
+                (
+                    world.time - step,
+                    at.position[2],
+                    at.velocity[2],
+                    actor.drive[0],
+                    actor.battery_state(),
+                )
             )
         ledger = {name: actor.ledger.of(name)[:, 0, 2].copy() for name in actor.ledger.effects}
     finally:

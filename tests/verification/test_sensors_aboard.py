@@ -91,7 +91,7 @@ def test_a_meter_reads_the_battery_under_load() -> None:
     actor = world.actors["robot"]
     for _ in range(100):
         world.step()
-    voltage, current, _ = actor.supply()
+    voltage, current, _ = actor.battery_state()
     reading = actor.readings["meter"] or {}
     world.close()
     assert current > 5.0

@@ -11,7 +11,7 @@ from seals.control import Plant
 from seals.control.added import added_inertia, water_drag
 from seals.control.batched import BatchAllocation, View
 from seals.control.filters import NONE
-from seals.control.gauge import MassGauge
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.errors import ConfigError
 from seals.frames import cross
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
@@ -56,7 +56,7 @@ class CascadeBatch:
                 f"controller.rate_gain={list(settings.rate_gain)} has no form over a batch.\n"
                 "Allowed: [0.0, 0.0]"
             )
-        at = MassGauge(plant.robot).at(np.asarray(joints, dtype=float))
+        at = MassPropertyEstimator(plant.robot).at(np.asarray(joints, dtype=float))
         self._settings, self._like, self._g = settings, like, plant.gravity
         self._mass, self._centre = at.mass, as_like(at.centre[None], like)
         self._inertia = as_like(at.inertia, like)

@@ -14,8 +14,8 @@ from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
 from seals.control.attitude import attitude_error, cross3, lean_for
 from seals.control.filters import Lag, Rate, Trend
-from seals.control.gauge import MassGauge
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR
 from seals.errors import ConfigError
 from seals.plugins.controllers.cascade.batched import CascadeBatch
@@ -110,7 +110,7 @@ class Cascade(CascadeSettings):
         self._lag = Lag(layout.lag, layout.fall)
         self._added, self._drag = added_inertia(plant), water_drag(plant)
         self._rest = stowed(plant.robot)
-        self._at_rest = MassGauge(plant.robot).at(self._rest)
+        self._at_rest = MassPropertyEstimator(plant.robot).at(self._rest)
         self._servo_lag = servo_lag(plant, SERVO_LAG)
         self._way = 0.0, self._servo_lag
         self._media = self.gains(0), self.gains(1)

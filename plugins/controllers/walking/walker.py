@@ -123,7 +123,7 @@ class Walker(ControllerOptions, ABC):
         0.12, "s", bounds=(1e-3, 10.0), tolerance=0.0, source="chosen: a step", fit=False
     )
 
-    weighs: ClassVar[bool] = False
+    needs_mass_properties: ClassVar[bool] = False
 
     def bind(self, plant: Plant) -> None:
         """Find the legs of the robot.

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.control import Reference
-from seals.control.gauge import WaterGauge
+from seals.control.mass_properties import ImmersionEstimator
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episodes import Episodes, Ledger, Verdict
@@ -71,7 +71,7 @@ class WorldEnvironment:
         pilot = self.actor.pilot
         assert pilot is not None
         self._guide: Any = pilot.guide
-        self._water = WaterGauge(pilot.plant, self.actor.evaluator.surroundings.volume)
+        self._water = ImmersionEstimator(pilot.plant, self.actor.evaluator.surroundings.volume)
         robot = self.actor.robot
         self._tool = list(tool_of(robot))
         self._arms = {n: task.posture[list(a.joints)] for n, a in robot.arms.items()}

@@ -1,4 +1,4 @@
-"""Live mass properties, buoyancy and thrust of a robot, from the motion of its links."""
+"""Mass properties and buoyancy of a robot at one instant, from the pose of its links."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class MassNow(NamedTuple):
     momentum_map: Floats
 
 
-class MassGauge:
-    """Centre of gravity, inertia, and what the joints' motion does to them.
+class MassPropertyEstimator:
+    """Centre of gravity and inertia of a robot, and their derivatives by the joints.
 
     Equation:
         With the transforms T_l of the links in body axes and their pseudo-inertias P_l (4x4: second
@@ -108,7 +108,7 @@ class MassGauge:
         return push, spin - _products(first, swing) - push @ about
 
 
-class WaterGauge:
+class ImmersionEstimator:
     """Submersion and buoyancy of all hulls together.
 
     Args:

@@ -1,4 +1,4 @@
-"""What a controller knows of water and drives at every robot of a batch."""
+"""Immersion and actuator limits of every robot of a batch, as a controller knows them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like, namespace, some
+from seals.control.actuator_limits import KNOWN, SLOW, WET
 from seals.control.plant import ROTOR, Plant
-from seals.control.thrust import KNOWN, SLOW, WET
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.rows import rows_of
 from seals.environment.sample import Sample
@@ -17,15 +17,15 @@ from seals.motion import Inputs, Motion
 from seals.multibody.rows import take, take_motion
 
 
-class BatchReach(NamedTuple):
-    """What the drives can do, shape (B, n) each; see `seals.control.thrust.ActuatorLimits`."""
+class BatchActuatorLimits(NamedTuple):
+    """Limits and gains of the drives, shape (B, n) each; see `ActuatorLimits`."""
 
     gain: Array
     limit: Array
     low: Array
 
 
-class BatchThrust:
+class BatchActuatorLimitEstimator:
     """Gains and limits of all drives of a batch, by the model of the robot.
 
     Args:
@@ -56,10 +56,10 @@ class BatchThrust:
             for b in self._actuators
         }
 
-    def now(self, motion: Motion, sample: Sample) -> BatchReach:
+    def now(self, motion: Motion, sample: Sample) -> BatchActuatorLimits:
         """Return what the drives can do, rows of motion and sample link by link."""
         xp, one = namespace(self._ones), self._ones
-        dry = BatchReach(one, one * self._limit, one * self._low * (1.0 - self._rotors))
+        dry = BatchActuatorLimits(one, one * self._limit, one * self._low * (1.0 - self._rotors))
         if not self._wet or sample.depth is None or not some(sample.depth >= -self._far):
             return dry
         gains, shares = [], []
@@ -71,7 +71,7 @@ class BatchThrust:
         share = xp.concat(shares, axis=1)
         share = self._rotors * xp.sqrt(share) + (1.0 - self._rotors) * share
         still = self._rotors * xp.astype(gain < WET, gain.dtype)
-        return BatchReach(gain, self._limit * share, self._low * share * (1.0 - still))
+        return BatchActuatorLimits(gain, self._limit * share, self._low * share * (1.0 - still))
 
     def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> list[Array]:
         """Thrust against that of the drive's own map, slow and at its limit."""
@@ -88,7 +88,7 @@ class BatchThrust:
         return out
 
 
-class BatchWater:
+class BatchImmersionEstimator:
     """Submersion and buoyancy of all hulls together, over a batch.
 
     Args:

@@ -1,4 +1,4 @@
-"""What the drives can do at their present place: rotors push harder, and slower, under water."""
+"""Limits and gains of the drives at their present place: in air or under water."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WET = 10.0
 
 
 class ActuatorLimits(NamedTuple):
-    """What the drives can do at their present place, shape (n,) each.
+    """Limits and gains of the drives at their present place, shape (n,) each.
 
     Args:
         gain: thrust against that of the drive's own map at one command [1].
@@ -37,7 +37,7 @@ class ActuatorLimits(NamedTuple):
     low: Floats
 
 
-class ThrustGauge:
+class ActuatorLimitEstimator:
     """Gains and limits of all drives at one instant, by the model of the robot.
 
     Args:
@@ -62,7 +62,7 @@ class ThrustGauge:
         self._own = {b.name: b.hooks.drives(self._probe, b.params) for b in self._actuators}
 
     def now(self, motion: Motion, sample: Sample) -> ActuatorLimits:
-        """Return what the drives can do.
+        """Return the limits and gains at one instant.
 
         Args:
             motion: of all links.
