@@ -1,4 +1,4 @@
-"""What a physical law may know: the motion of the links and the air or water around them.
+"""Inputs of a physical law: the motion of the links and the air or water around them.
 
 Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a
 log. Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says
@@ -11,6 +11,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from seals.arrays import Array, namespace
+from seals.deprecation import renamed_field
 
 
 class MediumKind(Enum):
@@ -62,11 +63,12 @@ class Motion(NamedTuple):
 class Medium(NamedTuple):
     """Air and water around the links, as one effect sees them.
 
-    ``share``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own medium;
-    the rest is the same for all effects.
+    ``medium_fraction``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own
+    medium; the rest is the same for all effects.
 
     Args:
-        share: weight of the effect's medium, s in water, 1 - s in air, 1 for any [1], shape (N, 1).
+        medium_fraction: weight of the effect's medium, s in water, 1 - s in air, 1 for any [1],
+            shape (N, 1).
         velocity: of the effect's medium over ground, link axes [m/s], shape (N, 3).
         acceleration: of the effect's medium over ground, link axes [m/s^2], shape (N, 3).
         density: of the effect's medium [kg/m^3], shape (N, 1).
@@ -82,7 +84,7 @@ class Medium(NamedTuple):
         air_density: [kg/m^3], shape (1, 1); None when not known.
     """
 
-    share: Array
+    medium_fraction: Array
     velocity: Array
     acceleration: Array
     density: Array
@@ -96,6 +98,8 @@ class Medium(NamedTuple):
     depth: Array | None = None
     water_density: Array | None = None
     air_density: Array | None = None
+
+    share = renamed_field("Medium", "share", "medium_fraction")
 
 
 class Joints(NamedTuple):

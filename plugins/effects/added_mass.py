@@ -173,7 +173,7 @@ class AddedMass(Effect):
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
         """Matrix M_A about the link origin [kg, kg m, kg m^2] with the weight s."""
-        return AddedInertia(_matrix(params), medium.share), memory
+        return AddedInertia(_matrix(params), medium.medium_fraction), memory
 
     @staticmethod
     def loads(

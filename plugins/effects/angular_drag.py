@@ -154,4 +154,4 @@ class DragAngular(Effect):
         """Torque against the angular velocity [N m]."""
         rate = motion.angular_velocity
         slope = params["coefficient"] + params["quadratic"] * abs(rate)
-        return Wrench(None, slope * rate * -medium.share), memory
+        return Wrench(None, slope * rate * -medium.medium_fraction), memory

@@ -222,7 +222,7 @@ class EffectFormula(Effect):
             up=motion.up,
             velocity=motion.velocity - medium.velocity,
             spin=motion.angular_velocity,
-            share=medium.share,
+            share=medium.medium_fraction,
         )
         force = motion.velocity * 0.0
         torque = force
@@ -230,12 +230,12 @@ class EffectFormula(Effect):
             force = force + law(scene, params[stem], params)
         for stem, law in TORQUES.items():
             torque = torque + law(scene, params[stem], params)
-        return Wrench(force * medium.share, torque * medium.share), memory
+        return Wrench(force * medium.medium_fraction, torque * medium.medium_fraction), memory
 
     @staticmethod
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
         """Thrusts and reaction torques with the share added."""
-        factor = 1.0 + params["thrust"] * medium.share
+        factor = 1.0 + params["thrust"] * medium.medium_fraction
         return drives._replace(thrust=drives.thrust * factor, torque=drives.torque * factor)

@@ -92,10 +92,10 @@ class Lift(Effect):
         # a nanometre a second keeps the quotient finite at rest, where the force is zero
         xp = namespace(ahead)
         speed = xp.sqrt(ahead * ahead + up * up + 1e-18)
-        size = 0.5 * medium.density * params["coefficient"] * medium.share
+        size = 0.5 * medium.density * params["coefficient"] * medium.medium_fraction
         push = size * (-up * ahead) / speed
         winged = xp.astype(params["coefficient"] != 0.0, ahead.dtype)
-        slow = winged * (-0.5 * medium.density * medium.share) * params["attack_drag"]
+        slow = winged * (-0.5 * medium.density * medium.medium_fraction) * params["attack_drag"]
         slow = slow * (up * up / speed)
         force_x = (-up * push + ahead * slow)[:, 0]
         force_z = (ahead * push + up * slow)[:, 0]

@@ -100,4 +100,4 @@ class DragLinear(Effect):
     ) -> tuple[Wrench, Array]:
         """Force against the relative velocity [N]."""
         relative = motion.velocity - medium.velocity
-        return Wrench(relative * params["coefficient"] * -medium.share, None), memory
+        return Wrench(relative * params["coefficient"] * -medium.medium_fraction, None), memory

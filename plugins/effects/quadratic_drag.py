@@ -101,5 +101,5 @@ class DragQuadratic(Effect):
         """Force against the relative velocity [N]."""
         relative = motion.velocity - medium.velocity
         return Wrench(
-            abs(relative) * relative * params["coefficient"] * -medium.share, None
+            abs(relative) * relative * params["coefficient"] * -medium.medium_fraction, None
         ), memory

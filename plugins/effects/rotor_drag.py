@@ -83,7 +83,7 @@ class DragRotor(Effect):
         p, q, r = (motion.angular_velocity[:, k : k + 1] for k in range(3))
         x, y, z = (drives.position[:, k][None, :] for k in range(3))
         # a rotor that turns backwards brakes as well
-        slope = xp.abs(drives.thrust) * params["coefficient"] * -medium.share
+        slope = xp.abs(drives.thrust) * params["coefficient"] * -medium.medium_fraction
         ahead = slope * (relative[:, 0:1] + q * z - r * y)
         aside = slope * (relative[:, 1:2] + r * x - p * z)
         force_x, force_y = xp.sum(ahead, axis=1), xp.sum(aside, axis=1)

@@ -61,7 +61,7 @@ class DragExponent(Effect):
         ratio = xp.clip(size / params["speeds"], _SLOWEST, None)
         law = relative * xp.where(params["power"] > 1.5, size, 1.0 + 0.0 * size)
         force = -params["exponent"] * params["coefficients"] * law * xp.log(ratio)
-        return Wrench(force * medium.share, None), memory
+        return Wrench(force * medium.medium_fraction, None), memory
 
 
 @dataclass(kw_only=True)
@@ -131,7 +131,7 @@ class AddedMassCentre(Effect):
         none = 0.0 * block
         top = xp.concat((none, block), axis=2)
         below = xp.concat((xp.permute_dims(block, (0, 2, 1)), none), axis=2)
-        return AddedInertia(xp.concat((top, below), axis=1), medium.share), memory
+        return AddedInertia(xp.concat((top, below), axis=1), medium.medium_fraction), memory
 
 
 @dataclass(kw_only=True)

@@ -34,7 +34,7 @@ class Sample(NamedTuple):
     def view(self, kind: MediumKind | None) -> Medium:
         """Return the surroundings as seen by an effect of the medium ``kind``.
 
-        An effect that knows no medium gets the share 1 and the fields of the air.
+        An effect that knows no medium gets the fraction 1 and the fields of the air.
         """
         s = self.submersion
         if kind is MediumKind.water:

@@ -83,7 +83,7 @@ def _random_medium(rng: np.random.Generator, rows: int, rotation: Floats) -> Med
     normal = rng.standard_normal
     share = rng.uniform(0.1, 0.9, (rows, 1))
     return Medium(
-        share=share,
+        medium_fraction=share,
         velocity=normal((rows, 3)),
         acceleration=normal((rows, 3)),
         density=rng.uniform(900.0, 1100.0, (rows, 1)),

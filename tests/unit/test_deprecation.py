@@ -13,7 +13,7 @@ from seals.arrays import Array
 from seals.control.protocols import ControllerOptions
 from seals.effects.binding import has_hook
 from seals.effects.effect import BatteryUpdate, Effect, InertiaChange, Parameters
-from seals.motion import Body
+from seals.motion import Body, Medium
 from seals.plugin_options import options_of
 from seals.sensors.protocol import SensorInput
 
@@ -90,3 +90,11 @@ def test_former_fields_of_what_sensors_get_can_be_read() -> None:
         assert given.askew is turn
     with pytest.warns(DeprecationWarning, match="battery_state"):
         assert given.board.supply() == (0.0, 0.0, 0.0)
+
+
+def test_a_law_that_reads_the_former_share_gets_the_fraction_of_its_medium() -> None:
+    """`medium.share` is `medium.medium_fraction`."""
+    one = np.ones((1, 1))
+    medium = Medium(0.3 * one, *([one] * 10))
+    with pytest.warns(DeprecationWarning, match="medium_fraction"):
+        assert medium.share == 0.3

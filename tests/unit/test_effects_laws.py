@@ -45,7 +45,7 @@ def medium(share: float = 0.5, *, wetting: float = 4.0, sinking: float = 2.0) ->
         return np.array([x])
 
     return Medium(
-        share=row(share),
+        medium_fraction=row(share),
         velocity=row(0.5, 0.0, 0.0),
         acceleration=row(0.0, 0.0, 2.0),
         density=row(1000.0),

@@ -47,7 +47,9 @@ class JointDrag(Effect):
         medium: Medium, joints: Joints, params: Parameters, memory: Array
     ) -> tuple[Array, Array]:
         """Generalised force against the joint velocity [N m]; arguments in an order of its own."""
-        return -params["viscous"] * by_joint(medium.share, joints) * joints.velocity, memory
+        return -params["viscous"] * by_joint(
+            medium.medium_fraction, joints
+        ) * joints.velocity, memory
 
 
 @dataclass(kw_only=True)

@@ -56,7 +56,7 @@ class VortexShedding(Effect):
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
         """Constant force in the medium [N]."""
-        return Wrench(params["force"] * medium.share, None), memory
+        return Wrench(params["force"] * medium.medium_fraction, None), memory
 
 
 @dataclass(kw_only=True)
@@ -98,7 +98,9 @@ class JointWaterDrag(Effect):
         joints: Joints, medium: Medium, memory: Array, params: Parameters
     ) -> tuple[Array, Array]:
         """Generalised force against the joint velocity [N m]."""
-        return -params["viscous"] * by_joint(medium.share, joints) * joints.velocity, memory
+        return -params["viscous"] * by_joint(
+            medium.medium_fraction, joints
+        ) * joints.velocity, memory
 
 
 @dataclass(kw_only=True)
@@ -144,7 +146,7 @@ class SwayByYaw(Effect):
         """Sideways force [N]."""
         zero = motion.angular_velocity[:, 2] * 0.0
         side = columns(zero, motion.angular_velocity[:, 2], zero)
-        return Wrench(params["derivative"] * medium.share * side, None), memory
+        return Wrench(params["derivative"] * medium.medium_fraction * side, None), memory
 
 
 @dataclass(kw_only=True)
