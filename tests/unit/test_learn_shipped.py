@@ -9,7 +9,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
 from seals.learn.shipped import DEMONSTRATIONS, demonstrations_folder, shipped
 from seals.learn.world_hash import world_hash
 
@@ -29,6 +29,25 @@ def test_ten_episodes_of_the_script_come_with_the_manipulator() -> None:
     assert found.origin.who is Who.scripted
     assert '"human": false' in (folder / "card.json").read_text()
     assert sum(file.stat().st_size for file in folder.rglob("*")) < 1_000_000
+
+
+def test_packed_demonstrations_hold_the_same_numbers(tmp_path: Path) -> None:
+    """Unpacked into memory-mapped files and packed again; a card of another size is refused."""
+    from seals.learn.demonstrations.folder import read, write
+    from seals.learn.demonstrations.packed import PACKED, write_packed
+
+    shipped_ones = read(demonstrations_folder("aam/reach"))
+    folder = write(shipped_ones, tmp_path / "mapped")
+    mapped = read(folder)
+    write_packed(mapped, folder)
+    packed = read(folder)
+    for here, there in zip(mapped.episodes, packed.episodes, strict=True):
+        assert (here.seed, here.success) == (there.seed, there.success)
+        for name in ("observation", "action", "reward", "terminated", "truncated"):
+            np.testing.assert_array_equal(getattr(here, name), getattr(there, name), strict=True)
+    write_packed(shipped_ones.first(9), folder)
+    with pytest.raises(LogError, match=rf"{PACKED}: 'observation' has the shape[\s\S]*2010"):
+        read(folder)
 
 
 def test_they_are_of_the_environment_as_it_stands_and_repeat() -> None:

@@ -20,6 +20,7 @@ from seals.errors import LogError, MissingExtra
 from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.layout import arrays_of, episodes_of, expected
 from seals.learn.demonstrations.metadata import FORM, declared, metadata_of
+from seals.learn.demonstrations.packed import PACKED, read_packed
 from seals.learn.metadata import CARD, read_metadata
 from seals.logs.atomic import atomic_folder, write_json
 from seals.logs.room import reserve
@@ -69,7 +70,7 @@ def read(folder: str | Path) -> Demonstrations:
     """Read demonstrations from a folder; nothing in it is executed, and no pickle is opened.
 
     Args:
-        folder: that :func:`write` made.
+        folder: that :func:`write` made, or one that holds them packed.
 
     Raises:
         ConfigError: the metadata is missing, broken, or declares too much.
@@ -85,6 +86,8 @@ def read(folder: str | Path) -> Demonstrations:
     root = Path(folder)
     found = declared(read_metadata(root, form=FORM, key="demonstrations"), where=str(root / CARD))
     wanted = expected(found)
+    if found.pixels is None and (root / PACKED).is_file():
+        return Demonstrations(origin=found.origin, episodes=read_packed(root, found))
     _refuse_strange(root, wanted)
     for place in ("", "next"):
         _check_meta(root / place, wanted, prefix=f"{place}/" if place else "")
