@@ -64,7 +64,7 @@ def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: 
             continue
         known[result.case.name] = _record(result, grade)
         try:
-            write_picture(pictures / f"{result.case.name}.png", list(result.outcome.charts))
+            write_picture(pictures / f"{result.case.name}.webp", list(result.outcome.charts))
         except MissingExtra as absent:
             print(f"no picture of {result.case.name}: {str(absent).splitlines()[0]}")
     write_text(pictures / FIGURES, json.dumps(known, indent=1))
@@ -131,7 +131,7 @@ def _head(shown: Sequence[tuple[Case, dict[str, Any]]]) -> str:
 
 
 def _section(case: Case, r: dict[str, Any], pictures: Path) -> str:
-    name = f"{case.name}.png"
+    name = f"{case.name}.webp"
     picture = f"![{case.title}]({pictures.name}/{name})\n" if (pictures / name).is_file() else ""
     facts = (
         f"`{r['command']}` ({r['machine']}): {r['particles']:,} particles of "

@@ -1,4 +1,4 @@
-"""Charts as PNG images."""
+"""Charts as PNG or lossless WebP images."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ ROW = 90
 
 
 def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
-    """Write one chart, or several below each other, as a PNG file that appears whole or not at all.
+    """Write one chart, or several below each other, as an image that appears whole or not at all.
 
     Args:
-        path: the file.
+        path: the file, ``.png`` or ``.webp``.
         charts: what to draw.
 
     Raises:
@@ -34,8 +34,11 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
     figure = figure_class(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
     for number, chart in enumerate(rows, start=1):
         _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
+    options: dict[str, Any] = {"metadata": {"Software": "SEALS"}}
+    if Path(path).suffix == ".webp":
+        options = {"pil_kwargs": {"lossless": True}}
     with atomic_path(path) as beside:
-        figure.savefig(beside, metadata={"Software": "SEALS"})
+        figure.savefig(beside, **options)
     return Path(path)
 
 

@@ -72,6 +72,10 @@ def test_picture_is_a_png_of_the_right_size(tmp_path: Path) -> None:
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", head[16:24]) == (1120, 1008)
     assert [file.name for file in path.parent.iterdir()] == ["a.png"]
+    # the lossless form holds the same picture in fewer bytes
+    smaller = write_picture(tmp_path / "a.webp", [first, second]).read_bytes()
+    assert (smaller[:4], smaller[8:16]) == (b"RIFF", b"WEBPVP8L")
+    assert len(smaller) < path.stat().st_size
 
 
 def test_an_asymmetric_band_reaches_where_it_says() -> None:
