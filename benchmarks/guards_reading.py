@@ -7,6 +7,7 @@ from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
 BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session.py"
+PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -125,6 +126,20 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     "packed files": Guard(_YAML, "if unpacker.unconsumed_tail:", "if False:", BROKEN, "gzip_bomb"),
     "values of a table": Guard(
         "seals.logs.table", "if rows * max(width, 1) > MOST_VALUES:", "if False:", BOUNDS, "table"
+    ),
+    "columns of numbers": Guard(
+        "seals.logs.table",
+        "        if flat and (",
+        "        if True and (",
+        PARQUET,
+        "not_unpacked",
+    ),
+    "pages of a table": Guard(
+        _PAGES, " or held > _WIDEST * chunk.num_values + _SLACK", "", PARQUET, "unpacks_to_more"
+    ),
+    "count of pages": Guard(_PAGES, "if count >= most or", "if", PARQUET, "many_pages"),
+    "footer of a table": Guard(
+        _PAGES, "declared > min(MOST_FOOTER_BYTES, size):", "False:", PARQUET, "large_footer"
     ),
     "declared chunks": Guard(
         "seals.plugins.readers.mcap_file",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,25 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.logs.channels import CHANNELS, stem_of
+from seals.logs.parquet_pages import refuse_bombs, refuse_large_footer
 from seals.untrusted_io import read_bytes, regular_file
 
 MOST_VALUES = 100_000_000
 """Largest table that is read, in values."""
+_NUMBERS = ("int32", "int64", "float", "double", "float16", "unknown")
+_DATES = ("timestamp", "date")
+_DATE = re.compile(rb"\s*\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d*)?)?)?")
 
 
-def read_parquet(path: str | Path) -> dict[str, Floats]:
+def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> dict[str, Floats]:
     """Return the numeric columns of a Parquet file, each of shape (rows,); missing values are NaN.
+
+    The schema is read first; of the rest only flat columns of numbers are unpacked, one at a time.
+    A date is returned in seconds since 1970-01-01.
+
+    Args:
+        path: the file.
+        wanted: columns to read; None takes every numeric column.
 
     Raises:
         LogError: the file is damaged or too large, or a known channel does not hold numbers.
@@ -28,16 +40,39 @@ def read_parquet(path: str | Path) -> dict[str, Floats]:
     from pyarrow import parquet
 
     file = regular_file(path)
+    refuse_large_footer(file)
+    columns: dict[str, Floats] = {}
     try:
-        content = parquet.ParquetFile(file)
-        rows, width = content.metadata.num_rows, content.metadata.num_columns
-        _check_size(file, rows, width)
-        table = content.read()
-    except (pa.ArrowException, OSError, ValueError) as error:
+        content = parquet.ParquetFile(file, pre_buffer=False)
+        places = _plain(file, content.schema, wanted)
+        _check_size(file, content.metadata.num_rows, len(places))
+        for name, place in places.items():
+            refuse_bombs(file, content.metadata, place)
+            table = content.reader.read_all(column_indices=[place], use_threads=False)
+            columns |= _numbers(file, table.rename_columns([name]))
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise LogError(
             f"'{file}' is not a sound Parquet file: {_short(error)}\nWas it copied completely?"
         ) from error
-    return _numbers(file, table)
+    return columns
+
+
+def _plain(file: Path, schema: Any, wanted: Collection[str] | None) -> dict[str, int]:
+    """Return the place of each flat column of numbers, found without unpacking anything."""
+    found: dict[str, int] = {}
+    for place in range(len(schema)):
+        column = schema.column(place)
+        name = str(column.path)
+        kind = str(column.logical_type.type).lower()
+        kind = str(column.physical_type).lower() if kind in ("none", "int") else kind
+        nested = column.max_repetition_level > 0 or column.max_definition_level > 1
+        flat = not nested and (kind in _NUMBERS or (kind in _DATES and name == "t"))
+        if flat and (wanted is None or name in wanted):
+            found.setdefault(name, place)
+        elif not flat:
+            top = name.partition(".")[0] if nested else name
+            _refuse_text(file, top, "lists" if column.max_repetition_level > 0 else kind)
+    return found
 
 
 def read_csv_columns(
@@ -139,13 +174,16 @@ def _must_be_numbers(names: list[str]) -> list[str]:
     return [name for name in names if name in ("t", "segment") or stem_of(name) in CHANNELS]
 
 
-def _numbers(file: Path, table: Any) -> dict[str, Floats]:
+def _numbers(file: Path, table: Any, clock: str = "t") -> dict[str, Floats]:
     import pyarrow as pa
 
     columns: dict[str, Floats] = {}
     for name in dict.fromkeys(table.column_names):
         column = table.column(table.column_names.index(name))
         kind = column.type
+        if pa.types.is_temporal(kind) and name == clock:
+            columns[name] = _seconds(column)
+            continue
         # a column without a single value has the type null: no sample at all
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
             _refuse_text(file, name, kind)
@@ -153,6 +191,14 @@ def _numbers(file: Path, table: Any) -> dict[str, Floats]:
         values = column.cast(pa.float64()).to_numpy()
         columns[name] = np.ascontiguousarray(values, dtype=np.float64)
     return columns
+
+
+def _seconds(column: Any) -> Floats:
+    """Return dates as seconds since 1970-01-01."""
+    import pyarrow as pa
+
+    whole = column.cast(pa.timestamp("us"), safe=False).cast(pa.int64())
+    return np.ascontiguousarray(whole.cast(pa.float64(), safe=False).to_numpy()) * 1e-6
 
 
 def _refuse_text(file: Path, name: str, kind: object) -> None:
