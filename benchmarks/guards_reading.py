@@ -8,6 +8,7 @@ BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_rec
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session.py"
 PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
+CLOCK = "tests/unit/test_logs_clock.py"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -140,6 +141,27 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     "count of pages": Guard(_PAGES, "if count >= most or", "if", PARQUET, "many_pages"),
     "footer of a table": Guard(
         _PAGES, "declared > min(MOST_FOOTER_BYTES, size):", "False:", PARQUET, "large_footer"
+    ),
+    "unit of the time": Guard(
+        "seals.logs.native",
+        'columns["t"], clock = in_seconds(columns["t"], segment, channels=columns)',
+        "clock = {}",
+        CLOCK,
+        "another_unit",
+    ),
+    "span of the time": Guard(
+        "seals.logs.check_time",
+        "if steps > max(_MOST_STEPS, _FILLED * time.size) or span > _LONGEST_SPAN:",
+        "if False:",
+        CLOCK,
+        "absurd_times",
+    ),
+    "steps of the time": Guard(
+        "seals.logs.check_time",
+        "absurd = median >= _ABSURD_STEP",
+        "absurd = False",
+        CLOCK,
+        "absurd",
     ),
     "declared chunks": Guard(
         "seals.plugins.readers.mcap_file",

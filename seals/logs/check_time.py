@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.logs.clock import CLOCK, FACTORS, guessed, remark
 from seals.logs.finding import LARGEST, Finding, Severity
 from seals.logs.log import Log
 
@@ -14,6 +15,12 @@ FEWEST_ROWS = 10
 _GAP_STEPS = 5.0
 _JITTER_SHARE = 0.2
 _LONGEST_STEP = 2.0
+_ABSURD_STEP = 5e3
+_MOST_STEPS = 2e7
+_FILLED = 4.0
+"""Steps for each row above which most of a long run would be missing."""
+_LONGEST_SPAN = 3.2e8
+"""Ten years, longer than any run [s]."""
 
 
 def check_time(log: Log) -> list[Finding]:
@@ -29,12 +36,18 @@ def check_time(log: Log) -> list[Finding]:
     starts, steps = _steps(log)
     if steps.size == 0:
         return [_time("too_few_rows", "no segment has two rows.")]
-    found = [*_backwards(starts, steps), *_repeated(starts, steps), *_short_segments(log)]
+    found = [
+        *_converted(log),
+        *_backwards(starts, steps),
+        *_repeated(starts, steps),
+        *_short_segments(log),
+    ]
     rising = steps[steps > 0.0]
     if rising.size:
         found += _gaps(starts, steps, float(np.median(rising)))
         found += _jitter(rising)
         found += _unit(float(np.median(rising)))
+        found += _span(log, float(np.median(rising)))
     return found
 
 
@@ -121,6 +134,37 @@ def _jitter(rising: Floats) -> list[Finding]:
 def _unit(median: float) -> list[Finding]:
     if median <= _LONGEST_STEP:
         return []
-    guess = "microseconds" if median >= 500.0 else "milliseconds"
-    text = f"the usual step is {median:.6g} s. Is the time in {guess}?"
-    return [_time("time_unit", text, severity=Severity.WARN)]
+    absurd = median >= _ABSURD_STEP
+    text = f"the usual step is {median:.6g} s. Is the time in {guessed(median)}?\n"
+    text += (
+        "Say so: seals convert log=FILE out=FOLDER reader=csv 'reader.units={t: ms}', or divide."
+    )
+    severity = Severity.REFUSE if absurd else Severity.WARN
+    return [_time("time_unit", text, severity=severity)]
+
+
+def _converted(log: Log) -> list[Finding]:
+    clock = log.meta.get(CLOCK)
+    # the entry stands in a file as well, and may be anything there
+    if not isinstance(clock, dict) or str(clock.get("unit")) not in FACTORS:
+        return []
+    if not isinstance(clock.get("start"), int | float):
+        return []
+    return [_time("time_converted", remark(clock), severity=Severity.NOTE)]
+
+
+def _span(log: Log, median: float) -> list[Finding]:
+    """Refuse a run that would take more steps than any computation of them can take."""
+    found = []
+    for number in np.unique(log.segment):
+        time = log.time[log.segment == number]
+        span = float(time.max() - time.min())
+        steps = span / median
+        if steps > max(_MOST_STEPS, _FILLED * time.size) or span > _LONGEST_SPAN:
+            text = (
+                f"its {time.size:,} rows span {span:.6g} s ({span / 86400.0:.4g} days), "
+                f"{steps:.4g} of the usual steps of {median:.6g} s.\n"
+                "Remove stamps that are wrong, or give separate runs a 'segment' number each."
+            )
+            found.append(_time("time_span", text, count=int(time.size)))
+    return found[:1]

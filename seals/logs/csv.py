@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.logs.channels import unit_of
+from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns
 from seals.logs.units import to_si
@@ -34,7 +35,8 @@ def read_csv(
         path: the file, plain or ``.gz``.
         columns: column of the file -> column of the log (``t``, ``specific_force_z``, ``segment``);
             empty takes every column of numbers under its own name.
-        units: column of the file -> unit it is written in; left out, SI.
+        units: column of the file -> unit it is written in; left out, SI. Stamps that can only be
+            in ns, us or ms, and dates, are converted, and that is said.
         negate: columns of the file whose sign is turned, as y and z of a body frame with z down.
         delimiter: one character between values.
         skip_lines: lines before the header.
@@ -46,7 +48,10 @@ def read_csv(
         LogError: a column is missing, a unit unknown, or the file damaged.
     """
     wanted = columns or None
-    raw = read_csv_columns(path, delimiter=delimiter, skip_lines=skip_lines, wanted=wanted)
+    clock = next((theirs for theirs, ours in columns.items() if ours == "t"), "t")
+    raw = read_csv_columns(
+        path, delimiter=delimiter, skip_lines=skip_lines, wanted=wanted, clock=clock
+    )
     mapping = columns or {theirs: theirs for theirs in raw}
     _check_map(path, mapping, {**(units or {}), **dict.fromkeys(negate, "")})
     ready = _convert(raw, mapping, units or {}, negate)
@@ -55,11 +60,16 @@ def read_csv(
         raise LogError(f"'{path}' holds no column of numbers besides the time.")
     if not np.all(np.isfinite(segment)):
         raise LogError(f"'{path}': the segment column must hold a whole number in every row.")
+    title, known = name or Path(path).name.split(".")[0], dict(meta or {})
+    if clock not in (units or {}):
+        ready["t"], found = in_seconds(ready["t"], segment, named=clock, channels=ready)
+        known |= {CLOCK: found} if found else {}
+        tell(title, found)
     return Log(
-        name=name or Path(path).name.split(".")[0],
+        name=title,
         columns=ready,
         segment=segment.astype(np.int64),
-        meta=dict(meta or {}),
+        meta=known,
         source=str(path),
         licence=licence,
     )

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError, SealsError
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
+from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Integers, Log
 from seals.logs.table import read_csv_columns, read_parquet
 from seals.untrusted_io import read_bytes, read_yaml
@@ -47,8 +48,13 @@ def read_native(folder: str | Path) -> Log:
     columns = read_parquet(table) if table.suffix == ".parquet" else read_csv_columns(table)
     segment = _segment(table, columns.pop("segment", None))
     source, licence = (str(meta.pop(key, "")) for key in _SIDE)
+    name = place.resolve().name
+    if "t" in columns:
+        columns["t"], clock = in_seconds(columns["t"], segment, channels=columns)
+        meta |= {CLOCK: clock} if clock else {}
+        tell(name, clock)
     return Log(
-        name=place.resolve().name,
+        name=name,
         columns=columns,
         segment=segment,
         meta=meta,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,9 @@ MOST_VALUES = 100_000_000
 """Largest table that is read, in values."""
 _NUMBERS = ("int32", "int64", "float", "double", "float16", "unknown")
 _DATES = ("timestamp", "date")
-_DATE = re.compile(rb"\s*\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d*)?)?)?")
+_DATE = re.compile(
+    rb"\d{4}-\d\d-\d\d(?:[T ]\d\d:?\d\d(?::?\d\d(?:\.\d*)?)?(?P<zone>Z|[-+]\d\d:?\d\d)?)?"
+)
 
 
 def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> dict[str, Floats]:
@@ -81,6 +83,7 @@ def read_csv_columns(
     delimiter: str = ",",
     skip_lines: int = 0,
     wanted: Collection[str] | None = None,
+    clock: str = "t",
 ) -> dict[str, Floats]:
     """Return the numeric columns of a CSV file (plain or ``.gz``), each of shape (rows,).
 
@@ -89,6 +92,7 @@ def read_csv_columns(
         delimiter: one character between values.
         skip_lines: lines before the header.
         wanted: columns that must be there and hold numbers; None takes every numeric column.
+        clock: column that may hold dates in place of numbers; they become seconds since 1970.
 
     Raises:
         LogError: the file is damaged, a wanted column is missing, or a cell is not a number.
@@ -100,35 +104,45 @@ def read_csv_columns(
     _check_size(Path(path), raw.count(b"\n"), len(names))
     forced = _must_be_numbers(names) if wanted is None else _present(path, wanted, names)
     picked = None if wanted is None else forced
+    kinds = {name: pa.float64() for name in forced}
+    if clock in kinds:
+        kinds[clock] = _kind_of_time(raw, names.index(clock), delimiter, skip_lines)
     try:
         table = _parse_csv(
-            raw, names, forced=forced, picked=picked, delimiter=delimiter, skip_lines=skip_lines
+            raw, names, kinds=kinds, picked=picked, delimiter=delimiter, skip_lines=skip_lines
         )
     except (pa.ArrowException, ValueError) as error:
         raise LogError(
             f"'{path}' cannot be read as a table of numbers: {_short(error)}\n"
             "Numbers need a decimal point; a missing sample is an empty field or nan."
         ) from error
-    return _numbers(Path(path), table)
+    return _numbers(Path(path), table, clock)
+
+
+def _kind_of_time(raw: bytes, place: int, delimiter: str, skip_lines: int) -> Any:
+    """Return the type of a column of times, which may be dates, by its first cell."""
+    import pyarrow as pa
+
+    lines = raw[: 1 << 20].split(b"\n", skip_lines + 2)
+    cells = lines[skip_lines + 1].split(delimiter.encode()) if len(lines) > skip_lines + 1 else []
+    found = _DATE.fullmatch(cells[place].strip(b'" \r')) if place < len(cells) else None
+    return pa.timestamp("ns", "UTC" if found["zone"] else None) if found else pa.float64()
 
 
 def _parse_csv(
     raw: bytes,
     names: list[str],
     *,
-    forced: list[str],
+    kinds: Mapping[str, Any],
     picked: list[str] | None,
     delimiter: str,
     skip_lines: int,
 ) -> Any:
-    import pyarrow as pa
     from pyarrow import csv
 
     # the header is parsed above: blanks around names and a byte-order mark are common
     reading = csv.ReadOptions(skip_rows=skip_lines + 1, column_names=names, use_threads=False)
-    converting = csv.ConvertOptions(
-        column_types={name: pa.float64() for name in forced}, include_columns=picked
-    )
+    converting = csv.ConvertOptions(column_types=dict(kinds), include_columns=picked)
     parsing = csv.ParseOptions(delimiter=delimiter)
     return csv.read_csv(
         io.BytesIO(raw),
