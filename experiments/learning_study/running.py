@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -11,12 +10,14 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import seals
+from seals.child_process import command, environment
 from seals.experiments.learning_study.arms import COMPARISONS, Training
 from seals.run.progress import progress
 
 EPISODES = 10
 """Demonstrations, all of them successful, by the scripted expert."""
-SEALS = (sys.executable, "-c", "from seals.cli.main import main; raise SystemExit(main())")
+SEALS = tuple(command(Path(seals.__file__).with_name("__main__.py")))
 PATIENCE = 60.0
 """Time in which a training writes its checkpoint when it is asked to stop [s]."""
 
@@ -123,4 +124,4 @@ def _state(folder: Path) -> str:
 def _alone() -> dict[str, str]:
     """Return the surroundings of a process that keeps to one core."""
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    return {**os.environ, **threads}
+    return {**environment(), **threads}

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+import seals
 from seals.arrays import Floats
+from seals.child_process import command, environment
 from seals.config.overlay import load_overlay, read_overlay
 from seals.errors import ConfigError
 from seals.experiments.command import figure_table, folder_of, parser_of, show_table
@@ -94,11 +95,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _seals(folder: Path, *words: str) -> int:
     """Run a verb of ``seals`` in a folder, as a person would; return its exit code."""
-    code = "import sys; from seals.cli.main import main; sys.exit(main())"
+    line = command(Path(seals.__file__).with_name("__main__.py"), *words)
     with (folder / f"{words[0]}.txt").open("w", encoding="utf-8") as said:
         done = subprocess.run(
-            [sys.executable, "-c", code, *words],
-            cwd=folder, stdout=said, stderr=subprocess.STDOUT, check=False,
+            line, cwd=folder, env=environment(), stdout=said, stderr=subprocess.STDOUT, check=False,
         )  # fmt: skip
     print((folder / f"{words[0]}.txt").read_text(encoding="utf-8"))
     return done.returncode

@@ -20,6 +20,8 @@ from seals.config.overrides import joined
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError, suggestion
 from seals.logs.room import told_full
+from seals.logs.run_folder import LOCK
+from seals.run.stopping import stoppable
 
 Task = Callable[[Any], "int | None"]
 _DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
@@ -118,13 +120,14 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     _refuse_other_verb(root, arguments)
     refuse_slips(root, arguments)
     install()
-    outcome = _Outcome(task)
+    sweep = Sweep(root, own_words(arguments), resumed=resumed)
+    outcome = _Outcome(task, sweep.claim)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
-    sweep = Sweep(root, own_words(arguments), resumed=resumed)
     with (
         _endings(sweep, "sweep" if any(word in MULTIRUN for word in arguments) else "run"),
         _hydra_process(root, arguments),
+        stoppable(),
         refusals(overrides, root=root),
         watched(sweep),
         checked_by_value(),
@@ -175,8 +178,8 @@ def _ended(sweep: Any) -> int:
 class _Outcome:
     """Runs the task and keeps its error from Hydra, which would print a line of its own."""
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
+    def __init__(self, task: Task, claim: Any) -> None:
+        self.task, self.claim = task, claim
         self.code = 0
         self.error: Exception | None = None
 
@@ -196,15 +199,20 @@ class _Outcome:
         except Exception as error:
             if isinstance(error, SealsError):
                 discard(Path(settings.runtime.output_dir))
+            self.claim.give_back()
             self.error = error
+        except KeyboardInterrupt:
+            discard(Path(settings.runtime.output_dir))
+            raise
 
 
 def discard(folder: Path) -> None:
     """Remove a run folder in which nothing was written, and the parents that it leaves empty."""
     entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else {"absent"}
-    if entries - {".hydra"}:
+    if entries - {".hydra", LOCK}:
         return
     shutil.rmtree(folder / ".hydra", ignore_errors=True)
+    (folder / LOCK).unlink(missing_ok=True)
     for level in (folder, *folder.parents):
         # parents outside the working directory are none of ours to tidy
         if level != folder and Path.cwd() not in level.parents:

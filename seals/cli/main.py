@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import seals
+from seals.child_process import protect_children
 from seals.errors import ConfigError, DiskFull, SealsError, suggestion
 
 
@@ -253,6 +254,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         0 when done, 1 when a check found faults, 2 when refused, 130 when interrupted.
     """
+    protect_children(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         return _dispatch(words)

@@ -12,6 +12,7 @@ from seals.errors import LogError, SealsError
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
 from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Integers, Log
+from seals.logs.run_folder import foreign_log
 from seals.logs.table import read_csv_columns, read_parquet
 from seals.untrusted_io import read_bytes, read_yaml
 
@@ -31,7 +32,7 @@ def read_native(folder: str | Path) -> Log:
         folder: the folder, or the table inside it.
 
     Raises:
-        LogError: something is missing, damaged or of an unknown version.
+        LogError: something is missing, damaged, of an unknown version, or of two runs.
     """
     place = Path(folder)
     if place.name in TABLES and place.is_file():
@@ -44,6 +45,9 @@ def read_native(folder: str | Path) -> Log:
     table = next((place / name for name in TABLES if (place / name).exists()), None)
     if table is None:
         raise LogError(f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.")
+    foreign = foreign_log(place)
+    if foreign:
+        raise LogError(f"{foreign}.\nThey were mixed: take the log from where it was written.")
     meta = read_meta(place / "meta.yaml")
     columns = read_parquet(table) if table.suffix == ".parquet" else read_csv_columns(table)
     segment = _segment(table, columns.pop("segment", None))

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, MissingExtra
+from seals.errors import ConfigError, MissingExtra, SealsError
+from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.compare_runs import differences, version_changes
 from seals.run.conflicting_settings import contradictions
-from seals.run.folder import write_config, write_end, write_log, write_start
+from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
 from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
 from seals.run.replay_config import recalled
 from seals.run.report import write_plots, write_report
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Keeper, Record, simulate
+from seals.run.stopping import stoppable
 from seals.run.surface import Surfaces
 from seals.run.unused_settings import oversights
 from seals.run.views import views_of
@@ -81,8 +85,49 @@ def run_into(
 
     Raises:
         SealsError: the run cannot start, or its files cannot be written.
+        ConfigError: another run that is alive writes into the folder.
     """
-    facts: dict[str, Any] = {}
+    beginning = _Beginning(list(overrides or []), original, cut)
+    with stoppable(), held(folder) as fresh:
+        aside = None
+        if fresh and (cut is None or cut.resolve() != folder.resolve()):
+            aside = set_aside(folder, notes=False)
+        try:
+            return _run_into(folder, settings, beginning, keepers)
+        except BaseException as cause:
+            if not beginning.facts and aside is not None:
+                bring_back(aside)
+            if beginning.facts and not beginning.ended:
+                # where there is no time or no room for it, the lock tells
+                with contextlib.suppress(SealsError, OSError):
+                    write_cut(folder, beginning.facts, cause)
+            raise
+
+
+@dataclass
+class _Beginning:
+    """What began a run.
+
+    Args:
+        overrides: what the user wrote.
+        original: folder of the run that this one repeats, or None.
+        cut: folder of the run that this one takes up, or None.
+        facts: noted when it began; empty before.
+        ended: whether its end is noted, too.
+    """
+
+    overrides: list[str]
+    original: Path | None
+    cut: Path | None
+    facts: dict[str, Any] = field(default_factory=dict)
+    ended: bool = False
+
+
+def _run_into(
+    folder: Path, settings: RunSettings, beginning: _Beginning, keepers: Sequence[Keeper]
+) -> Record:
+    overrides, facts = beginning.overrides, beginning.facts
+    original, cut = beginning.original, beginning.cut
     kept = None if cut is None else checkpoint_of(cut)
     checkpoints = Checkpoints(folder, interval_of(settings))
     watching: list[Keeper] = [*keepers]
@@ -94,14 +139,16 @@ def run_into(
     watching.append(checkpoints)
 
     def begin() -> None:
-        facts.update(_facts(settings, overrides or [], original, cut))
+        found = _facts(settings, overrides, original, cut)
+        facts.update({RUN_ID: id_of_log(folder) or new_id(), **found})
         write_start(folder, facts)
 
     record = simulate(
         settings, label=settings.name, started=begin, keepers=watching, kept=kept, folder=folder
     )
+    record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     write_log(folder, record, settings)
-    remarks = oversights(settings, overrides or []) + contradictions(settings)
+    remarks = oversights(settings, overrides) + contradictions(settings)
     remarks += [] if original is None else _verdict(folder, original)
     remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]
     views = views_of(record, settings)
@@ -111,6 +158,7 @@ def run_into(
     except MissingExtra as missing:
         remarks.append(f"No pictures: {' '.join(str(missing).split())}")
     write_end(folder, facts, record, remarks)
+    beginning.ended = True
     if record.ending is Ending.done:
         checkpoints.clear()
     _say(record, settings, remarks, report)

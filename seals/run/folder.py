@@ -9,6 +9,7 @@ from typing import Any
 
 from seals.logs.atomic import write_json, write_table, write_yaml
 from seals.logs.native import write_native
+from seals.logs.run_folder import FACTS
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 
@@ -18,11 +19,21 @@ LOG_FILES = ("vehicle.urdf", "meta.yaml", "log.parquet")
 
 def write_start(folder: Path, facts: dict[str, Any]) -> None:
     """Note in ``run.json`` that a run is going on."""
-    write_json(folder / "run.json", {"state": "running", **facts})
+    write_json(folder / FACTS, {"state": "running", **facts})
+
+
+def write_cut(folder: Path, facts: dict[str, Any], cause: BaseException) -> None:
+    """Note in ``run.json`` that a run ended before all of its files were written."""
+    stopped = isinstance(cause, KeyboardInterrupt)
+    words = "while its files were written" if stopped else f"{type(cause).__name__}: {cause}"
+    state = (Ending.interrupted if stopped else Ending.failed).value
+    write_json(folder / FACTS, {"state": state, "message": words, **facts})
 
 
 def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
     """Write log and ledger into the run's folder."""
+    # a table of an earlier life never stands beside the notes of this one
+    (folder / LOG_FILES[-1]).unlink(missing_ok=True)
     beside = folder / ".log"
     urdf = settings.robot.urdf_path.read_text(encoding="utf-8")
     try:
@@ -54,7 +65,7 @@ def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list
         "seconds": round(record.seconds, 6),
         "steps_per_second": round(record.rate, 1),
     }
-    write_json(folder / "run.json", {**end, **facts})
+    write_json(folder / FACTS, {**end, **facts})
 
 
 def write_config(folder: Path, config: Any) -> None:

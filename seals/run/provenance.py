@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
@@ -34,11 +35,20 @@ def versions() -> dict[str, str]:
 
 
 def revision(folder: Path) -> str | None:
-    """Return the git revision of a checkout, ``-dirty`` when changed, or None without one."""
+    """Return the git revision of a checkout, ``-dirty`` when changed, or None without one.
+
+    The checkout is the parent of the folder and no other above it: settings of a repository may
+    start programs, and an installation may lie in a stranger's.
+    """
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
     try:
         done = subprocess.run(
-            [*command, "--exclude=*"], capture_output=True, text=True, timeout=5.0, check=False
+            [*command, "--exclude=*"],
+            env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent.parent)},
+            capture_output=True,
+            text=True,
+            timeout=5.0,
+            check=False,
         )
     except (OSError, subprocess.TimeoutExpired):
         return None  # no git on this machine, or a checkout too large to ask

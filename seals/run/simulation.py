@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import enum
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
@@ -30,6 +27,7 @@ from seals.run.recorder import Recorder
 from seals.run.setpoint_recorder import Aims
 from seals.run.settings import RunSettings
 from seals.run.stages import Stages
+from seals.run.stopping import stoppable
 from seals.world import Ledger, World
 
 MOST_STEPS = 20_000_000
@@ -105,7 +103,7 @@ def simulate(
     """
     steps = step_count(settings)
     _refuse_endless(settings, steps)
-    with _stoppable():
+    with stoppable():
         world = build_world(settings)
         try:
             books = _books(settings, world, steps) if kept is None else _taken_up(kept, world)
@@ -259,20 +257,3 @@ def _refuse_endless(settings: RunSettings, steps: int) -> None:
             f"{steps:,} steps.\n"
             f"Allowed: up to {MOST_STEPS:,} steps in one run; take a longer step or several runs."
         )
-
-
-@contextmanager
-def _stoppable() -> Iterator[None]:
-    """Let a polite kill act like Ctrl-C, so that the log so far is kept."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: Any) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -12,6 +12,7 @@ from typing import Any
 
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_yaml
+from seals.logs.run_folder import LOCK, clear, held
 from seals.sweep.book import DONE, FAILED, REFUSED, Claim, Job, claimed, read_jobs
 from seals.sweep.cut import HYDRA, began, goes_on
 
@@ -40,7 +41,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
             "hydra.callbacks.sweep is not there: nobody would notice how this sweep ends.\n"
             "Leave its words about hydra.callbacks.sweep out."
         )
-    with claimed(sweep, number) as claim:
+    with claimed(sweep, number) as claim, contextlib.ExitStack() as stack:
         before = read_jobs(sweep).get(number)
         if before is not None and sorted(before.words) != sorted(words):
             raise ConfigError(
@@ -49,11 +50,12 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
             )
         if before is not None and before.state == DONE:
             return before.code
-        folder.mkdir(parents=True, exist_ok=True)
+        stack.enter_context(held(folder))
         if goes_on(folder, config, hydra, words, before):
             with open_dict(config):
                 config.resume = str(folder)
         else:
+            clear(folder)
             _note(folder, config, hydra, list(words))
         return _done(task, config, claim, folder, Job(number, DONE, 0, 0.0, words, ""))
 
@@ -104,4 +106,4 @@ def _said(folder: Path) -> Iterator[None]:
 
 
 def _nothing_written(folder: Path) -> bool:
-    return {entry.name for entry in folder.iterdir()} <= {HYDRA, SAID}
+    return {entry.name for entry in folder.iterdir()} <= {HYDRA, SAID, LOCK}

@@ -53,3 +53,13 @@ def place(config: Any, kind: str) -> None:
         # jobs of a sweep are composed anew, from these words
         quoted = folder.replace("'", "\\'")
         hydra.overrides.hydra.append(f"{key}='{quoted}'")
+
+
+def same_place(given: Any, folder: Path) -> bool:
+    """Return whether a setting names a folder; False where it is not set.
+
+    Example:
+        >>> same_place("runs/a/", Path("runs/a")), same_place(None, Path("."))
+        (True, False)
+    """
+    return given is not None and Path(str(given)).resolve() == folder.resolve()

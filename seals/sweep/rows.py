@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
+from seals.logs.run_folder import MOVING, alive, foreign_log, lockable
 from seals.sweep.book import NOTE, Job, read_jobs
 from seals.sweep.lists import at_place
 from seals.untrusted_io import plain_yaml, read_bytes
@@ -17,6 +18,7 @@ from seals.untrusted_io import plain_yaml, read_bytes
 RUN, STATE, SECONDS = "run", "state", "seconds"
 FIXED = (RUN, STATE, SECONDS)
 """Columns that every row has."""
+RUNNING, INTERRUPTED = "running", "interrupted"
 DAMAGED = "damaged"
 """State of a run whose notes cannot be read."""
 _OVERRIDES = ".hydra/overrides.yaml"
@@ -66,6 +68,7 @@ def find_rows(folder: Path) -> list[Row]:
     jobs = dict(_jobs(folder))
     places = {path.parent for path in folder.rglob("run.json")}
     places |= {path.parent.parent for path in folder.rglob(_OVERRIDES)}
+    places = {place for place in places if place.name != MOVING}
     found = [_row(folder, place, jobs.get(place)) for place in places | set(jobs)]
     if not found:
         raise ConfigError(
@@ -90,15 +93,24 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
     try:
         facts = _facts(place)
         words = words or _words(place, facts)
+        damage = foreign_log(place)
     except SealsError as cause:
         # one run that a kill or a full disk tore does not hide the others
         damage = " ".join(str(cause).split())
     seconds = facts.get(SECONDS) if job is None else job.seconds
-    state = str(facts.get(STATE, "begun")) if job is None else job.state
+    state = _state(place, facts) if job is None else job.state
     name = str(place.relative_to(root)) if place != root else place.name
     values: dict[str, Value] = {RUN: name, STATE: DAMAGED if damage else state}
     values[SECONDS] = float(seconds) if isinstance(seconds, int | float) else None
     return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts, damage=damage)
+
+
+def _state(place: Path, facts: Mapping[str, Any]) -> str:
+    """Return how a run is or ended; what says that it goes on and has no process was cut off."""
+    state, lives = str(facts.get(STATE, "begun")), alive(place)
+    if state == RUNNING and not lives and lockable():
+        return INTERRUPTED
+    return INTERRUPTED if state == "begun" and lives is False else state
 
 
 def _facts(place: Path) -> dict[str, Any]:

@@ -19,9 +19,10 @@ from omegaconf import read_write
 
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_json
+from seals.logs.run_folder import Claim
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
-from seals.sweep.place import place
+from seals.sweep.place import place, same_place
 from seals.untrusted_io import read_bytes
 
 HYDRAS = "multirun.yaml"
@@ -42,12 +43,14 @@ class Sweep:
 
     Attributes:
         folder: of the sweep, None until Hydra has composed it.
+        claim: to the folder of a single run.
     """
 
     def __init__(self, verb: str, words: Sequence[str], *, resumed: bool) -> None:
         """Wait for Hydra to name the folder."""
         self.verb, self.words, self.resumed = verb, list(words), resumed
         self.folder: Path | None = None
+        self.claim = Claim()
         self._fresh = False
         self._size = 0
         self._before: dict[int, Job] = {}
@@ -226,9 +229,14 @@ def watched(sweep: Sweep) -> Iterator[None]:
     try:
         yield
     except _Stopped as stop:
+        sweep.claim.give_back()
         raise stop.cause from stop.cause.__cause__
+    except BaseException:
+        sweep.claim.give_back()
+        raise
     finally:
         _PRESENT.reset(token)
+        sweep.claim.close()
         sweep.stop()
 
 
@@ -259,6 +267,12 @@ class Watch(Callback):
         """See to it that no other run has the folder of this one."""
         try:
             place(config, "run")
+            sweep = _PRESENT.get()
+            if sweep is not None and config.hydra.output_subdir is not None:
+                folder = Path(config.hydra.run.dir).absolute()
+                goes_on = same_place(config.get("resume"), folder)
+                # a run that is looked at has a process of its own
+                sweep.claim.take(folder, goes_on=goes_on, keep=sweep.verb != "view")
         except Exception as cause:
             raise _Stopped(cause) from None
 

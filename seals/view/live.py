@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import contextlib
+import io
+import subprocess
+import weakref
 from collections.abc import Callable
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.child_process import command, environment
 from seals.errors import SealsError
 from seals.rendering.scene import Poses
 from seals.run.particle_snapshots import thinned
@@ -57,12 +62,18 @@ class Live:
 
     def __init__(self, folder: Path) -> None:
         """Start."""
-        context = multiprocessing.get_context("spawn")
-        self._ears, mouth = context.Pipe(duplex=False)
-        self._process = context.Process(target=simulate_into, args=(str(folder), mouth))
-        self._process.daemon = True
-        self._process.start()
-        mouth.close()
+        self._ears, mouth = Pipe(duplex=False)
+        with mouth:
+            self._process = subprocess.Popen(
+                command(
+                    Path(__file__).with_name("live_child.py"), str(folder), str(mouth.fileno())
+                ),
+                env=environment(),
+                pass_fds=[mouth.fileno()],
+                stdin=subprocess.DEVNULL,
+            )
+        # a page that ends takes its run with it
+        self._end = weakref.finalize(self, _end, self._process)
         self.over, self.failure = False, ""
 
     def heard(self) -> list[Frame]:
@@ -70,25 +81,56 @@ class Live:
         found: list[Frame] = []
         try:
             while not self.over and self._ears.poll():
-                said = self._ears.recv()
-                if isinstance(said, Frame):
-                    found.append(said)
+                said = self._ears.recv_bytes()
+                if said[:1] == _FRAME:
+                    found.append(unpacked(said[1:]))
                 else:
-                    self.over, self.failure = True, str(said)
+                    self.over, self.failure = True, said[1:].decode("utf-8", "replace")
         except (EOFError, OSError):
-            self._process.join()
+            code = self._process.wait()
             self.over = True
-            self.failure = f"The run was ended from outside (exit code {self._process.exitcode})."
+            self.failure = f"The run was ended from outside (exit code {code})."
         return found
 
     def stop(self) -> None:
         """End the run; what it has so far is written into its folder."""
-        self._process.terminate()
-        self._process.join(5.0)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        self._end()
         self._ears.close()
+
+
+_FRAME, _WORDS = b"f", b"w"
+_PATIENCE = 5.0
+"""How long a run may take to write what it has [s]."""
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def packed(frame: Frame) -> bytes:
+    """Return a frame as bytes: its arrays, and nothing that could do anything.
+
+    Example:
+        >>> frame = Frame(0.5, np.zeros((1, 3), np.float32), np.zeros((1, 3, 3), np.float32), None)
+        >>> unpacked(packed(frame)).time
+        0.5
+    """
+    arrays = {"time": np.array(frame.time), **frame._asdict(), "particles": frame.particles}
+    file = io.BytesIO()
+    np.savez(file, **{name: x for name, x in arrays.items() if x is not None})
+    return file.getvalue()
+
+
+def unpacked(content: bytes) -> Frame:
+    """Return the frame that `packed` turned into bytes."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as found:
+        particles = found.get("particles")
+        return Frame(float(found["time"]), found["position"], found["rotation"], particles)
 
 
 class Broadcast:
@@ -139,10 +181,13 @@ def simulate_into(folder: str, mouth: Connection) -> None:
 
     try:
         settings = build_run(recalled(Path(folder), key="view"))
-        record = run_into(Path(folder), settings, keepers=[Broadcast(mouth.send)])
+        broadcast = Broadcast(lambda frame: mouth.send_bytes(_FRAME + packed(frame)))
+        record = run_into(Path(folder), settings, keepers=[broadcast])
         error = record.error
         words = "" if error is None else f"{type(error).__name__}: {error}"
     except SealsError as refusal:
         words = f"{type(refusal).__name__}: {refusal}"
-    mouth.send(words)
+    # a page that has gone hears no more
+    with contextlib.suppress(BrokenPipeError):
+        mouth.send_bytes(_WORDS + words.encode())
     mouth.close()

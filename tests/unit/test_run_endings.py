@@ -138,5 +138,6 @@ def test_hard_kill_leaves_no_half_file(elsewhere: Path) -> None:
     process = start(elsewhere / "long")
     process.kill()
     process.wait(timeout=60)
-    assert {path.name for path in (elsewhere / "long").iterdir()} == {".hydra", "run.json"}
+    left = {path.name for path in (elsewhere / "long").iterdir()}
+    assert left == {".hydra", "run.json", ".run.lock"}
     assert json.loads((elsewhere / "long" / "run.json").read_text())["state"] == "running"

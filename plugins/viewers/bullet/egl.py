@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 
+from seals.child_process import command, environment
 from seals.errors import MissingExtra
 from seals.plugins.viewers.bullet.client import engine
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
@@ -19,13 +20,7 @@ ENTRY = "_eglRendererPlugin"
 """Prefix of the plug-in's functions."""
 PATIENCE = 60.0
 """How long a first picture may take [s]."""
-_TRIAL = (
-    "import pybullet as p, sys; p.connect(p.DIRECT); "
-    "n = p.loadPlugin(sys.argv[1], '_eglRendererPlugin'); "
-    "r = p.getCameraImage(8, 8, renderer=p.ER_BULLET_HARDWARE_OPENGL) if n >= 0 else None; "
-    "sys.exit(0 if n >= 0 else 3)"
-)
-"""Loads the plug-in and takes a picture; a driver that is missing may end the whole process."""
+_TRIAL = Path(__file__).with_name("egl_trial.py")
 
 
 @dataclass(kw_only=True)
@@ -87,7 +82,8 @@ def try_out(plugin: str) -> None:
     """
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _TRIAL, plugin],
+            command(_TRIAL, plugin),
+            env=environment(),
             capture_output=True,
             timeout=PATIENCE,
             check=False,

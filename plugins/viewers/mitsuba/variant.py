@@ -4,28 +4,16 @@ from __future__ import annotations
 
 import enum
 import subprocess
-import sys
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
+from seals.child_process import command, environment
 from seals.errors import MissingExtra, PhysicsError
 
 SECONDS = 120.0
 """Longest time that a trial may take [s]."""
-_TRIAL = """
-import sys
-import mitsuba as mi
-mi.set_variant(sys.argv[1])
-scene = mi.load_dict({
-    "type": "scene", "integrator": {"type": "volpath", "max_depth": 6},
-    "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8}},
-    "light": {"type": "constant"},
-    "ball": {"type": "sphere", "center": [0.0, 0.0, 4.0], "bsdf": {"type": "dielectric"},
-             "interior": {"type": "homogeneous", "albedo": 0.5, "sigma_t": 0.5}},
-})
-total = float(mi.TensorXf(mi.render(scene, spp=4)).numpy().sum())
-sys.exit(0 if total > 0.0 else 3)
-"""
+_TRIAL = Path(__file__).with_name("trial.py")
 
 
 class Variant(enum.Enum):
@@ -86,7 +74,8 @@ def trial(variant: str) -> str:
     """
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _TRIAL, variant],
+            command(_TRIAL, variant),
+            env=environment(),
             capture_output=True,
             text=True,
             timeout=SECONDS,

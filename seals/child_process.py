@@ -1,0 +1,54 @@
+"""Python processes that the program starts: code in the working directory never runs in them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+SAFE = "PYTHONSAFEPATH"
+"""Environment variable by which Python 3.11 and later leave the working directory out."""
+PATH = "PYTHONPATH"
+
+
+def command(file: str | Path, *words: str) -> list[str]:
+    """Return the command line that runs a file of the program in a process of its own.
+
+    A file, because ``python -c`` and ``python -m`` look for modules in the working directory
+    first, where a stranger's ``numpy.py`` may lie. Before Python 3.11 the file's own folder comes
+    first instead: the file begins by taking it away from ``sys.path``.
+
+    Args:
+        file: to run, of this program or a plug-in.
+        words: its arguments.
+    """
+    flags = ["-P"] if sys.version_info >= (3, 11) else []
+    return [sys.executable, *flags, str(file), *words]
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of a child: an empty entry of ``PYTHONPATH`` is the working directory.
+
+    Example:
+        >>> environment()["PYTHONSAFEPATH"]
+        '1'
+    """
+    found = {**os.environ, SAFE: "1"}
+    entries = [entry for entry in found.get(PATH, "").split(os.pathsep) if entry]
+    if entries:
+        found[PATH] = os.pathsep.join(entries)
+    else:
+        found.pop(PATH, None)
+    return found
+
+
+def protect_children(words: Sequence[str] | None) -> None:
+    """Keep the working directory out of every Python process that a library may start.
+
+    Args:
+        words: of the command line as a caller gave them; None for those of the process itself,
+            which is then the program's own, and its environment with it.
+    """
+    if words is None:
+        os.environ.setdefault(SAFE, "1")

@@ -1,0 +1,320 @@
+"""One lock for each run folder, the id of its run, and room made for a new run in a used folder."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import importlib.util
+import json
+import os
+import platform
+import re
+import secrets
+import shutil
+import stat
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.untrusted_io import read_bytes
+
+LOCK = ".run.lock"
+"""File that a living run keeps locked; the system lets go of it however its process ends."""
+RUN_ID = "run_id"
+"""Key of the run's id in ``run.json``, and below ``simulated`` in ``meta.yaml``."""
+FACTS, NOTES = "run.json", ".hydra"
+"""What a run notes of itself, and the configuration that began it."""
+MOVING = ".earlier.part"
+"""Folder into which products are moved; it gets its name, ``earlier_N``, when all have arrived."""
+PRODUCTS = (
+    *("log.parquet", "log.csv", "meta.yaml", "vehicle.urdf", "ledger.parquet", "fluid.parquet"),
+    *("report.html", "report.json", "plots", "pictures", "surface", "particles", "keys.csv"),
+    *("checkpoint", ".checkpoint.before", "checkpoint.pt", "demonstration", "render"),
+    *("training.csv", "evaluation.csv", "policy", "tensorboard", "film.mp4"),
+    *("comparison.json", "diagnosis.json"),
+    *(FACTS, NOTES),
+)
+"""Names that runs and trainings write into their folder; ``run.json`` moves last but one."""
+_TRIES, _PAUSE = 20, 0.05
+"""How often, and after which pause [s], a lock is tried that somebody else may only be looking at.
+"""
+_MOST_WORDS = 4096
+_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
+_MOST_NOTE = 1 << 24
+_ID_OF_LOG = re.compile(rb"^ +run_id: (r[0-9a-f]{16})\s*$", re.MULTILINE)
+_ID_OF_RUN = re.compile(rb'^ "run_id": "(r[0-9a-f]{16})",?\s*$', re.MULTILINE)
+_HELD: ContextVar[Mapping[str, int]] = ContextVar("run folders held", default={})  # noqa: B039
+
+
+def new_id() -> str:
+    """Return an id that no other run has."""
+    # the letter in front keeps YAML from reading a number
+    return f"r{secrets.token_hex(8)}"
+
+
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[bool]:
+    """Hold the lock of a run folder; inside of one that is held by the same run it is no news.
+
+    Args:
+        folder: of the run; made when it does not exist.
+
+    Yields:
+        Whether the lock was not held before.
+
+    Raises:
+        ConfigError: another run that is alive holds it.
+    """
+    key = os.path.realpath(folder)
+    if _HELD.get().get(key) == os.getpid():
+        yield False
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    descriptor = _locked(folder)
+    token = _HELD.set({**_HELD.get(), key: os.getpid()})
+    try:
+        _roll_back(folder)
+        yield True
+    finally:
+        _HELD.reset(token)
+        if descriptor is not None:
+            # whoever waits for this very file finds it gone and takes the next one
+            (folder / LOCK).unlink(missing_ok=True)
+            os.close(descriptor)
+
+
+def alive(folder: Path) -> bool | None:
+    """Return whether a living run holds a folder; None where there is no lock, or no answer."""
+    try:
+        import fcntl
+
+        descriptor = _opened(folder / LOCK, os.O_RDONLY)
+    except (OSError, ImportError, ConfigError):
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return None
+    finally:
+        os.close(descriptor)
+    return False
+
+
+def lockable() -> bool:
+    """Return whether this system has locks that tell the living from the dead."""
+    return importlib.util.find_spec("fcntl") is not None
+
+
+def _locked(folder: Path) -> int | None:
+    """Return the locked file, None on a system or a disk without locks."""
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    path = folder / LOCK
+    for _ in range(_TRIES):
+        descriptor = _opened(path, os.O_RDWR | os.O_CREAT)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if path.exists() and os.path.samestat(os.fstat(descriptor), path.stat()):
+                _introduce(descriptor)
+                return descriptor
+        except OSError as error:
+            if error.errno in _NO_LOCKS:
+                os.close(descriptor)
+                print(f"note: {folder} lies on a disk without locks: {error}", file=sys.stderr)
+                return None
+            if not isinstance(error, BlockingIOError):
+                os.close(descriptor)
+                raise
+        os.close(descriptor)
+        time.sleep(_PAUSE)
+    raise ConfigError(
+        f"{folder} is in use: {_holder(path)} writes into it.\n"
+        "Wait for its end, or choose another folder: hydra.run.dir=FOLDER"
+    )
+
+
+def _opened(path: Path, flags: int) -> int:
+    """Open a lock file; never wait at a pipe, never follow a link out of the folder."""
+    more = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"))
+    try:
+        descriptor = os.open(path, flags | sum(more), 0o666)
+    except OSError as error:
+        if error.errno in (errno.ELOOP, errno.ENXIO, errno.EISDIR):
+            raise _strange(path) from error
+        raise
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise _strange(path)
+    return descriptor
+
+
+def _strange(path: Path) -> ConfigError:
+    return ConfigError(f"{path} is not an ordinary file.\nRemove it, or choose another folder.")
+
+
+def _introduce(descriptor: int) -> None:
+    """Write into the lock whose it is; nothing but a refusal's words depends on it."""
+    words = json.dumps({"pid": os.getpid(), "machine": platform.node(), "since": time.ctime()})
+    # on a full disk the lock holds without a word
+    with contextlib.suppress(OSError):
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, words.encode(), 0)
+
+
+def _holder(path: Path) -> str:
+    try:
+        descriptor = _opened(path, os.O_RDONLY)
+        try:
+            found = json.loads(os.read(descriptor, _MOST_WORDS))
+        finally:
+            os.close(descriptor)
+        return f"process {found['pid']} on {found['machine']}, since {found['since']},"
+    except (OSError, ValueError, KeyError, TypeError, ConfigError):
+        return "another run"
+
+
+class Claim:
+    """A run folder in one's hold, from before the first byte until the end.
+
+    Attributes:
+        earlier: folder that holds what an earlier run had left there, or None.
+    """
+
+    def __init__(self) -> None:
+        """Hold nothing yet."""
+        self._held = contextlib.ExitStack()
+        self._folder: Path | None = None
+        self.earlier: Path | None = None
+
+    def take(self, folder: Path, *, goes_on: bool, keep: bool = True) -> None:
+        """Hold a folder until `close`.
+
+        Args:
+            folder: of the run.
+            goes_on: whether the run takes up what lies there; otherwise that is moved aside.
+            keep: whether the lock is kept; a run in a process of its own takes it itself.
+
+        Raises:
+            ConfigError: another run that is alive holds it.
+        """
+        self._held.enter_context(held(folder))
+        self._folder = folder
+        if not goes_on:
+            self.earlier = set_aside(folder)
+        if not keep:
+            self._held.close()
+
+    def give_back(self) -> None:
+        """Leave a folder in which no run began as it was before."""
+        earlier, folder, self.earlier = self.earlier, self._folder, None
+        if earlier is not None and folder is not None and not _begun(folder):
+            bring_back(earlier)
+
+    def close(self) -> None:
+        """Let go."""
+        if self.earlier is not None and self.earlier.is_dir():
+            print(f"note: what an earlier run left there is in {self.earlier}", file=sys.stderr)
+        self._held.close()
+
+
+def _begun(folder: Path) -> bool:
+    """Return whether there is more of a run than the configuration that Hydra writes."""
+    return any((folder / name).exists() for name in PRODUCTS if name != NOTES)
+
+
+def set_aside(folder: Path, *, notes: bool = True) -> Path | None:
+    """Move what an earlier run left in a folder into ``earlier_N`` in it.
+
+    A kill on the way is mended by whoever holds the folder next: what had been moved comes back.
+
+    Args:
+        folder: of a run; its lock is held.
+        notes: whether the configuration is an earlier run's, too.
+
+    Returns:
+        The folder that holds it now; None where there was nothing.
+    """
+    names = PRODUCTS if notes else PRODUCTS[:-1]
+    if not any((folder / name).exists() for name in names):
+        return None
+    moving = folder / MOVING
+    moving.mkdir(exist_ok=True)
+    _move(folder, moving, names)
+    number = 1
+    while (folder / f"earlier_{number}").exists():
+        number += 1
+    aside = folder / f"earlier_{number}"
+    moving.rename(aside)
+    return aside
+
+
+def bring_back(aside: Path) -> None:
+    """Undo `set_aside`: the new run was refused, or interrupted before its first step."""
+    folder = aside.parent
+    clear(folder, notes=(aside / NOTES).exists())
+    aside.rename(folder / MOVING)
+    _roll_back(folder)
+
+
+def clear(folder: Path, *, notes: bool = True) -> None:
+    """Remove what a run left in a folder; ``run.json`` goes first: what is half there has none.
+
+    Args:
+        folder: of a run; its lock is held.
+        notes: whether its configuration goes, too.
+    """
+    for name in reversed(PRODUCTS if notes else PRODUCTS[:-1]):
+        path = folder / name
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _roll_back(folder: Path) -> None:
+    """Bring back what a killed process had begun to move aside."""
+    moving = folder / MOVING
+    if not moving.is_dir():
+        return
+    _move(moving, folder, [name for name in reversed(PRODUCTS) if not (folder / name).exists()])
+    with contextlib.suppress(OSError):  # it stays where it holds more than products
+        moving.rmdir()
+
+
+def _move(source: Path, target: Path, names: Any) -> None:
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):
+            os.rename(source / name, target / name)
+
+
+def id_of_log(folder: Path) -> str | None:
+    """Return the id of the run whose log lies in a folder; None for a log without one."""
+    return _found(folder / "meta.yaml", _ID_OF_LOG)
+
+
+def foreign_log(folder: Path) -> str:
+    """Say that the log in a run folder is not that of the run; empty where it is.
+
+    Raises:
+        LogError: a file that names an id is too large to be one of a run.
+    """
+    own, logged = _found(folder / FACTS, _ID_OF_RUN), id_of_log(folder)
+    if not own or not logged or own == logged:
+        return ""
+    return f"the log in {folder} is of run {logged}, its {FACTS} of run {own}"
+
+
+def _found(path: Path, pattern: re.Pattern[bytes]) -> str | None:
+    """Return an id by its line: reading all of YAML would take a hundred times as long."""
+    if not path.is_file() or path.stat().st_size == 0:
+        return None
+    found = pattern.search(read_bytes(path, most=_MOST_NOTE))
+    return None if found is None else found.group(1).decode()
