@@ -17,6 +17,7 @@ from pathlib import Path
 
 from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
 from benchmarks.guards_reading import PAGE, ROBOTS_AND_TABLES
+from benchmarks.guards_runs import RUN_FOLDERS
 
 ROOT = Path(__file__).parents[1]
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
@@ -40,6 +41,7 @@ sys.exit(pytest.main(sys.argv[1:]))
 GUARDS: dict[str, Guard] = {
     **ROBOTS_AND_TABLES,
     **PAGE,
+    **RUN_FOLDERS,
     "names in a pickle": Guard(
         "seals.run.unpickling", "isinstance(found, type) and", "", FILES, "stranger_runs_nothing"
     ),

@@ -17,7 +17,7 @@ from seals.run.progress import progress
 
 EPISODES = 10
 """Demonstrations, all of them successful, by the scripted expert."""
-SEALS = tuple(command(Path(seals.__file__).with_name("__main__.py")))
+SEALS = tuple(command(Path(seals.__file__).parent / "cli" / "__main__.py"))
 PATIENCE = 60.0
 """Time in which a training writes its checkpoint when it is asked to stop [s]."""
 

@@ -95,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _seals(folder: Path, *words: str) -> int:
     """Run a verb of ``seals`` in a folder, as a person would; return its exit code."""
-    line = command(Path(seals.__file__).with_name("__main__.py"), *words)
+    line = command(Path(seals.__file__).parent / "cli" / "__main__.py", *words)
     with (folder / f"{words[0]}.txt").open("w", encoding="utf-8") as said:
         done = subprocess.run(
             line, cwd=folder, env=environment(), stdout=said, stderr=subprocess.STDOUT, check=False,

@@ -56,7 +56,7 @@ def test_a_child_runs_none_of_it(mark: Path, tmp_path: Path) -> None:
 
 def test_the_command_line_runs_none_of_it(mark: Path) -> None:
     """The program itself, as its own processes start it, lists what is installed."""
-    line = command(Path(seals.__file__).with_name("__main__.py"), "--version")
+    line = command(Path(seals.__file__).parent / "cli" / "__main__.py", "--version")
     done = subprocess.run(line, env=environment(), capture_output=True, check=True, text=True)
     assert done.stdout.startswith("seals ")
     assert not mark.exists()

@@ -1,4 +1,4 @@
-"""The command line, as ``python -m seals`` and for the processes that the program starts."""
+"""The command line, as ``python -m seals.cli`` and for the processes that the program starts."""
 
 import os
 import sys
