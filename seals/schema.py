@@ -101,20 +101,6 @@ def _declared(plugin: type) -> Mapping[str, Parameter]:
     return {f.name: f.metadata[_KEY] for f in fields if _KEY in f.metadata}
 
 
-def check_parameters(plugin: object, *, where: str = "") -> None:
-    """Refuse non-finite or out-of-bounds parameter values.
-
-    Args:
-        plugin: an instance of a plug-in dataclass.
-        where: full config key, named in the message.
-
-    Raises:
-        ConfigError: a value is not finite or lies outside its bounds.
-    """
-    for name, meta in parameters_of(plugin).items():
-        check_value(f"{where}.{name}" if where else name, getattr(plugin, name), meta)
-
-
 def check_value(key: str, value: Any, meta: Parameter) -> None:
     """Refuse one parameter value that is not a finite number within its bounds."""
     low, high = meta.bounds

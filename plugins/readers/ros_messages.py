@@ -19,7 +19,6 @@ def _axes(stem: str, path: str, letters: str = "xyz") -> dict[str, str]:
     return {f"{stem}_{axis}": f"{path}.{axis}" for axis in letters}
 
 
-_POSE = {"position": "position", "orientation": "orientation"}
 KNOWN: dict[str, dict[str, str]] = {
     "nav_msgs/msg/Odometry": {
         **_axes("position", "pose.pose.position"),

@@ -34,7 +34,6 @@ KEYS = (
 """What a model's file may say."""
 WAVE = "waves"
 """Name of the waves among the parts of a model."""
-_LOADED = ("name", "file")
 
 
 class Fitted(NamedTuple):

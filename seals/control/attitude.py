@@ -67,12 +67,6 @@ def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
     return np.array([x * longer, y * longer, z * longer])
 
 
-def spin_of(now: Floats, before: Floats, step: float) -> Floats:
-    """Return the angular velocity between two attitudes, axes of the second [rad/s]."""
-    found: Floats = attitude_error(now, before) / step
-    return found
-
-
 def cross3(a: Floats, b: Floats) -> Floats:
     """Return the product of two vectors, faster than `numpy.cross`."""
     ax, ay, az = a.tolist()

@@ -36,16 +36,6 @@ def changed(body: Body, matrix: Array) -> Body:
     return body._replace(mass=total, centre_of_mass=centre)
 
 
-def summed(matrices: list[Array]) -> Array | None:
-    """Sum of changes on the same rows; None for none."""
-    if not matrices:
-        return None
-    total = matrices[0]
-    for more in matrices[1:]:
-        total = total + more
-    return total
-
-
 def skew(vector: Array) -> Array:
     """Cross-product matrices of vectors (N, 3), shape (N, 3, 3)."""
     xp = namespace(vector)

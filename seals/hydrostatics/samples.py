@@ -16,7 +16,6 @@ _PAIRS = 200_000
 """Of points and faces that are held at once."""
 PLAN_LEVELS = 65
 Inside = Callable[[Vector], NDArray[np.bool_]]
-Height = Callable[[Vector, Vector], Vector]
 
 
 class HullSamples:
@@ -120,18 +119,14 @@ class HullSamples:
         if level <= -self.reach:
             return DRY
         depth = level - self.points @ np.asarray(up, dtype=np.float64)
-        return self._wetted(depth)
-
-    def wetted_wave(self, rotation: Vector, position: Vector, height: Height) -> Wetted:
-        """Return the part below a wavy surface, in link axes.
-
-        Args:
-            rotation: R_WB, turns link vectors into world vectors, shape (3, 3).
-            position: p_WB, link origin in the world [m], shape (3,).
-            height: surface height [m] at world x, y, arrays (S,) to (S,).
-        """
-        world = self.points @ np.asarray(rotation).T + np.asarray(position)
-        return self._wetted(height(world[:, 0], world[:, 1]) - world[:, 2])
+        share = depth / self.size + 0.5
+        wet = np.minimum(np.maximum(share, 0.0), 1.0)
+        band = ((share > 0.0) & (share < 1.0)).astype(np.float64)
+        line = self.each / self.size
+        mx, my, mz = (wet @ self.points * self.each).tolist()
+        ax, ay, az = (band @ self.points * line).tolist()
+        volume, area = float(wet.sum()) * self.each, float(band.sum()) * line
+        return wetted_of(Sums(volume, mx, my, mz, area, ax, ay, az), self.volume)
 
     def extents(self, ups: Vector) -> tuple[Vector, Vector]:
         """Return lowest and highest level of the hull along each normal [m], shape (N,) each."""
@@ -152,17 +147,6 @@ class HullSamples:
         band = ((depth > 0.0) & (depth < 1.0)).astype(np.float64)
         flat = band @ ones * (self.each / self.size)
         return np.concatenate((wet @ ones * self.each, flat), axis=-1)
-
-    def _wetted(self, depth: Vector) -> Wetted:
-        """Sum the samples by their depth below the surface [m], shape (S,)."""
-        share = depth / self.size + 0.5
-        wet = np.minimum(np.maximum(share, 0.0), 1.0)
-        band = ((share > 0.0) & (share < 1.0)).astype(np.float64)
-        line = self.each / self.size
-        mx, my, mz = (wet @ self.points * self.each).tolist()
-        ax, ay, az = (band @ self.points * line).tolist()
-        volume, area = float(wet.sum()) * self.each, float(band.sum()) * line
-        return wetted_of(Sums(volume, mx, my, mz, area, ax, ay, az), self.volume)
 
 
 def winding_test(corners: Vector) -> Inside:

@@ -14,7 +14,7 @@ from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Integers, Log
 from seals.logs.run_folder import foreign_log
 from seals.logs.table import read_csv_columns, read_parquet
-from seals.untrusted_io import read_bytes, read_yaml
+from seals.untrusted_io import read_yaml
 
 FORMAT = "hidden-effect-log"
 """Name of the format, as written in ``meta.yaml``."""
@@ -86,21 +86,6 @@ def read_meta(path: str | Path) -> dict[str, Any]:
             f"{FORMAT_VERSION}.\nA newer log needs a newer seals; an older one must be converted."
         )
     return meta
-
-
-def read_urdf(folder: str | Path) -> str | None:
-    """Return the text of ``vehicle.urdf``, or None when the folder has none.
-
-    Raises:
-        LogError: the file is there and cannot be read as UTF-8 text.
-    """
-    path = Path(folder) / _URDF
-    if not path.exists():
-        return None
-    try:
-        return read_bytes(path, most=1 << 24).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise LogError(f"'{path}' is not UTF-8 text ({error.reason}).") from error
 
 
 def write_native(

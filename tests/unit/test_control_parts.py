@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from seals.config.compose import compose
 from seals.control import Reference
-from seals.control.arm_kinematics import ArmKinematics
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
 from seals.control.limbs import Reckoned, joint_targets, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.tracking import minimum_jerk
-from seals.errors import ConfigError, PhysicsError, RobotError
+from seals.errors import ConfigError, RobotError
 from seals.frames import exponential, matrix_of, quaternion_of
 from seals.multibody.tree import forward
 from seals.robot.build import build_robot
@@ -159,51 +158,6 @@ def test_limbs_with_unknown_parts_are_refused_with_the_nearest_name() -> None:
     hand = GripperSettings(joints=["elbow"], open=[0.0, 1.0], closed=[0.0])
     with pytest.raises(RobotError, match=r"robot.grippers.g.open=\[0.0, 1.0\] has 2 values"):
         build_grippers({"g": hand}, links, joints)
-
-
-def test_the_tool_s_jacobian_is_the_slope_of_its_place() -> None:
-    """Finite differences of the tool's place agree with the Jacobian."""
-    robot, rng = robot_of("aam"), np.random.default_rng(1)
-    arm = robot.arms["arm"]
-    reach = ArmKinematics(robot, arm, point=(0.0, 0.0, -0.1))
-    q = rng.uniform(-0.5, 0.5, robot.tree.joints)
-    _, jacobian = reach.tool(q)
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], q[None])
-    tip = origins[0, arm.tool] + turns[0, arm.tool] @ [0.0, 0.0, -0.1]
-    np.testing.assert_allclose(reach.tool(q)[0], tip, atol=1e-12)
-    for k, joint in enumerate(arm.joints):
-        change = STEP * np.eye(robot.tree.joints)[joint]
-        slope = (reach.tool(q + change)[0] - reach.tool(q - change)[0]) / (2.0 * STEP)
-        np.testing.assert_allclose(jacobian[:, k], slope, atol=1e-8)
-
-
-def test_the_arm_reaches_what_it_can_and_refuses_the_rest() -> None:
-    """Places that the arm has been at are found again; far ones are refused with the distance."""
-    robot, rng = robot_of("aam"), np.random.default_rng(2)
-    arm = robot.arms["arm"]
-    reach, index = ArmKinematics(robot, arm), list(arm.joints)
-    low, high = robot.lower[index], robot.upper[index]
-    begin = stowed(robot)
-    begin[index] = 0.5 * (low + high)
-    for _ in range(10):
-        q = begin.copy()
-        q[index] = low + rng.uniform(0.15, 0.85, len(index)) * (high - low)
-        target = reach.tool(q)[0]
-        found = begin.copy()
-        found[index] = reach.solve(begin, target)
-        assert np.linalg.norm(reach.tool(found)[0] - target) < 1e-3
-        assert ((found >= robot.lower - 1e-9) & (found <= robot.upper + 1e-9)).all()
-    with pytest.raises(PhysicsError, match="does not reach"):
-        reach.solve(begin, np.array([2.0, 0.0, -0.3]))
-
-
-def test_rates_stay_bounded_where_the_arm_is_stretched() -> None:
-    """A velocity that a stretched arm cannot follow makes no wild rates."""
-    robot = robot_of("aam")
-    reach = ArmKinematics(robot, robot.arms["arm"])
-    place, _ = reach.tool(np.zeros(robot.tree.joints))
-    rates = reach.rates(np.zeros(robot.tree.joints), 0.2 * place / np.linalg.norm(place), 0.01)
-    assert np.abs(rates).max() <= 3.0
 
 
 def test_a_way_of_least_jerk_starts_and_ends_at_rest() -> None:

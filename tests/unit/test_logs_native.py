@@ -10,7 +10,6 @@ import yaml
 
 from seals.errors import LogError
 from seals.logs import Log, read_native, write_native
-from seals.logs.native import read_urdf
 from seals.plugins.readers.native import ReaderNative
 
 META = "format: hidden-effect-log\nformat_version: 1\nvehicle: {name: drop, mass: 1.5}\n"
@@ -71,7 +70,7 @@ def test_written_folder_is_readable_by_others(tmp_path: Path, table: str) -> Non
     assert meta["format_version"] == 1
     assert meta["vehicle"] == {"mass": 2.0}
     assert read_native(place).licence == "CC0"
-    assert read_urdf(place) == "<robot/>"
+    assert (place / "vehicle.urdf").read_text() == "<robot/>"
 
 
 def test_existing_folder_is_not_overwritten(tmp_path: Path) -> None:

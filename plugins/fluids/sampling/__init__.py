@@ -4,7 +4,7 @@ from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.pieces import Thin, refuse_coarse, sample_pieces, thickness
 from seals.plugins.fluids.sampling.samples import Samples, joined
 from seals.plugins.fluids.sampling.shapes import ALL, SEEN
-from seals.plugins.fluids.sampling.tank import box_walls, plane_layers
+from seals.plugins.fluids.sampling.tank import box_walls
 
 __all__ = [
     "ALL",
@@ -14,7 +14,6 @@ __all__ = [
     "Thin",
     "box_walls",
     "joined",
-    "plane_layers",
     "refuse_coarse",
     "sample_pieces",
     "thickness",

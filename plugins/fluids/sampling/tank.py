@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.plugins.fluids.sampling.faces import PITCH
-from seals.plugins.fluids.sampling.samples import Samples, joined
+from seals.plugins.fluids.sampling.samples import Samples
 
 WALL = 1
 """Layers of a wall: one stands for all that lies behind it."""
@@ -49,22 +49,3 @@ def box_walls(
     points = first + step * (index[kept] + 1)
     share = exact.prod() * PITCH**2
     return Samples(points, np.full(len(points), float(share)))
-
-
-def plane_layers(
-    point: Floats, edges: tuple[Floats, Floats], counts: tuple[int, int], normal: Floats
-) -> Samples:
-    """Sample a rectangle in a layer behind its face.
-
-    Args:
-        point: corner [m], shape (3,).
-        edges: along the two sides, from sample to sample [m], shape (3,) each.
-        counts: samples along the two sides.
-        normal: into the fluid [1], shape (3,).
-    """
-    i, j = np.meshgrid(np.arange(counts[0]) + 0.5, np.arange(counts[1]) + 0.5, indexing="ij")
-    face = point + i.reshape(-1, 1) * edges[0] + j.reshape(-1, 1) * edges[1]
-    spacing = float(np.linalg.norm(edges[0]))
-    layers = [face - normal * spacing * (k + 0.5) for k in range(WALL)]
-    area = float(np.linalg.norm(np.cross(*edges)))
-    return joined([Samples(layer, np.full(len(layer), area * spacing)) for layer in layers])

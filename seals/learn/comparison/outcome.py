@@ -11,8 +11,6 @@ from seals.learn.comparison.runs import Run
 from seals.learn.statistics.bootstrap import RESAMPLES
 from seals.learn.statistics.interval import LEVEL, Interval
 
-_WORDS = ("arm", "against", "metric", "p", "verdict")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Terms:

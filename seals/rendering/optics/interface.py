@@ -39,16 +39,6 @@ def fresnel(cosine: Array, ratio: float) -> Array:
     return xp.where(inside <= 0.0, 1.0, 0.5 * (across * across + along * along))
 
 
-def window(index: float = INDEX) -> float:
-    """Return the half angle of Snell's window: within it one sees out of the water [rad].
-
-    Example:
-        >>> round(math.degrees(window()), 1)
-        48.6
-    """
-    return math.asin(1.0 / index)
-
-
 def sunbeam(zenith: float, index: float = INDEX) -> tuple[float, float]:
     """Return lean of a sunbeam in the water and the share of it that gets in.
 

@@ -17,8 +17,6 @@ from seals.multibody.tree import Tree
 from seals.registry import get
 from seals.robot.model import RobotModel
 
-COMMANDS = ("rotor_speed_cmd", "thruster_cmd")
-"""Command channels of the actuators, rotors first."""
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Names in the baseline that stand for actuators."""
 

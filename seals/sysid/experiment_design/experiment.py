@@ -96,17 +96,6 @@ def _columns(asked: Reference) -> dict[str, Any]:
     }
 
 
-def is_experiment(path: str) -> bool:
-    """Whether a value of ``experiment=`` is a planned manoeuvre."""
-    place = Path(path)
-    if place.suffix not in (".yaml", ".yml") or not place.is_file():
-        return False
-    with place.open(encoding="utf-8", errors="replace") as text:
-        return any(
-            line.strip() == f"kind: {KIND}" for line, _ in zip(text, range(20), strict=False)
-        )
-
-
 def read_experiment(path: str | Path) -> Experiment:
     """Read a planned manoeuvre.
 

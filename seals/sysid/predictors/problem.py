@@ -32,8 +32,6 @@ _LOOSE, _IMPACT = 0.3, 3.0
 """Free force, in weights, under which the trajectory is refined, in general and on impact."""
 _BIASES = (0.1, 1.0)
 """1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
-_ARM = 0.1
-"""Lever of the free torque [m]."""
 _QUICK = 0.05
 """Spacing of the knots of the gusts where a hull pierces the surface [s]."""
 _FINE = 0.04

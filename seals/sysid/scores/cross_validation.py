@@ -332,8 +332,3 @@ def _length(x: Floats) -> float:
 def ranked(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Return hypotheses, best first."""
     return sorted(hypotheses, key=lambda h: h.log_rms)
-
-
-def values_of(experiment: Experiment, hypothesis: Hypothesis) -> Mapping[str, float]:
-    """Return fitted values by key."""
-    return {experiment.names[k]: float(hypothesis.fit.values[k]) for k in hypothesis.fit.free}
