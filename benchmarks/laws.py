@@ -67,7 +67,7 @@ def vehicle(kind: str, batch: int, device: str, folder: Path) -> Law:
         position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
         rpy=rng.normal(size=(batch, 3)) * 0.3,
         velocity=rng.normal(size=(batch, 3)) * 0.3,
-        spin=rng.normal(size=(batch, 3)) * 0.3,
+        angular_velocity=rng.normal(size=(batch, 3)) * 0.3,
     )
     now = torch.zeros((1, 1), device=device)
     return Law(lambda state: twin.step(state, now, 0.004)[0], start)

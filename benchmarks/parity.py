@@ -56,7 +56,7 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
     for _ in range(SECOND):
         action = torch.rand((count, environment.action_size), generator=draw) - 0.5
         environment.step(action.to(device))
-    return numbers(environment.now, ("position", "rotation", "velocity", "spin"))
+    return numbers(environment.now, ("position", "rotation", "velocity", "angular_velocity"))
 
 
 def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
@@ -86,7 +86,7 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
         position=rng.uniform(low, high, (count, 3)),
         quaternion=quaternion_of_rpy(rng.uniform(-0.5, 0.5, (count, 3))),
         velocity=rng.uniform(-1.0, 1.0, (count, 3)),
-        spin=rng.uniform(-2.0, 2.0, (count, 3)),
+        angular_velocity=rng.uniform(-2.0, 2.0, (count, 3)),
     )
     share = rng.uniform(LEAST, MOST, (count, speeds.shape[1])) * (1.0 if medium == "air" else THIN)
     inputs = Inputs(settings.backend.interval, twin.no_torque(), as_like(speeds * share, like))
@@ -95,7 +95,7 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     for _ in range(round(1.0 / step)):
         state, _ = twin.advance(state, time, step, (inputs, inputs, inputs))
         time = time + step
-    return numbers(state, ("position", "quaternion", "velocity", "spin"))
+    return numbers(state, ("position", "quaternion", "velocity", "angular_velocity"))
 
 
 def numbers(holder: Any, names: Sequence[str]) -> States:

@@ -50,7 +50,7 @@ def speed_of(folder: Path, kind: str, chosen: Any) -> tuple[float, float, float]
         position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
         rpy=rng.normal(size=(batch, 3)) * 0.3,
         velocity=rng.normal(size=(batch, 3)) * 0.3,
-        spin=rng.normal(size=(batch, 3)) * 0.3,
+        angular_velocity=rng.normal(size=(batch, 3)) * 0.3,
     )
 
     fly = recorded(twin, start) if device == "cuda" else None

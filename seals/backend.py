@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
+from seals.deprecation import add_former_names
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
 from seals.motion import JointDrive, Motion
@@ -20,17 +21,20 @@ class Configuration(NamedTuple):
         position: base origin, world [m], shape (3,).
         quaternion: q_WB_xyzw, shape (4,).
         velocity: of the base origin, world axes [m/s], shape (3,).
-        spin: angular velocity, world axes [rad/s], shape (3,).
+        angular_velocity: world axes [rad/s], shape (3,).
         joints: [rad or m], shape (J,).
-        rates: [rad/s or m/s], shape (J,).
+        joint_velocity: [rad/s or m/s], shape (J,).
     """
 
     position: Floats
     quaternion: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     joints: Floats
-    rates: Floats
+    joint_velocity: Floats
+
+
+add_former_names(Configuration, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 class LinkPoses(NamedTuple):

@@ -33,20 +33,23 @@ def renamed_members(module: str, names: Mapping[str, str]) -> Callable[[str], An
     return find
 
 
-def renamed_field(owner: str, old: str, new: str) -> property:
-    """Return a read-only property under a field's former name, which warns.
+def add_former_names(owner: type, names: Mapping[str, str]) -> None:
+    """Let the fields of a class be read under their former names, with a warning.
 
     Args:
-        owner: name of the class, for the message.
-        old: former name.
-        new: present name.
+        owner: the class.
+        names: present name by former name.
     """
+    for old, new in names.items():
+        setattr(owner, old, property(_reader(owner.__name__, old, new)))
 
+
+def _reader(owner: str, old: str, new: str) -> Callable[[Any], Any]:
     def read(value: Any) -> Any:
         warn_renamed(f"{owner}.{old}", f"{owner}.{new}", level=3)
         return getattr(value, new)
 
-    return property(read, doc=f"Former name of ``{new}``.")
+    return read
 
 
 def warn_renamed(old: str, new: str, *, level: int = 2) -> None:

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from seals.arrays import Array, namespace
-from seals.deprecation import renamed_field
+from seals.deprecation import add_former_names
 
 
 class MediumKind(Enum):
@@ -99,7 +99,8 @@ class Medium(NamedTuple):
     water_density: Array | None = None
     air_density: Array | None = None
 
-    share = renamed_field("Medium", "share", "medium_fraction")
+
+add_former_names(Medium, {"share": "medium_fraction"})
 
 
 class Joints(NamedTuple):

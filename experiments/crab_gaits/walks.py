@@ -121,7 +121,7 @@ def _measured(world: Any, settings: RunSettings, slope: float) -> Walk:
     times, places, stands, energy = [], [], [], 0.0
     upright, beyond, used = 1.0, -math.inf, 0.0
     for _ in range(steps):
-        before, began = body.read().rates, time.process_time()
+        before, began = body.read().joint_velocity, time.process_time()
         world.step()
         used += time.process_time() - began
         state = body.read()
@@ -134,7 +134,7 @@ def _measured(world: Any, settings: RunSettings, slope: float) -> Walk:
             stands.append(body.contact_normals()[feet] > 0.0)
             forces: Floats = body.joint_forces()
             # a force held over a step does its work at the mean rate
-            rates = 0.5 * (before + state.rates)
+            rates = 0.5 * (before + state.joint_velocity)
             energy += float(np.abs(forces * rates).sum()) * settings.time.step
     gone = float((places[-1] - places[0]) @ way)
     speed = gone / (times[-1] - times[0])

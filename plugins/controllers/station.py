@@ -158,7 +158,7 @@ class Station(ControllerOptions):
         level = lean_for(np.array([0.0, 0.0, 1.0]), aim.yaw, tilt=0.1, least=1.0)
         turn_error = attitude_error(s.rotation, level)
         spin = aim.yaw_rate * s.rotation[2]
-        want = -self.turn_gain * turn_error - self.spin_gain * (s.spin - spin)
+        want = -self.turn_gain * turn_error - self.spin_gain * (s.angular_velocity - spin)
         want = want - self.turn_sum_gain * memory.turn_sum
         wanted = self._allocation.commands(
             self._wrench(s, asked, want), s.centre, gain=s.gain, limit=s.limit, low=s.low
@@ -181,7 +181,9 @@ class Station(ControllerOptions):
         push = asked @ s.rotation
         force = s.mass * push + added[:3, :3] @ push
         force = force + (s.mass * self._g - s.buoyancy.force) * up
-        torque = (s.inertia + added[3:, 3:]) @ want + cross3(s.spin, s.inertia @ s.spin)
+        torque = (s.inertia + added[3:, 3:]) @ want + cross3(
+            s.angular_velocity, s.inertia @ s.angular_velocity
+        )
         torque = torque - cross3(s.buoyancy.centre - s.centre, s.buoyancy.force * up)
         return np.concatenate((force, torque))
 

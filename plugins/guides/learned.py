@@ -141,7 +141,7 @@ class Learned:
             position=s.position[None],
             rotation=s.rotation[None],
             velocity=s.velocity[None],
-            spin=s.spin[None],
+            angular_velocity=s.angular_velocity[None],
             tool=s.position[None],
             target=goal,
             target_velocity=np.zeros_like(goal),

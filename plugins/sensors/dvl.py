@@ -128,7 +128,7 @@ class SensorDvl(Instrument):
         heard = np.isfinite(ranges) & (np.abs(speeds) <= self.fastest)
         ranges = np.where(heard, ranges, math.nan)
         speeds = np.where(heard, speeds, math.nan)
-        return {BEAM: speeds, RANGE: ranges, SPIN: felt.spin}, own
+        return {BEAM: speeds, RANGE: ranges, SPIN: felt.angular_velocity}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
         """Return the errors of beams, ranges and spin."""

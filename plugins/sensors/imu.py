@@ -138,7 +138,7 @@ class SensorImu(MountedSensor):
     def ideal(self, felt: SensorInput) -> Floats:
         """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
         here = self._mount.felt(felt)
-        return np.array((here.specific_force, here.spin))
+        return np.array((here.specific_force, here.angular_velocity))
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool

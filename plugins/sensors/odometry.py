@@ -88,5 +88,5 @@ class SensorOdometry(MountedSensor):
             POSITION: felt.position + self.position_noise * noise[0],
             ORIENTATION: np.array([w, x, y, z]),
             VELOCITY: felt.velocity + self.velocity_noise * noise[1],
-            SPIN: felt.spin + density * noise[3],
+            SPIN: felt.angular_velocity + density * noise[3],
         }, memory

@@ -159,7 +159,12 @@ class TaskCatch(TaskReach):
         xp = namespace(now.position)
         facts, there = now.facts, self.seen(now)
         touch = xp.tanh(facts["touch"] / self.firm)
-        own = (now.position[:, :2], now.position[:, 2:3] - facts["level"], now.velocity, now.spin)
+        own = (
+            now.position[:, :2],
+            now.position[:, 2:3] - facts["level"],
+            now.velocity,
+            now.angular_velocity,
+        )
         rest = (now.rotation[:, 2, 0:2], now.submersion, facts["grip"], facts["closed"], touch)
         away = (
             (now.target - now.position - hanging(now)) * there,

@@ -104,7 +104,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
 def _calm(now: Instant) -> Array:
     """Whether the body hangs so quietly that the hand stays where it is, shape (N, 1)."""
     xp = namespace(now.position)
-    lean, turn = now.rotation[:, 2, 0:2], now.spin[:, 0:2]
+    lean, turn = now.rotation[:, 2, 0:2], now.angular_velocity[:, 0:2]
     level = xp.sum(lean * lean, axis=1, keepdims=True) < CALM * CALM
     return level & (xp.sum(turn * turn, axis=1, keepdims=True) < SWING * SWING)
 

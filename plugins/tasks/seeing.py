@@ -46,7 +46,13 @@ def seen(sight: See, now: Instant) -> Array:
         pose = xp.concat((now.position, quaternion(now.rotation)), axis=1)
         return xp.concat((pose, now.target, upright, now.velocity), axis=1)
     away = (now.target - now.position - hanging(now), now.target_velocity)
-    own = (now.velocity, now.spin, now.rotation[:, 2, 0:2], now.position[:, 2:3], now.submersion)
+    own = (
+        now.velocity,
+        now.angular_velocity,
+        now.rotation[:, 2, 0:2],
+        now.position[:, 2:3],
+        now.submersion,
+    )
     first = () if sight is See.blind else away
     return xp.concat((*first, *own, now.action), axis=1)
 

@@ -208,7 +208,7 @@ class TaskWalk:
         xp = namespace(now.position)
         away, far = over_ground(now)
         own = xp.sum(now.rotation * now.velocity[:, :, None], axis=1)
-        turn = (now.spin, now.rotation[:, 2, 0:2], now.facts["phase"])
+        turn = (now.angular_velocity, now.rotation[:, 2, 0:2], now.facts["phase"])
         return xp.concat((away, far, own, *turn, now.action), axis=1)
 
     def distance(self, now: Instant) -> Array:

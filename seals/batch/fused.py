@@ -73,8 +73,10 @@ class FusedBody(RigidBody):
             x, y, z = (place[0, k] for k in range(3))
             at = state.position + (columns[0] * x + columns[1] * y + columns[2] * z).T
             own = xp.matmul(base, turn)
-            through = state.velocity + cross(state.spin, place + state.spin * 0.0)
-            parts = (at, own, up @ turn, through @ turn, state.spin @ turn)
+            through = state.velocity + cross(
+                state.angular_velocity, place + state.angular_velocity * 0.0
+            )
+            parts = (at, own, up @ turn, through @ turn, state.angular_velocity @ turn)
             for row, part in zip(rows, parts, strict=True):
                 row.append(part)
         joined = [xp.concat(row, axis=0) for row in rows]

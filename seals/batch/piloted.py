@@ -182,7 +182,7 @@ class PilotedTwin:
             step=steps * self.step,
             rotation=posture.base,
             velocity=turn[:, :, 0],
-            spin=state.spin,
+            angular_velocity=state.angular_velocity,
             submersion=submersion,
             buoyancy=force,
             buoyancy_centre=centre,

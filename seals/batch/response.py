@@ -60,12 +60,14 @@ class Response:
     ) -> None:
         """Evaluate and solve the twin's own equations."""
         self.twin, self.inputs, self.posture = twin, inputs, posture
-        self._joints = Joints(state.joints, state.rates)
+        self._joints = Joints(state.joints, state.joint_velocity)
         body = twin.body
         if isinstance(body, RigidBody):
             self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
             self._matrix = body.inertia_with(self._found)
-            rise = np.concatenate((self.rates.velocity, self.rates.spin), axis=1)[:, None, :]
+            rise = np.concatenate((self.rates.velocity, self.rates.angular_velocity), axis=1)[
+                :, None, :
+            ]
         else:
             rise = self._tree(body, state)
         # the acceleration of every link's twist, rows link by link

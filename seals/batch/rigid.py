@@ -55,7 +55,7 @@ class RigidBody:
             rotation=rotation,
             up=rotation[:, 2, :],
             velocity=state.velocity,
-            angular_velocity=state.spin,
+            angular_velocity=state.angular_velocity,
             body=self.bodies,
         )
         return Posture(rotation, motion)
@@ -85,18 +85,22 @@ class RigidBody:
         rotation = posture.base
         motion = posture.motion._replace(body=self.bodies)
         found = self.evaluator.evaluate(
-            motion, Joints(state.joints, state.rates), inputs, memory, posture.sample
+            motion, Joints(state.joints, state.joint_velocity), inputs, memory, posture.sample
         )
         force, torque = self._right_side(motion, found)
         linear, angular = self._accelerations(found, force, torque)
-        felt = linear + cross(state.spin, state.velocity) + rotation[:, 2, :] * self.gravity
+        felt = (
+            linear
+            + cross(state.angular_velocity, state.velocity)
+            + rotation[:, 2, :] * self.gravity
+        )
         rates = Rates(
             position=rotate(rotation, state.velocity),
-            quaternion=quaternion_rate(state.quaternion, state.spin),
+            quaternion=quaternion_rate(state.quaternion, state.angular_velocity),
             velocity=linear,
-            spin=angular,
-            joints=state.rates,
-            rates=state.rates,
+            angular_velocity=angular,
+            joints=state.joint_velocity,
+            joint_velocity=state.joint_velocity,
             specific_force=felt,
         )
         return rates, found

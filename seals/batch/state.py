@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like
+from seals.deprecation import add_former_names, warn_renamed
 from seals.frames import normalised, quaternion_of_rpy
 
 
@@ -17,17 +18,17 @@ class TwinState(NamedTuple):
         position: p_WB, base origin in the world [m], shape (B, 3).
         quaternion: q_WB_xyzw, shape (B, 4).
         velocity: of the base origin, base axes [m/s], shape (B, 3).
-        spin: w_WB_B, angular velocity in base axes [rad/s], shape (B, 3).
+        angular_velocity: w_WB_B, angular velocity in base axes [rad/s], shape (B, 3).
         joints: joint coordinates [rad or m], shape (B, J).
-        rates: joint rates [rad/s or m/s], shape (B, J).
+        joint_velocity: joint rates [rad/s or m/s], shape (B, J).
     """
 
     position: Array
     quaternion: Array
     velocity: Array
-    spin: Array
+    angular_velocity: Array
     joints: Array
-    rates: Array
+    joint_velocity: Array
 
     def normal(self) -> TwinState:
         """Return the state with the quaternion scaled to unit length."""
@@ -47,10 +48,14 @@ class TwinState(NamedTuple):
             "position": 3,
             "quaternion": 4,
             "velocity": 3,
-            "spin": 3,
+            "angular_velocity": 3,
             "joints": joint_count,
-            "rates": joint_count,
+            "joint_velocity": joint_count,
         }
+        for old, new in (("spin", "angular_velocity"), ("rates", "joint_velocity")):
+            if old in values:
+                warn_renamed(old, new, level=3)
+                values[new] = values.pop(old)
         if "rpy" in values:
             values["quaternion"] = quaternion_of_rpy(
                 np.atleast_2d(np.asarray(values.pop("rpy"), dtype=float))
@@ -65,6 +70,9 @@ class TwinState(NamedTuple):
         return TwinState(**{name: as_like(np.asfortranarray(x), like) for name, x in full.items()})
 
 
+add_former_names(TwinState, {"spin": "angular_velocity", "rates": "joint_velocity"})
+
+
 class Rates(NamedTuple):
     """Time derivative of a state, and what an accelerometer at the base origin would feel.
 
@@ -72,9 +80,9 @@ class Rates(NamedTuple):
         position: [m/s], shape (B, 3).
         quaternion: [1/s], shape (B, 4).
         velocity: base-axes derivative [m/s^2], shape (B, 3).
-        spin: [rad/s^2], shape (B, 3).
+        angular_velocity: [rad/s^2], shape (B, 3).
         joints: [rad/s or m/s], shape (B, J).
-        rates: [rad/s^2 or m/s^2], shape (B, J).
+        joint_velocity: [rad/s^2 or m/s^2], shape (B, J).
         specific_force: acceleration of the base origin minus gravity, base axes [m/s^2], shape (B,
             3).
     """
@@ -82,10 +90,13 @@ class Rates(NamedTuple):
     position: Array
     quaternion: Array
     velocity: Array
-    spin: Array
+    angular_velocity: Array
     joints: Array
-    rates: Array
+    joint_velocity: Array
     specific_force: Array
+
+
+add_former_names(Rates, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 def advance(state: TwinState, rates: Rates, step: Any) -> TwinState:

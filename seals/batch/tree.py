@@ -96,25 +96,27 @@ class TreeBody:
         posture = self.posture(state, time) if posture is None else posture
         found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=False)
         drive = summed([d for _, d in found.joint_drives])
-        gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.rates * 0.0
-        rate = state.rates if before is None else state.rates - 2.0 * before.joints
+        gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.joint_velocity * 0.0
+        rate = (
+            state.joint_velocity if before is None else state.joint_velocity - 2.0 * before.joints
+        )
         force = drive.force - ahead * drive.stiffness * rate
         if before is not None:
-            force = force + 2.0 * gain * before.rates
+            force = force + 2.0 * gain * before.joint_velocity
         change, _ = driven(matrix, right, drive._replace(force=force), gain)
         k = self.state_rates(state, posture.base, change)
         if before is not None:
             k = Rates(*(a - 2.0 * b for a, b in zip(k, before, strict=True)))
-        return k._replace(joints=k.joints + ahead * k.rates), found.memory
+        return k._replace(joints=k.joints + ahead * k.joint_velocity), found.memory
 
     def posture(self, state: TwinState, time: Any) -> Posture:
         """Return poses and velocities of all links at a state."""
         base = matrix_of(state.quaternion)
         kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
         world = rotate(base, state.velocity)
-        spin = rotate(base, state.spin)
+        spin = rotate(base, state.angular_velocity)
         lead = [] if self.tree.fixed_base else [world, spin]
-        speed = namespace(state.position).concat([*lead, state.rates], axis=1)
+        speed = namespace(state.position).concat([*lead, state.joint_velocity], axis=1)
         moving = kinematics.move(speed)
         motion = link_motion(kinematics, moving, column_of(time, self.bodies.mass), self.bodies)
         return Posture(base, motion, None, kinematics, moving)
@@ -134,9 +136,9 @@ class TreeBody:
         assert kinematics is not None
         assert moving is not None
         motion = posture.motion._replace(body=self.bodies)
-        joints = Joints(state.joints, state.rates)
+        joints = Joints(state.joints, state.joint_velocity)
         found = self.evaluator.evaluate(motion, joints, inputs, memory, posture.sample)
-        joint_force = xp.zeros_like(state.rates) + inputs.joint_torque
+        joint_force = xp.zeros_like(state.joint_velocity) + inputs.joint_torque
         drives = {b.name for b, _ in found.joint_drives}
         for b, more in found.joint_loads:
             if explicit or b.name not in drives:
@@ -155,10 +157,10 @@ class TreeBody:
             joints = change[:, 6:]
         return Rates(
             position=rotate(base, state.velocity),
-            quaternion=quaternion_rate(state.quaternion, state.spin),
-            velocity=linear - cross(state.spin, state.velocity),
-            spin=angular,
-            joints=state.rates,
-            rates=joints,
+            quaternion=quaternion_rate(state.quaternion, state.angular_velocity),
+            velocity=linear - cross(state.angular_velocity, state.velocity),
+            angular_velocity=angular,
+            joints=state.joint_velocity,
+            joint_velocity=joints,
             specific_force=linear + up * self.gravity,
         )

@@ -32,9 +32,9 @@ class Start:
         position: base origin, world [m], shape (3,).
         quaternion: q_WB_xyzw, shape (4,).
         velocity: of the base origin, base axes [m/s], shape (3,).
-        spin: base axes [rad/s], shape (3,).
+        angular_velocity: base axes [rad/s], shape (3,).
         joints: [rad or m], shape (J,).
-        rates: [rad/s or m/s], shape (J,).
+        joint_velocity: [rad/s or m/s], shape (J,).
         sigma: one standard deviation of the deviations [position, attitude, velocity, spin,
             joints, rates], shape (12 + 2 J,); 0 holds a component.
         source: in words.
@@ -43,9 +43,9 @@ class Start:
     position: Floats
     quaternion: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     joints: Floats
-    rates: Floats
+    joint_velocity: Floats
     sigma: Floats
     source: str
 
@@ -64,9 +64,9 @@ class Start:
             "position": self.position + d[:, 0:3],
             "quaternion": multiply(np.broadcast_to(self.quaternion, (count, 4)), turn),
             "velocity": self.velocity + d[:, 6:9],
-            "spin": self.spin + d[:, 9:12],
+            "angular_velocity": self.angular_velocity + d[:, 9:12],
             "joints": self.joints + d[:, 12 : 12 + j],
-            "rates": self.rates + d[:, 12 + j : 12 + 2 * j],
+            "joint_velocity": self.joint_velocity + d[:, 12 + j : 12 + 2 * j],
         }
 
 

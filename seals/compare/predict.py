@@ -106,11 +106,11 @@ class Predictor:
             "position": state.position,
             "orientation": state.quaternion,
             "velocity": state.velocity,
-            "angular_velocity": state.spin,
+            "angular_velocity": state.angular_velocity,
             "specific_force": rates.specific_force,
             "depth": (0.0 if level is None else level) - state.position[:, 2:3],
             "joint_position": state.joints,
-            "joint_velocity": state.rates,
+            "joint_velocity": state.joint_velocity,
         }
         return np.array(readings[channel])
 

@@ -30,9 +30,9 @@ def bare_case(
         position=still,
         quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
         velocity=still,
-        spin=still,
+        angular_velocity=still,
         joints=np.zeros(0),
-        rates=np.zeros(0),
+        joint_velocity=np.zeros(0),
         sigma=np.zeros(12),
         source="none needed: every sample stands for itself",
     )

@@ -60,9 +60,9 @@ def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
         position=position,
         quaternion=quaternion,
         velocity=velocity,
-        spin=spin,
+        angular_velocity=spin,
         joints=q,
-        rates=rates,
+        joint_velocity=rates,
         sigma=sigma,
         source="first samples of the pose",
     )
@@ -99,9 +99,9 @@ def start_of_drop(
         position=np.array([0.0, 0.0, height]),
         quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
         velocity=np.array([0.0, 0.0, -speed]),
-        spin=np.zeros(3),
+        angular_velocity=np.zeros(3),
         joints=np.zeros(joints),
-        rates=np.zeros(joints),
+        joint_velocity=np.zeros(joints),
         sigma=sigma,
         source=(
             f"release from rest {events.fall:.3f} s before the entry: "

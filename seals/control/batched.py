@@ -33,7 +33,7 @@ class View(NamedTuple):
         step: time until the next call [s].
         rotation: R_WB, shape (B, 3, 3).
         velocity: of the body origin, world axes [m/s], shape (B, 3).
-        spin: body axes [rad/s], shape (B, 3).
+        angular_velocity: body axes [rad/s], shape (B, 3).
         submersion: submerged share of all hulls' volume [1], shape (B, 1).
         buoyancy: force against gravity [N], shape (B, 1).
         buoyancy_centre: body axes about the body origin [m], shape (B, 3).
@@ -45,7 +45,7 @@ class View(NamedTuple):
     step: float
     rotation: Array
     velocity: Array
-    spin: Array
+    angular_velocity: Array
     submersion: Array
     buoyancy: Array
     buoyancy_centre: Array

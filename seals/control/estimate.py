@@ -26,14 +26,14 @@ class Estimate(NamedTuple):
         position: world [m], shape (3,).
         rotation: R_WB, shape (3, 3).
         velocity: world axes [m/s], shape (3,).
-        spin: body axes [rad/s], shape (3,).
+        angular_velocity: body axes [rad/s], shape (3,).
     """
 
     time: float
     position: Floats
     rotation: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
 
 
 class Estimator:
@@ -68,8 +68,10 @@ class Estimator:
         span = time - last.time
         if span <= 0.0:
             return last
-        turn = last.rotation @ matrix_of(exponential(span * last.spin[None]))[0]
-        return Estimate(time, last.position + span * last.velocity, turn, last.velocity, last.spin)
+        turn = last.rotation @ matrix_of(exponential(span * last.angular_velocity[None]))[0]
+        return Estimate(
+            time, last.position + span * last.velocity, turn, last.velocity, last.angular_velocity
+        )
 
 
 def check_sense(sense: str, channels: Mapping[str, Mapping[str, int]]) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control.plant import Plant
-from seals.deprecation import renamed_members
+from seals.deprecation import add_former_names, renamed_members
 from seals.errors import ConfigError
 
 __getattr__ = renamed_members(
@@ -52,9 +52,9 @@ class RobotState(NamedTuple):
         position: body origin, world [m], shape (3,).
         rotation: R_WB, shape (3, 3).
         velocity: of the body origin, world axes [m/s], shape (3,).
-        spin: angular velocity, body axes [rad/s], shape (3,).
+        angular_velocity: body axes [rad/s], shape (3,).
         joints: [rad or m], shape (J,).
-        rates: [rad/s or m/s], shape (J,).
+        joint_velocity: [rad/s or m/s], shape (J,).
         mass: of the whole robot [kg].
         centre: live centre of gravity of the whole robot, body axes [m], shape (3,).
         inertia: about the centre of gravity, body axes [kg m^2], shape (3, 3).
@@ -82,9 +82,9 @@ class RobotState(NamedTuple):
     position: Floats
     rotation: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     joints: Floats
-    rates: Floats
+    joint_velocity: Floats
     mass: float
     centre: Floats
     inertia: Floats
@@ -105,6 +105,9 @@ class RobotState(NamedTuple):
     def yaw(self) -> float:
         """Heading of the body x axis, anticlockwise from world x [rad]."""
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+
+
+add_former_names(RobotState, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 class Reference(NamedTuple):

@@ -58,9 +58,11 @@ class CoupledBody(BodyOptions):
         c = configuration._replace(joints=np.asarray(configuration.joints, dtype=float))
         quaternion = np.asarray(c.quaternion, dtype=float)
         arm = matrix_of(quaternion[None])[0] @ self.engine.reference
-        native = np.concatenate([c.velocity + np.cross(c.spin, arm), c.spin, c.rates])
+        native = np.concatenate(
+            [c.velocity + np.cross(c.angular_velocity, arm), c.angular_velocity, c.joint_velocity]
+        )
         if self._base == 0:
-            native = np.asarray(c.rates, dtype=float)
+            native = np.asarray(c.joint_velocity, dtype=float)
         self.engine.place(np.asarray(c.position, dtype=float), quaternion)
         self.engine.set_velocity(native, c.joints)
         self._speed, self._joints = HalfStep(native), c.joints

@@ -13,6 +13,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import Reference
+from seals.deprecation import add_former_names
 from seals.robot.model import RobotModel
 
 
@@ -24,7 +25,7 @@ class Instant(NamedTuple):
         position: of the body origin [m], shape (N, 3).
         rotation: R_WB, shape (N, 3, 3).
         velocity: of the body origin [m/s], shape (N, 3).
-        spin: angular velocity, body axes [rad/s], shape (N, 3).
+        angular_velocity: body axes [rad/s], shape (N, 3).
         tool: place of the hand, or of the body origin without one [m], shape (N, 3).
         target: place of the target [m], shape (N, 3).
         target_velocity: [m/s], shape (N, 3).
@@ -38,7 +39,7 @@ class Instant(NamedTuple):
     position: Array
     rotation: Array
     velocity: Array
-    spin: Array
+    angular_velocity: Array
     tool: Array
     target: Array
     target_velocity: Array
@@ -46,6 +47,9 @@ class Instant(NamedTuple):
     action: Array
     start: Array
     facts: Mapping[str, Array]
+
+
+add_former_names(Instant, {"spin": "angular_velocity"})
 
 
 class Draw(NamedTuple):

@@ -179,9 +179,9 @@ def twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
         position=c.position,
         quaternion=c.quaternion,
         velocity=c.velocity @ turn,
-        spin=c.spin @ turn,
+        angular_velocity=c.angular_velocity @ turn,
         joints=c.joints,
-        rates=c.rates,
+        joint_velocity=c.joint_velocity,
     )
 
 
@@ -198,9 +198,9 @@ def initial_configuration(settings: RunSettings, robot: RobotModel) -> Configura
         position=np.asarray(initial.position, dtype=float),
         quaternion=quaternion[0],
         velocity=np.asarray(initial.velocity, dtype=float),
-        spin=turn @ np.asarray(initial.angular_velocity, dtype=float),
+        angular_velocity=turn @ np.asarray(initial.angular_velocity, dtype=float),
         joints=_joint_values("joint_position", initial.joint_position, robot),
-        rates=_joint_values("joint_velocity", initial.joint_velocity, robot),
+        joint_velocity=_joint_values("joint_velocity", initial.joint_velocity, robot),
     )
 
 

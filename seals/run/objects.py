@@ -131,9 +131,9 @@ def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel)
         position=np.asarray(settings.position, dtype=float),
         quaternion=quaternion[0],
         velocity=np.asarray(settings.velocity, dtype=float),
-        spin=turn @ np.asarray(settings.angular_velocity, dtype=float),
+        angular_velocity=turn @ np.asarray(settings.angular_velocity, dtype=float),
         joints=np.asarray(settings.joint_position or np.zeros(joints), dtype=float),
-        rates=np.zeros(joints),
+        joint_velocity=np.zeros(joints),
     )
 
 

@@ -64,7 +64,7 @@ class Mount:
         if self.plain and felt.axis_misalignment is None:
             return felt
         position, velocity, force = felt.position, felt.velocity, felt.specific_force
-        spin, rate, r = felt.spin, felt.spin_rate, self.arm
+        spin, rate, r = felt.angular_velocity, felt.angular_acceleration, self.arm
         if not self.centred:
             position = position + felt.rotation @ r
             around = crossed(spin, r)
@@ -77,7 +77,7 @@ class Mount:
             position=position,
             rotation=felt.rotation @ turn,
             velocity=velocity @ turn,
-            spin=spin @ turn,
+            angular_velocity=spin @ turn,
             specific_force=force @ turn,
-            spin_rate=rate @ turn,
+            angular_acceleration=rate @ turn,
         )

@@ -35,4 +35,4 @@ class MountedSensor(SensorOptions):
     )
 
     inertial: ClassVar[bool] = False
-    """Whether it reads ``specific_force`` or ``spin_rate``; they are zero for it otherwise."""
+    """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""

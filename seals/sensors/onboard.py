@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import renamed_field
+from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.robot.model import RobotModel
 
@@ -40,7 +40,8 @@ class OnboardState(NamedTuple):
     rotors: Callable[[], Floats]
     battery_state: Callable[[], tuple[float, float, float]]
 
-    supply = renamed_field("OnboardState", "supply", "battery_state")
+
+add_former_names(OnboardState, {"supply": "battery_state"})
 
 
 def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:

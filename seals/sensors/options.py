@@ -9,7 +9,7 @@ class SensorOptions:
     """Defaults of what a sensor may have; a base of sensors, or read through `options_of`."""
 
     inertial: ClassVar[bool] = True
-    """Whether it reads ``specific_force`` or ``spin_rate``; they are zero for it otherwise."""
+    """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""
 
     idles: ClassVar[bool] = False
     """Whether it does nothing while no reading is due; it is not called then."""

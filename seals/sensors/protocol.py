@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import renamed_field, renamed_members
+from seals.deprecation import add_former_names, renamed_members
 from seals.sensors.onboard import OnboardState, nothing_aboard
 from seals.sensors.surroundings import Surroundings, no_surroundings
 
@@ -33,10 +33,10 @@ class SensorInput(NamedTuple):
         position: link origin, world [m], shape (3,).
         rotation: R_WL, shape (3, 3).
         velocity: of the link origin, link axes [m/s], shape (3,).
-        spin: angular velocity, link axes [rad/s], shape (3,).
+        angular_velocity: link axes [rad/s], shape (3,).
         specific_force: mean acceleration of the link origin over the last step minus gravity, in
             link axes as they were at the middle of that step [m/s^2], shape (3,).
-        spin_rate: mean angular acceleration over the last step, likewise [rad/s^2], shape (3,).
+        angular_acceleration: mean over the last step, likewise [rad/s^2], shape (3,).
         contact: force and torque of all contacts of the link in the last step, about the link
             origin, link axes [N, N m], shape (6,).
         pressing: sum of the normal forces of those contacts [N]; zero means nothing touches.
@@ -52,9 +52,9 @@ class SensorInput(NamedTuple):
     position: Floats
     rotation: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     specific_force: Floats
-    spin_rate: Floats
+    angular_acceleration: Floats
     contact: Floats = NO_CONTACT
     pressing: float = 0.0
     others: Mapping[str, Floats] = NOBODY
@@ -63,7 +63,11 @@ class SensorInput(NamedTuple):
     axis_misalignment: Floats | None = None
     eye: Eye | None = None
 
-    askew = renamed_field("SensorInput", "askew", "axis_misalignment")
+
+add_former_names(
+    SensorInput,
+    {"spin": "angular_velocity", "spin_rate": "angular_acceleration", "askew": "axis_misalignment"},
+)
 
 
 @runtime_checkable

@@ -209,7 +209,7 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[s
     }
     candidate_set = hypothesis.fitter.candidate_set
     values, own = reported_values(
-        candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.rates
+        candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.joint_velocity
     )
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
         value, spread = values[key], fit.spread(key)

@@ -198,4 +198,4 @@ def _centre_height(c: Configuration, centre: Floats) -> float:
 
 
 def _centre_rise(c: Configuration, centre: Floats) -> float:
-    return float((c.velocity + np.cross(c.spin, _turn(c) @ centre))[2])
+    return float((c.velocity + np.cross(c.angular_velocity, _turn(c) @ centre))[2])

@@ -78,7 +78,7 @@ def follow(
         name: np.array([getattr(start, name) for start in starts]) for name in Configuration._fields
     }
     turn = matrix_of(fields["quaternion"])
-    for name in ("velocity", "spin"):
+    for name in ("velocity", "angular_velocity"):
         fields[name] = unrotate(turn, fields[name])
     state = twin.start(**fields)
     rows = [Track(state.position, state.quaternion, state.joints)]

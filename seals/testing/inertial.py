@@ -26,14 +26,16 @@ Make = Callable[..., Sensor]
 def felt(
     *,
     force: Any = (0.0, 0.0, 0.0),
-    spin: Any = (0.0, 0.0, 0.0),
-    spin_rate: Any = (0.0, 0.0, 0.0),
+    angular_velocity: Any = (0.0, 0.0, 0.0),
+    angular_acceleration: Any = (0.0, 0.0, 0.0),
     time: float = 0.0,
     step: float = STEP,
 ) -> SensorInput:
-    """Return an instant of a level link with this specific force, spin and its rate, link axes."""
-    force, spin, spin_rate = (np.asarray(x, dtype=float) for x in (force, spin, spin_rate))
-    return SensorInput(time, step, np.zeros(3), np.eye(3), np.zeros(3), spin, force, spin_rate)
+    """Return an instant of a level link with these accelerations and rates, link axes."""
+    force, turning, rise = (
+        np.asarray(x, dtype=float) for x in (force, angular_velocity, angular_acceleration)
+    )
+    return SensorInput(time, step, np.zeros(3), np.eye(3), np.zeros(3), turning, force, rise)
 
 
 def check_inertial(name: str, make: Make, *, seed: int) -> dict[str, float]:
@@ -86,16 +88,19 @@ class _Inertial:
         self._equal("at rest", "specific_force", felt(force=(0.0, 0.0, 9.81)), (0.0, 0.0, 9.81))
         self._equal("in free fall", "specific_force", felt(), (0.0, 0.0, 0.0))
         self._equal(
-            "while turning", "angular_velocity", felt(spin=(0.3, -0.2, 0.1)), (0.3, -0.2, 0.1)
+            "while turning",
+            "angular_velocity",
+            felt(angular_velocity=(0.3, -0.2, 0.1)),
+            (0.3, -0.2, 0.1),
         )
         if "position" not in self.known:
             return
         arm = {"position": [0.2, 0.0, 0.1]}
-        turning = felt(spin=(0.0, 0.0, 3.0))
+        turning = felt(angular_velocity=(0.0, 0.0, 3.0))
         self._equal(
             "turning at 3 rad/s, 0.2 m off", "specific_force", turning, (-1.8, 0.0, 0.0), **arm
         )
-        starting = felt(spin_rate=(0.0, 0.0, 5.0))
+        starting = felt(angular_acceleration=(0.0, 0.0, 5.0))
         self._equal(
             "starting to turn, 0.2 m off", "specific_force", starting, (0.0, 1.0, 0.0), **arm
         )
@@ -143,7 +148,7 @@ class _Inertial:
 
     def limits(self, side: str, channel: str) -> None:
         """Check the largest reading and the steps between readings."""
-        vectors = {"specific_force": "force", "angular_velocity": "spin"}
+        vectors = {"specific_force": "force", "angular_velocity": "angular_velocity"}
         if f"{side}_range" in self.known:
             strong = felt(**{vectors[channel]: (1e3, -1e3, 0.5)})  # type: ignore[arg-type]
             found = self.record(channel, [strong], **{f"{side}_range": 20.0})[0]

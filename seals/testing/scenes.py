@@ -124,9 +124,9 @@ def start_of(robot: RobotModel, scene: str, place: int) -> Configuration:
         position=np.array([20.0 * place, 0.0, HEIGHTS[scene]]),
         quaternion=quaternion_of_rpy(np.array([[0.2, 0.4, 0.1]]))[0],
         velocity=np.array([0.5, 0.2, -0.1]),
-        spin=np.array([1.0, 0.5, -0.7]),
+        angular_velocity=np.array([1.0, 0.5, -0.7]),
         joints=np.array([0.3, -0.4])[:joints],
-        rates=np.array([1.0, -2.0])[:joints],
+        joint_velocity=np.array([1.0, -2.0])[:joints],
     )
 
 

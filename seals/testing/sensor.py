@@ -187,8 +187,8 @@ def _moving(k: int, place: str) -> SensorInput:
     """A turning, accelerating instant of a robot at rest in its joints."""
     here = felt(
         force=(0.3 * k, 1.0, 9.0),
-        spin=(0.1, -0.2, 0.05 * k),
-        spin_rate=(1.0, 0.5, -0.5),
+        angular_velocity=(0.1, -0.2, 0.05 * k),
+        angular_acceleration=(1.0, 0.5, -0.5),
         time=0.004 * k,
     )
     wall = ObstacleSettings(size=[1.0, 20.0, 20.0], position=[6.0, 0.0, 0.0])

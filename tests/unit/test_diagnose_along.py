@@ -117,14 +117,14 @@ def waving(vehicle: Vehicle) -> tuple[Plant, Trajectory]:
         position=swing(0.1, 3),
         quaternion=turn / np.linalg.norm(turn, axis=1, keepdims=True),
         velocity=swing(1.0, 3),
-        spin=swing(1.0, 3),
+        angular_velocity=swing(1.0, 3),
         joints=swing(0.8, 2),
-        rates=swing(1.0, 2),
+        joint_velocity=swing(1.0, 2),
     )
     exact = {
         "position": trajectory.position,
         "orientation": trajectory.quaternion,
-        "angular_velocity": trajectory.spin,
+        "angular_velocity": trajectory.angular_velocity,
         "specific_force": swing(2.0, 3),
         "joint_position": trajectory.joints,
     }

@@ -85,8 +85,8 @@ def test_free_motion_keeps_energy_and_momentum() -> None:
     inertia = (twin.robot.spatial_inertia[0] + added)[None]
 
     def invariants(s: object) -> tuple[float, np.ndarray]:
-        linear, angular = momentum(inertia, s.velocity, s.spin)  # type: ignore[attr-defined]
-        energy = 0.5 * np.sum(linear * s.velocity + angular * s.spin)  # type: ignore[attr-defined]
+        linear, angular = momentum(inertia, s.velocity, s.angular_velocity)  # type: ignore[attr-defined]
+        energy = 0.5 * np.sum(linear * s.velocity + angular * s.angular_velocity)  # type: ignore[attr-defined]
         return float(energy), rotate(matrix_of(s.quaternion), linear)  # type: ignore[attr-defined]
 
     before = invariants(state)

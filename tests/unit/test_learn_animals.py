@@ -146,7 +146,10 @@ def test_a_hand_that_swings_does_not_close() -> None:
     turn = np.array([[[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]])
     assert task.scripted_policy(calm)[0, 3] > 0.0
     assert task.scripted_policy(calm._replace(rotation=turn))[0, 3] < 0.0
-    assert task.scripted_policy(calm._replace(spin=np.array([[0.3, 0.0, 0.0]])))[0, 3] < 0.0
+    assert (
+        task.scripted_policy(calm._replace(angular_velocity=np.array([[0.3, 0.0, 0.0]])))[0, 3]
+        < 0.0
+    )
 
 
 def test_a_hand_comes_down_only_over_the_animal() -> None:

@@ -118,7 +118,9 @@ def test_depth_noise_grows_with_the_square_of_the_distance() -> None:
             self.shot = shot
 
     wall, camera = Wall(), SensorCamera(depth_floor=0.002, depth_growth=0.003)
-    instant = felt(force=(0, 0, 9.81), spin=(0, 0, 0), spin_rate=(0, 0, 0), time=0.1)
+    instant = felt(
+        force=(0, 0, 9.81), angular_velocity=(0, 0, 0), angular_acceleration=(0, 0, 0), time=0.1
+    )
     rng = np.random.default_rng(0)
     reading, memory = camera.sense(instant._replace(eye=wall), 7, rng, due=True)
     assert reading is not None

@@ -32,18 +32,18 @@ class Trajectory(NamedTuple):
         position: [m], shape (N, 3).
         rotation: R_WB, shape (N, 3, 3).
         velocity: [m/s], shape (N, 3).
-        spin: [rad/s], shape (N, 3).
+        angular_velocity: [rad/s], shape (N, 3).
         joints: [rad], shape (N, J).
-        rates: [rad/s], shape (N, J).
+        joint_velocity: [rad/s], shape (N, J).
     """
 
     time: Floats
     position: Floats
     rotation: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     joints: Floats
-    rates: Floats
+    joint_velocity: Floats
 
     def path(self) -> float:
         """Length of the way of the origin [m]."""

@@ -98,8 +98,8 @@ def in_twin(run: RunSettings) -> Flight:
     for k in range(round(run.time.duration / step) + 1):
         turn = matrix_of(state.quaternion)
         poses = forward(twin.robot.tree, state.position, turn, state.joints)
-        lead = [rotate(turn, state.velocity), rotate(turn, state.spin)]
-        speed = np.concatenate([*lead, state.rates], axis=1)
+        lead = [rotate(turn, state.velocity), rotate(turn, state.angular_velocity)]
+        speed = np.concatenate([*lead, state.joint_velocity], axis=1)
         pair = momentum_of(twin.robot, LinkPoses(*poses, speed))
         rows.append((state.position[0], state.quaternion[0], state.joints[0], *pair))
         inputs = Inputs(step, twin.no_torque(), joint_command=command(run, k * step))

@@ -121,7 +121,7 @@ def test_a_body_moving_with_the_current_stays_with_it(
     drift = np.linalg.norm(run.velocity - FLOW, axis=1).max()
     print(f"{engine}: velocity off the current by {drift:.1e} m/s, bound {bound:.1e}")
     assert drift < bound
-    assert np.linalg.norm(run.spin - run.spin[0], axis=1).max() < bound
+    assert np.linalg.norm(run.angular_velocity - run.angular_velocity[0], axis=1).max() < bound
 
 
 def test_the_ledger_of_a_drifting_body_shows_no_drag(bench: Bench) -> None:

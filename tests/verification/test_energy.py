@@ -47,7 +47,9 @@ def energy_drift(bench: Bench, engine: str, step: float) -> float:
         rpy=[0.3, 0.1, 0.2],
     )
     run = bench.run(engine, settings)
-    velocity, spin = (np.einsum("nji,nj->ni", run.rotation, x) for x in (run.velocity, run.spin))
+    velocity, spin = (
+        np.einsum("nji,nj->ni", run.rotation, x) for x in (run.velocity, run.angular_velocity)
+    )
     twist = np.concatenate([velocity, spin], axis=1)
     # T = m |v + w x c|^2 / 2 + w I w / 2 + nu M_A nu / 2, V = m g z_c - rho V g z_b
     mass_speed = velocity + np.cross(spin, CENTRE)
@@ -118,10 +120,12 @@ def test_munk_moment(bench: Bench, heading: float, stream: bool) -> None:
     # opposite in a stream along x; the product u v is the same. T = -nu x (A nu)
     along, across = np.cos(heading), -np.sin(heading)
     expected = (LIGHT - HEAVY) * along * across / (0.01 + TURNING)
-    assert rates.spin[0, 2] == pytest.approx(expected, rel=1e-12)
+    assert rates.angular_velocity[0, 2] == pytest.approx(expected, rel=1e-12)
     run = bench.run("world", elongated(bench, heading, 0.02, stream=stream, step=0.001))
     # after 20 ms: w = w' t, with a relative error below (rate t)^2 / 2 for rates up to 10 1/s
-    assert run.spin[-1, 2] == pytest.approx(expected * 0.02, rel=0.5 * (10.0 * 0.02) ** 2)
+    assert run.angular_velocity[-1, 2] == pytest.approx(
+        expected * 0.02, rel=0.5 * (10.0 * 0.02) ** 2
+    )
 
 
 @pytest.mark.parametrize(("engine", "step"), [("world", 0.004), ("twin", 0.016)])

@@ -181,5 +181,5 @@ def test_the_manipulator_falls_into_the_water() -> None:
     )
     found = heights(world, 200)
     assert np.abs(np.diff(found[-50:, 0])).max() < 0.001
-    assert np.abs(world.actors["robot"].body.read().rates).max() < 20.0
+    assert np.abs(world.actors["robot"].body.read().joint_velocity).max() < 20.0
     world.close()

@@ -62,7 +62,7 @@ def test_a_rotor_spins_on(bench: Bench) -> None:
     run = bench.run("world", settings)
     # coaxial and torque-free: both rates are constant; rounding of 500 steps at 40 rad/s (2^-47
     # each)
-    np.testing.assert_allclose(run.rates[:, 0], 40.0, rtol=0, atol=500 * 2.0**-47)
+    np.testing.assert_allclose(run.joint_velocity[:, 0], 40.0, rtol=0, atol=500 * 2.0**-47)
     np.testing.assert_allclose(
-        run.spin, np.tile([0, 0, 1.5], (501, 1)), rtol=0, atol=500 * 2.0**-47
+        run.angular_velocity, np.tile([0, 0, 1.5], (501, 1)), rtol=0, atol=500 * 2.0**-47
     )

@@ -22,7 +22,11 @@ def _flown(words: list[str], like: Any, *, fused: bool) -> dict[str, Any]:
     settings = build_run(compose(words))
     twin, start = build_twin(settings, batch=BATCH, like=like, fused=fused)
     rng = np.random.default_rng(4)
-    spread = {"position": [1.0, 1.0, 0.3], "velocity": [1.0, 1.0, 1.0], "spin": [0.5, 0.5, 0.5]}
+    spread = {
+        "position": [1.0, 1.0, 0.3],
+        "velocity": [1.0, 1.0, 1.0],
+        "angular_velocity": [0.5, 0.5, 0.5],
+    }
     values = {name: rng.normal(size=(BATCH, 3)) * width for name, width in spread.items()}
     joints = np.asarray(start.joints)[:1]
     state = twin.start(rpy=rng.normal(size=(BATCH, 3)) * 0.4, joints=joints, **values)

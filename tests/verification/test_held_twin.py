@@ -97,7 +97,7 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
         "position": rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.2],
         "rpy": rng.normal(size=(batch, 3)) * 0.4,
         "velocity": rng.normal(size=(batch, 3)),
-        "spin": rng.normal(size=(batch, 3)),
+        "angular_velocity": rng.normal(size=(batch, 3)),
     }
     drive = rng.uniform(300.0, 900.0, (batch, 4))
     inputs = Inputs(0.0, np.zeros((1, 0)), drive, np.full((batch, 1), 15.0))
@@ -107,7 +107,9 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
         twin = BatchDynamics(form, held, settings.environment, settings.wave, batch=batch)
         assert isinstance(twin.body, FusedBody) is held_form
         rates = twin.rates(twin.start(**pose), 0.0, inputs)
-        found.append(np.concatenate((rates.velocity, rates.spin, rates.specific_force), axis=1))
+        found.append(
+            np.concatenate((rates.velocity, rates.angular_velocity, rates.specific_force), axis=1)
+        )
     assert np.abs(found[1]).max() > 5.0
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-9)
 

@@ -111,8 +111,8 @@ def test_the_joint_of_an_immersed_arm_decays(bench: Bench, engine: str) -> None:
     # second order of the leapfrog, fourth of the twin: (rate h)^p of the decay's exponent
     error = rate.max() * step
     tolerance = {"twin": error**4}.get(engine, error**2)
-    print(engine, np.abs(run.rates / SPEED - decay).max(), tolerance)
-    assert_allclose(run.rates / SPEED, decay, atol=tolerance)
+    print(engine, np.abs(run.joint_velocity / SPEED - decay).max(), tolerance)
+    assert_allclose(run.joint_velocity / SPEED, decay, atol=tolerance)
     swept = np.where(rate > 0.0, (1.0 - decay) / np.maximum(rate, 1e-9), run.time[:, None])
     assert_allclose(run.joints / SPEED, swept, atol=tolerance)
 
@@ -133,7 +133,7 @@ def test_a_batch_of_arms_decays_each_at_its_own_rate(bench: Bench) -> None:
         state, _ = twin.step(state, k * step, step)
     rate = given[:, None] / INERTIA * np.array([0.5, 0.0, 1.0])
     expected = SPEED * np.exp(-rate * step * count)
-    assert_allclose(state.rates, expected, atol=SPEED * (rate.max() * step) ** 4)
+    assert_allclose(state.joint_velocity, expected, atol=SPEED * (rate.max() * step) ** 4)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -44,7 +44,7 @@ def test_the_centre_of_mass_flies_a_parabola(bench: Bench) -> None:
     for engine, step, order in (("world", 0.004, 2), ("twin", 0.004, 4)):
         run = bench.run(engine, settings_of(bench, step, drag=False))
         centre = run.position + run.rotation @ CENTRE
-        speed = run.velocity[0] + np.cross(run.spin[0], run.rotation[0] @ CENTRE)
+        speed = run.velocity[0] + np.cross(run.angular_velocity[0], run.rotation[0] @ CENTRE)
         t = run.time[:, None]
         expected = centre[0] + speed * t - 0.5 * 9.81 * t * t * np.array([0.0, 0.0, 1.0])
         # the engine integrates the centre of mass itself: rounding; the twin integrates the link
@@ -53,7 +53,7 @@ def test_the_centre_of_mass_flies_a_parabola(bench: Bench) -> None:
         bound = 1e-10 if engine == "world" else (SPIN * step) ** 4 * arm * SPIN * 2.0
         assert np.abs(centre - expected).max() < bound
         inertia = run.rotation @ INERTIA @ np.swapaxes(run.rotation, 1, 2)
-        momentum = np.einsum("nij,nj->ni", inertia, run.spin)
+        momentum = np.einsum("nij,nj->ni", inertia, run.angular_velocity)
         drift = np.linalg.norm(momentum - momentum[0], axis=1).max() / np.linalg.norm(momentum[0])
         assert drift < (SPIN * step) ** order * SPIN * 2.0
 

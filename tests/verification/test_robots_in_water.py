@@ -93,7 +93,7 @@ def test_auv_rights_itself() -> None:
     actor = world.actors["robot"]
     robot = actor.robot
     world.step()
-    spin = actor.body.read().spin
+    spin = actor.body.read().angular_velocity
     world.close()
     mass, centre, hull = float(robot.mass[0]), robot.centre[0], robot.hulls[0]
     assert hull is not None

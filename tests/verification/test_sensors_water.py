@@ -36,14 +36,22 @@ def instant(
     *,
     rpy: Any = (0.0, 0.0, 0.0),
     velocity: Any = STILL,
-    spin: Any = STILL,
+    angular_velocity: Any = STILL,
     time: float = 0.0,
 ) -> SensorInput:
     """An instant of a link; velocity in the world, spin in link axes."""
     turn = matrix_of(quaternion_of_rpy(np.array([rpy], dtype=float)))[0]
     here, v = np.asarray(position, dtype=float), np.asarray(velocity, dtype=float) @ turn
     return SensorInput(
-        time, 0.004, here, turn, v, np.asarray(spin, dtype=float), STILL, STILL, around=around
+        time,
+        0.004,
+        here,
+        turn,
+        v,
+        np.asarray(angular_velocity, dtype=float),
+        STILL,
+        STILL,
+        around=around,
     )
 
 
@@ -124,7 +132,7 @@ def test_a_dvl_solves_the_velocity_of_a_tilted_turning_body() -> None:
     velocity, spin = np.array([0.8, -0.4, 0.3]), np.array([0.5, -0.7, 0.9])
     mount = {"position": [0.4, 0.1, -0.2], "rpy": [0.1, -0.05, 0.7]}
     felt = instant(water(tank_bottom=-12.0), [3.0, 1.0, -4.0], rpy=TILTED, velocity=velocity)
-    felt = felt._replace(spin=spin)
+    felt = felt._replace(angular_velocity=spin)
     found = read(SensorDvl(**mount, **QUIET_DVL), felt)
     assert found["velocity_valid"] == 1.0
     np.testing.assert_allclose(found["velocity"], felt.velocity, atol=1e-12)
@@ -239,7 +247,7 @@ def test_a_magnetometer_gives_the_heading() -> None:
 def test_a_receiver_reads_the_antenna_in_the_world() -> None:
     """Position and velocity of the antenna, not of the body's origin."""
     arm, spin, velocity = np.array([0.1, 0.0, 0.4]), np.array([0.0, 0.5, 1.0]), [1.0, 2.0, 0.0]
-    felt = instant(water(), [7.0, 8.0, 0.2], rpy=TILTED, velocity=velocity, spin=spin)
+    felt = instant(water(), [7.0, 8.0, 0.2], rpy=TILTED, velocity=velocity, angular_velocity=spin)
     found = read(SensorGps(position=arm.tolist(), **QUIET_GPS), felt)
     np.testing.assert_allclose(found["gps_position"], felt.position + felt.rotation @ arm)
     moving = velocity + felt.rotation @ np.cross(spin, arm)

@@ -65,7 +65,9 @@ def follow(
         for k in range(count):
             inputs = Inputs(step, twin.no_torque(), joint_command=at(k * step))
             states.append(twin.advance(states[-1], k * step, step, (inputs,) * 3)[0])
-        return np.array([s.joints[0] for s in states]), np.array([s.rates[0] for s in states])
+        return np.array([s.joints[0] for s in states]), np.array(
+            [s.joint_velocity[0] for s in states]
+        )
     world = build_world(settings)
     try:
         actor = world.actors["robot"]
@@ -76,7 +78,7 @@ def follow(
             actor.joint_command = at(world.time)
             world.step()
             rows.append(actor.body.read())
-        return np.array([r.joints for r in rows]), np.array([r.rates for r in rows])
+        return np.array([r.joints for r in rows]), np.array([r.joint_velocity for r in rows])
     finally:
         world.close()
 

@@ -27,8 +27,8 @@ SPIN = [0.3, 4.0, 0.2]
 def drift(run: Trajectory) -> tuple[float, float]:
     """Return the largest relative change of angular momentum and of energy."""
     inertia = np.einsum("nij,j,nkj->nik", run.rotation, MOMENTS, run.rotation)
-    momentum = np.einsum("nij,nj->ni", inertia, run.spin)
-    energy = 0.5 * np.einsum("ni,ni->n", momentum, run.spin)
+    momentum = np.einsum("nij,nj->ni", inertia, run.angular_velocity)
+    energy = 0.5 * np.einsum("ni,ni->n", momentum, run.angular_velocity)
     turned = np.linalg.norm(momentum - momentum[0], axis=1).max() / np.linalg.norm(momentum[0])
     return float(turned), float(np.abs(energy / energy[0] - 1.0).max())
 
@@ -117,7 +117,7 @@ def final(bench: Bench, engine: str, step: float) -> Floats:
     )
     run = bench.run(engine, settings)
     return np.concatenate(
-        [run.position[-1], run.rotation[-1].ravel(), run.velocity[-1], run.spin[-1]]
+        [run.position[-1], run.rotation[-1].ravel(), run.velocity[-1], run.angular_velocity[-1]]
     )
 
 

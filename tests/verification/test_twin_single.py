@@ -53,7 +53,7 @@ def flown(height: float, thrust: float, like: Any) -> dict[str, np.ndarray]:
         position=rng.uniform(-0.5, 0.5, (COUNT, 3)) + np.array([0.0, 0.0, height]),
         quaternion=quaternion_of_rpy(rng.uniform(-0.5, 0.5, (COUNT, 3))),
         velocity=rng.uniform(-1.0, 1.0, (COUNT, 3)),
-        spin=rng.uniform(-2.0, 2.0, (COUNT, 3)),
+        angular_velocity=rng.uniform(-2.0, 2.0, (COUNT, 3)),
     )
     drive = thrust * rng.uniform(0.8, 1.1, (COUNT, speeds.shape[1])) * speeds
     inputs = Inputs(STEP, twin.no_torque(), as_like(drive, like))
@@ -61,7 +61,7 @@ def flown(height: float, thrust: float, like: Any) -> dict[str, np.ndarray]:
     for _ in range(STEPS):
         state, _ = twin.advance(state, time, STEP, (inputs, inputs, inputs))
         time = time + STEP
-    names = ("position", "quaternion", "velocity", "spin")
+    names = ("position", "quaternion", "velocity", "angular_velocity")
     parts = {name: torch.as_tensor(getattr(state, name)).cpu() for name in names}
     return {name: np.asarray(x, dtype=float) for name, x in parts.items()}
 

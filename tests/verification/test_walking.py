@@ -98,10 +98,10 @@ def test_work_of_the_legs_lifts_the_body() -> None:
         command = np.zeros((1, actor.robot.tree.joints))
         command[0, columns] = legs.angles(toes)
         actor.joint_command = command
-        before = actor.body.read().rates
+        before = actor.body.read().joint_velocity
         world.step()
         # a force held over a step does its work at the mean rate
-        rates = 0.5 * (before + actor.body.read().rates)
+        rates = 0.5 * (before + actor.body.read().joint_velocity)
         sense = 1.0 if k < 750 else -1.0
         power = float(actor.body.joint_forces() @ rates)
         work[sense] += power * world.step_size if k >= 200 else 0.0
@@ -159,7 +159,7 @@ def test_light_legs_do_not_swing_the_body_up() -> None:
     for k in range(500):
         world.step()
         if k > 250:
-            speeds.append(float(np.abs(actor.body.read().rates).max()))
+            speeds.append(float(np.abs(actor.body.read().joint_velocity).max()))
     world.close()
     # predicted with the contact forces of the last step, they reach 10 rad/s
     assert max(speeds) < 0.1

@@ -66,7 +66,11 @@ class FreeBody(BodyOptions):
     def reset(self, configuration: Configuration) -> None:
         """Place the robot; memory of earlier steps is forgotten."""
         c = Configuration(*(np.array(x, dtype=float) for x in configuration))
-        speed = np.concatenate([c.velocity, c.spin, c.rates]) if self._lead else c.rates
+        speed = (
+            np.concatenate([c.velocity, c.angular_velocity, c.joint_velocity])
+            if self._lead
+            else c.joint_velocity
+        )
         self._set(State(c.position, c.quaternion, c.joints, HalfStep(speed)))
 
     def _set(self, state: State) -> None:

@@ -86,14 +86,16 @@ class CascadeBatch:
         xp = namespace(velocity)
         wet = view.submersion
         gains = Gains(*(air + wet * (water - air) for air, water in self._gains))
-        at_centre = _turned(view.rotation, cross(view.spin, self._centre + view.spin * 0.0))
+        at_centre = _turned(
+            view.rotation, cross(view.angular_velocity, self._centre + view.angular_velocity * 0.0)
+        )
         error = velocity - view.velocity - at_centre
         asked = _short(gains.speed * error + gains.sum * memory.sum, self._settings.acceleration)
         force = self._force(view, asked, velocity)
         least = gains.least * (self._mass * self._g)
         lean = lean_of(force, yaw, tilt=gains.tilt, least=least)
         turn_error = error_of(view.rotation, lean)
-        want = -gains.turn * turn_error - gains.spin * view.spin
+        want = -gains.turn * turn_error - gains.spin * view.angular_velocity
         want = want - gains.turn_sum * gains.shape * memory.turn_sum
         torque = self._torque(view, want)
         lift = xp.sum(force * view.rotation[:, :, 2], axis=1, keepdims=True)
@@ -134,7 +136,7 @@ class CascadeBatch:
     def _torque(self, view: View, want: Array) -> Array:
         """Torque about the centre of gravity that the rotors shall make [N m]."""
         turned = want @ self._inertia.T + view.submersion * (want @ self._added_turn.T)
-        torque = turned + cross(view.spin, view.spin @ self._inertia.T)
+        torque = turned + cross(view.angular_velocity, view.angular_velocity @ self._inertia.T)
         up = view.buoyancy * view.rotation[:, 2, :]
         return torque - cross(view.buoyancy_centre - self._centre, up)
 

@@ -149,14 +149,18 @@ class Cascade(CascadeSettings):
         ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead, 0, 3)
         known = memory.known.next(ahead, s.step, self.smoothing)
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
-        error = self._wanted(s, aim, gains) - s.velocity - s.rotation @ cross3(s.spin, s.centre)
+        error = (
+            self._wanted(s, aim, gains)
+            - s.velocity
+            - s.rotation @ cross3(s.angular_velocity, s.centre)
+        )
         asked = ahead + gains.speed * error + gains.sum * memory.sum
         asked += gains.rate * (aim.acceleration - velocity.rate)
         force = self._force(s, shortened(asked, self.acceleration), aim.velocity)
         lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * s.mass * self._g)
         turn_error = attitude_error(s.rotation, lean)
         turning = self._turning(s, lean[:, 2], known, aim.yaw_rate)
-        want = turning[1] - gains.turn * turn_error - gains.spin * (s.spin - turning[0])
+        want = turning[1] - gains.turn * turn_error - gains.spin * (s.angular_velocity - turning[0])
         torque = self._torque(s, want - gains.turn_sum * gains.shape * memory.turn_sum, inner)
         wanted = self._allocation.commands(
             np.concatenate(((force @ s.rotation[:, 2],), torque)),
@@ -192,7 +196,7 @@ class Cascade(CascadeSettings):
         """
         if not targets.size:
             return inner
-        arm = inner.arm or Reckoned(s.joints, s.rates)
+        arm = inner.arm or Reckoned(s.joints, s.joint_velocity)
         if self._way[0] != s.step:
             self._way = s.step, way_of(self._servo_lag, s.step)
         arm = arm.next(targets, self._way[1], self.joint_speed, s.step)
@@ -240,13 +244,13 @@ class Cascade(CascadeSettings):
         inertia = s.inertia
         if s.submersion > 0.0:
             inertia = inertia + s.submersion * self._added[3:, 3:]
-        swirl = s.inertia @ s.spin
+        swirl = s.inertia @ s.angular_velocity
         if s.joints.size:
-            swirl += s.momentum_map @ s.rates
-        torque = inertia @ want + cross3(s.spin, swirl)
+            swirl += s.momentum_map @ s.joint_velocity
+        torque = inertia @ want + cross3(s.angular_velocity, swirl)
         if s.joints.size:
             torque = torque + inner.moved.ahead(self.torque_lead, 3, 6)
-            torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.spin
+            torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.angular_velocity
         if s.buoyancy.force > 0.0:
             up = s.buoyancy.force * s.rotation[2]
             torque = torque - cross3(s.buoyancy.centre - s.centre, up)

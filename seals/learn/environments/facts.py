@@ -68,7 +68,7 @@ class Facts:
         self._steps += 1
         if "power" in self._kinds:
             body: Any = self._actor.body
-            rates: Floats = body.read().rates
+            rates: Floats = body.read().joint_velocity
             # a force held over a step does its work at the mean rate
             before = rates if self._rates is None else self._rates
             self._power += 0.5 * float(np.abs(body.joint_forces() * (before + rates)).sum())

@@ -299,7 +299,7 @@ class TwinEnvironments:
             position=state.position,
             rotation=rotation,
             velocity=rotate(rotation, state.velocity),
-            spin=state.spin,
+            angular_velocity=state.angular_velocity,
             tool=state.position + arm,
             target=target,
             target_velocity=drift,

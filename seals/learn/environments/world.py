@@ -178,9 +178,9 @@ class WorldEnvironment:
             position=draw.position[0],
             quaternion=quaternion_of_rpy(rpy)[0],
             velocity=draw.velocity[0],
-            spin=np.zeros(3),
+            angular_velocity=np.zeros(3),
             joints=joints,
-            rates=np.zeros_like(joints),
+            joint_velocity=np.zeros_like(joints),
         )
 
     def _wanted(self, action: Floats) -> Reference:
@@ -208,7 +208,7 @@ class WorldEnvironment:
             position=origins[:, 0],
             rotation=turns[:, 0],
             velocity=moving.linear[:, 0],
-            spin=motion.angular_velocity[:1],
+            angular_velocity=motion.angular_velocity[:1],
             tool=origins[:, self._tool].mean(axis=1),
             target=target,
             target_velocity=drift,

@@ -24,17 +24,17 @@ class Trajectory:
         position: p_WB [m], shape (T, 3).
         quaternion: q_WB_xyzw, shape (T, 4).
         velocity: body axes [m/s], shape (T, 3).
-        spin: body axes [rad/s], shape (T, 3).
+        angular_velocity: body axes [rad/s], shape (T, 3).
         joints: [rad], shape (T, J).
-        rates: [rad/s], shape (T, J).
+        joint_velocity: [rad/s], shape (T, J).
     """
 
     position: Floats
     quaternion: Floats
     velocity: Floats
-    spin: Floats
+    angular_velocity: Floats
     joints: Floats
-    rates: Floats
+    joint_velocity: Floats
 
     @property
     def size(self) -> int:
@@ -43,7 +43,14 @@ class Trajectory:
 
     def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
         """States at some rows."""
-        parts = (self.position, self.quaternion, self.velocity, self.spin, self.joints, self.rates)
+        parts = (
+            self.position,
+            self.quaternion,
+            self.velocity,
+            self.angular_velocity,
+            self.joints,
+            self.joint_velocity,
+        )
         return TwinState(*(np.asfortranarray(x[rows]) for x in parts))
 
     def moved(self, error: Floats) -> Trajectory:
@@ -54,9 +61,9 @@ class Trajectory:
             position=self.position + error[:, :3],
             quaternion=multiply(self.quaternion, exponential(error[:, 3:6])),
             velocity=self.velocity + error[:, 6:9],
-            spin=self.spin + error[:, 9:12],
+            angular_velocity=self.angular_velocity + error[:, 9:12],
             joints=self.joints + error[:, 12 : 12 + j],
-            rates=self.rates + error[:, 12 + j :],
+            joint_velocity=self.joint_velocity + error[:, 12 + j :],
         )
 
 
@@ -65,14 +72,18 @@ def difference(above: TwinState, below: TwinState) -> Floats:
     back = below.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
     turn = rotation_vector(multiply(back, above.quaternion))
     parts = [above.position - below.position, turn, above.velocity - below.velocity]
-    parts += [above.spin - below.spin, above.joints - below.joints, above.rates - below.rates]
+    parts += [
+        above.angular_velocity - below.angular_velocity,
+        above.joints - below.joints,
+        above.joint_velocity - below.joint_velocity,
+    ]
     return np.concatenate(parts, axis=1)
 
 
 def measured_trajectory(samples: Samples, vehicle: Vehicle) -> Trajectory:
     """Estimate the trajectory from measured position and orientation."""
     pieces = [_piece(samples, vehicle, *run) for run in samples.runs]
-    names = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+    names = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
     return Trajectory(**{n: np.concatenate([getattr(p, n) for p in pieces]) for n in names})
 
 
@@ -97,5 +108,10 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
     if joints:
         angle, rate = local_polynomial(seen["joint_position"], step, bandwidth=0.02)
     return Trajectory(
-        position=position, quaternion=turn, velocity=velocity, spin=spin, joints=angle, rates=rate
+        position=position,
+        quaternion=turn,
+        velocity=velocity,
+        angular_velocity=spin,
+        joints=angle,
+        joint_velocity=rate,
     )

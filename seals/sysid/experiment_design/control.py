@@ -145,7 +145,7 @@ class Controller:
         pull = self._pull(wanted, state, turn, step)
         heavy = np.concatenate([np.full(3, self.mass), self.inertia]) + wet * self._added
         own = self._wrench(drive, wet) / heavy
-        loose = felt[0] + np.cross(state.spin, state.velocity) - own[:, :3]
+        loose = felt[0] + np.cross(state.angular_velocity, state.velocity) - own[:, :3]
         need = pull - np.einsum("mij,mj->mi", turn, loose)
         force = heavy[:, :3] * np.einsum("mji,mj->mi", turn, need)
         up = need if self.rotors else np.tile([0.0, 0.0, 1.0], (len(need), 1))
@@ -155,7 +155,7 @@ class Controller:
         rate = np.zeros_like(error)
         rate[:, 2] = wanted.turning
         g = self.gains
-        twist = np.array(g.turn) * error + np.array(g.spin) * (rate - state.spin)
+        twist = np.array(g.turn) * error + np.array(g.spin) * (rate - state.angular_velocity)
         twist = twist + g.turn_sum * self._turn_sum - (felt[1] - own[:, 3:])
         torque = heavy[:, 3:] * twist
         if self.rotors:

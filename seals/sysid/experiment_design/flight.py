@@ -35,7 +35,7 @@ _ESTIMATE = (0.002, 0.004, 0.004, 0.001)
 """Noise of the estimates: place [m], velocity [m/s], body rates [rad/s], attitude [rad]."""
 _DISCHARGE = 0.002
 """Share of the battery's voltage that goes in a second."""
-_NAMES = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+_NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -266,7 +266,7 @@ class _Loop:
             yaw=self._yaw[row],
             turning=self._turning[row],
         )
-        felt = (rates.velocity, rates.spin)
+        felt = (rates.velocity, rates.angular_velocity)
         return self.control.commands(wanted, self._estimate(), felt, self._drive, self.step)
 
     def _estimate(self) -> TwinState:
@@ -276,9 +276,9 @@ class _Loop:
             s.position + noise[0],
             multiply(s.quaternion, exponential(noise[3])),
             s.velocity + noise[1],
-            s.spin + noise[2],
+            s.angular_velocity + noise[2],
             s.joints,
-            s.rates,
+            s.joint_velocity,
         )
 
     def advance(self, row: int) -> Floats:
@@ -293,7 +293,8 @@ class _Loop:
         self._gust = self._keep * self._gust + np.sqrt(1.0 - self._keep**2) * fresh
         kick = self._gust / self._weight * self.step
         self.state = state._replace(
-            velocity=state.velocity + kick[:, :3], spin=state.spin + kick[:, 3:]
+            velocity=state.velocity + kick[:, :3],
+            angular_velocity=state.angular_velocity + kick[:, 3:],
         )
         self._drive = command + (self._drive - command) * np.exp(-self.step / self._lag)
         self.time += self.step

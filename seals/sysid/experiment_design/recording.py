@@ -91,7 +91,7 @@ def _channels(
         "velocity": trajectory.velocity,
         "depth": level - trajectory.position[:, 2:3],
         "joint_position": trajectory.joints,
-        "angular_velocity": trajectory.spin,
+        "angular_velocity": trajectory.angular_velocity,
         "specific_force": np.zeros((rows, 3)),
     }
     out = {}

@@ -98,9 +98,9 @@ def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> di
     turn = matrix_of(now.quaternion)
     back = turn.transpose(0, 2, 1)
     linear = (after.velocity - before.velocity) / (2.0 * step)
-    angular = rotate(back, (after.spin - before.spin) / (2.0 * step))
+    angular = rotate(back, (after.angular_velocity - before.angular_velocity) / (2.0 * step))
     linear[:, 2] += vehicle.environment.gravity
-    spin, force = rotate(back, now.spin), rotate(back, linear)
+    spin, force = rotate(back, now.angular_velocity), rotate(back, linear)
     arm, mount = vehicle.imu_position, vehicle.imu_turn.T
     force = force + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
     reading = _late(model, Reading(spin @ mount, force @ mount), experiment.step)

@@ -209,9 +209,10 @@ class _Flight:
         turn = matrix_of(now.quaternion[None])[0]
         step = self.world.step_size
         linear, angular = (
-            (getattr(now, n) - getattr(self.last, n)) / step for n in ("velocity", "spin")
+            (getattr(now, n) - getattr(self.last, n)) / step
+            for n in ("velocity", "angular_velocity")
         )
-        spin = turn.T @ now.spin
+        spin = turn.T @ now.angular_velocity
         felt = turn.T @ linear - np.cross(spin, turn.T @ now.velocity)
         velocity, acceleration, turning = (r[row : row + 1] for r in self.rates)
         wanted = Wanted(
@@ -233,9 +234,9 @@ class _Flight:
             now.position[None] + noise[0],
             multiply(now.quaternion[None], exponential(noise[3])),
             (turn.T @ now.velocity)[None] + noise[1],
-            (turn.T @ now.spin)[None] + noise[2],
+            (turn.T @ now.angular_velocity)[None] + noise[2],
             now.joints[None],
-            now.rates[None],
+            now.joint_velocity[None],
         )
 
 
@@ -250,9 +251,9 @@ def _placed(reference: Reference) -> Configuration:
         position=reference.place[0],
         quaternion=np.array([0.0, 0.0, np.sin(half), np.cos(half)]),
         velocity=np.zeros(3),
-        spin=np.zeros(3),
+        angular_velocity=np.zeros(3),
         joints=joints,
-        rates=np.zeros_like(joints),
+        joint_velocity=np.zeros_like(joints),
     )
 
 
@@ -264,7 +265,7 @@ def _released(job: Mapping[str, Any]) -> Configuration:
         position=np.array(job["position"], dtype=float),
         quaternion=quaternion,
         velocity=turn @ np.array(job["velocity"], dtype=float),
-        spin=turn @ np.array(job["angular_velocity"], dtype=float),
+        angular_velocity=turn @ np.array(job["angular_velocity"], dtype=float),
         joints=np.zeros(0),
-        rates=np.zeros(0),
+        joint_velocity=np.zeros(0),
     )

@@ -186,7 +186,7 @@ def dynamics_along(
     rate, feel = _wrench_columns(cache, used)
     transition, integral = discrete(slope, plant.samples.step)
     steep = None
-    if plant.friction(used, trajectory.rates) is not None:
+    if plant.friction(used, trajectory.joint_velocity) is not None:
         plain, slope = integral, _with_friction(plant, trajectory, used, slope, sense)
         transition, integral = discrete(slope, plant.samples.step)
         steep = np.matmul(integral, np.linalg.inv(plain))
@@ -392,9 +392,9 @@ def _shifted(state: TwinState, error: Floats) -> TwinState:
         state.position + error[:, :3],
         multiply(state.quaternion, exponential(error[:, 3:6])),
         state.velocity + error[:, 6:9],
-        state.spin + error[:, 9:12],
+        state.angular_velocity + error[:, 9:12],
         state.joints + error[:, 12 : 12 + joints],
-        state.rates + error[:, 12 + joints :],
+        state.joint_velocity + error[:, 12 + joints :],
     )
     return TwinState(*(np.asfortranarray(x) for x in parts))
 
@@ -415,7 +415,7 @@ def _kinematics(slope: Floats, trajectory: Trajectory) -> None:
     rotation, joints = matrix_of(trajectory.quaternion), trajectory.joints.shape[1]
     slope[:, :3, 3:6] = -np.matmul(rotation, _skew(trajectory.velocity))
     slope[:, :3, 6:9] = rotation
-    slope[:, 3:6, 3:6] = -_skew(trajectory.spin)
+    slope[:, 3:6, 3:6] = -_skew(trajectory.angular_velocity)
     slope[:, 3:6, 9:12] = np.eye(3)
     for k in range(joints):
         slope[:, 12 + k, 12 + joints + k] = 1.0

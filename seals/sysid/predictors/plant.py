@@ -282,10 +282,12 @@ class Plant:
 
     def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
         """Simulate the inertial readings, sensor axes; values are numbers or arrays (N,)."""
-        arm, spin = self.vehicle.imu_position, state.spin
+        arm, spin = self.vehicle.imu_position, state.angular_velocity
         force = rates.specific_force
         if np.any(arm):
-            force = force + np.cross(rates.spin, arm) + np.cross(spin, np.cross(spin, arm))
+            force = (
+                force + np.cross(rates.angular_velocity, arm) + np.cross(spin, np.cross(spin, arm))
+            )
         turn = self.vehicle.imu_turn.T
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
@@ -296,7 +298,7 @@ class Plant:
         given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
         like = np.zeros(1)
         bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
-            given, like, len(state.spin)
+            given, like, len(state.angular_velocity)
         )
         for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)

@@ -62,7 +62,7 @@ def simulated_trajectory(
         )
         for i in range(6)
     ]
-    names = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+    names = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
     return Trajectory(**dict(zip(names, joined, strict=True)))
 
 

@@ -67,7 +67,14 @@ class SubstepIntegrator:
             state, rates = self.fine.advance(twin, state, rows * self.parts + part, None)
             seen = self.fine.reading(states[-1], rates, used)
             readings.append(np.concatenate([seen.angular_velocity, seen.specific_force], axis=1))
-        names = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+        names = (
+            "position",
+            "quaternion",
+            "velocity",
+            "angular_velocity",
+            "joints",
+            "joint_velocity",
+        )
         joined = (np.stack([s[i] for s in states], axis=1) for i in range(len(names)))
         flat = (x.reshape(count * self.parts, -1) for x in joined)
         return SubstepTrajectory(

@@ -99,7 +99,7 @@ def submersion(plant: Plant, trajectory: Trajectory) -> Floats:
         rotation=rotation,
         up=rotation[:, 2, :],
         velocity=state.velocity,
-        angular_velocity=state.spin,
+        angular_velocity=state.angular_velocity,
         body=twin.body.bodies,
     )
     share: Floats = twin.evaluator.surroundings.sample(motion).submersion[:, 0] + np.zeros(rows)

@@ -118,7 +118,7 @@ class TrajectoryCache:
     def _defect(self, used: Mapping[str, float]) -> Floats:
         """State error after one step of the model from every row."""
         plant, trajectory, rows = self.plant, self.trajectory, self.rows
-        torque = plant.friction(used, trajectory.rates)
+        torque = plant.friction(used, trajectory.joint_velocity)
         following = np.minimum(rows + 1, len(rows) - 1)
         pair = None if torque is None else (torque, torque[following])
         twin = plant.twin(used, len(rows), stiff=False)
@@ -193,11 +193,13 @@ def _drives(effect: object) -> bool:
 
 def accelerations(rates: Rates) -> Floats:
     """Linear, angular and joint accelerations, shape (T, 6 + J)."""
-    out: Floats = np.concatenate((rates.velocity, rates.spin, rates.rates), axis=1)
+    out: Floats = np.concatenate(
+        (rates.velocity, rates.angular_velocity, rates.joint_velocity), axis=1
+    )
     return out
 
 
 def packed(rates: Rates) -> Floats:
     """Linear, angular acceleration, specific force and joint accelerations, shape (T, 9 + J)."""
-    parts = (rates.velocity, rates.spin, rates.specific_force, rates.rates)
+    parts = (rates.velocity, rates.angular_velocity, rates.specific_force, rates.joint_velocity)
     return np.concatenate(parts, axis=1)

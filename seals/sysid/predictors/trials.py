@@ -20,7 +20,7 @@ from seals.sysid.parallel import spread
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import start_states
 
-FIELDS = ("position", "quaternion", "velocity", "spin", "joints", "rates")
+FIELDS = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
 """Parts of a trajectory."""
 COUNT = 140
 """Simulations of all runs in one generation."""

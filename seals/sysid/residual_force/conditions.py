@@ -106,7 +106,7 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
         position=trajectory.position[rows],
         turn=turn,
         velocity=trajectory.velocity[rows] - unrotate(turn, flow),
-        spin=trajectory.spin[rows],
+        spin=trajectory.angular_velocity[rows],
         submersion=wet,
         drive=None if wrench is None else wrench[rows],
         drive_rate=None if rate is None else rate[rows],

@@ -157,7 +157,7 @@ def estimate_disturbance(problem: Problem) -> Hypothesis:
     fitter = problem.fitter
     nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     at = {k: v for k, v in nominal.fit.values.items() if k != DELAY}
-    if problem.plant.friction(nonzero(at), fitter.trajectory.rates) is not None:
+    if problem.plant.friction(nonzero(at), fitter.trajectory.joint_velocity) is not None:
         # the slope of dry friction belongs to the dynamics
         fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
         nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)

@@ -174,9 +174,9 @@ class _Runner:
             position=c.position[row],
             quaternion=c.quaternion[row],
             velocity=turn @ c.velocity[row],
-            spin=turn @ c.spin[row],
+            angular_velocity=turn @ c.angular_velocity[row],
             joints=c.joints[row],
-            rates=c.rates[row],
+            joint_velocity=c.joint_velocity[row],
         )
 
     def _command(self, row: int, part: int) -> None:
@@ -194,15 +194,15 @@ class _Runner:
     def _felt(self, seen: Configuration, length: int) -> tuple[TwinState, Floats]:
         step, at = self.world.step_size, np.arange(length) * self.parts
         turn = matrix_of(seen.quaternion)
-        rates = [np.diff(v, axis=0) / step for v in (seen.velocity, seen.spin)]
+        rates = [np.diff(v, axis=0) / step for v in (seen.velocity, seen.angular_velocity)]
         straddle = not self.samples.joint_command.shape[1]
         linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
         linear[:, 2] += self.actor.gravity
         back = turn[at].transpose(0, 2, 1)
-        velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.spin[at])
+        velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.angular_velocity[at])
         felt = np.concatenate([spin, rotate(back, linear), rotate(back, angular)], axis=1)
         parts = (seen.position[at], seen.quaternion[at], velocity, spin)
-        return TwinState(*parts, seen.joints[at], seen.rates[at]), felt
+        return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
 
 
 def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
