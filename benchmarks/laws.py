@@ -86,7 +86,7 @@ def reach(batch: int, device: str) -> Law:
     environment._prefetch_resets()
     chance = environment._starts.chances(batch, environment._generator)
     action = torch.full((batch, environment.action_size), 0.3, device=device)
-    step = environment._joined
+    step = environment._compiled
     return Law(lambda scene: step(scene, action, chance)[0], environment._scene)
 
 

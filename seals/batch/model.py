@@ -101,7 +101,7 @@ class BatchDynamics:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
-        self._slopes = FusedSlopes(self) if fused else self.slopes
+        self._slopes = FusedSlopes(self) if fused else None
         # within other fused laws the step is a part of them
         self._whole = compile_law(self._explicit) if fused else None
 
@@ -201,7 +201,7 @@ class BatchDynamics:
         posture: Posture | None,
     ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
         """One step of the Runge-Kutta method: state and memory after it, rates before it."""
-        slopes = self._slopes
+        slopes = self._slopes or self.slopes
         k1, after = slopes(state, None, time, inputs[0], memory, posture=posture)
         middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step

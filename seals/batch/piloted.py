@@ -98,7 +98,7 @@ class PilotedTwin:
             fused=fused,
         )
         self.fused = fused
-        self._ordered = compile_law(self._order) if fused else self._order
+        self._compiled = compile_law(self._order) if fused else None
         self.batch, self.like, self.step = batch, like, step
         self.controller = _batched(settings, plant, joints, like)
         self._every = max(1, round(1.0 / (settings.controller.rate * step)))
@@ -138,12 +138,13 @@ class PilotedTwin:
             steps: of the integrator.
         """
         goal: Array = None
+        order = self._compiled or self._order
         for k in range(steps):
             posture = None if self.fused else self.twin.posture(flight.state, flight.time)
             share = self._share(flight.memory)
             if k % self._every == 0:
                 span = min(self._every, steps - k)
-                goal, control = self._ordered(flight, velocity, yaw, span, posture)
+                goal, control = order(flight, velocity, yaw, span, posture)
                 flight = flight._replace(control=control)
             flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
         return flight

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.errors import RobotError
-from seals.hydrostatics.table import Law, law_of
+from seals.hydrostatics.table import HullTable
 from seals.hydrostatics.wetted import DRY, Hull, Sums, Vector, Wetted, frozen, wetted_of
 
 HALVINGS = 48
@@ -64,7 +64,6 @@ class HullFused:
         if not parts:
             raise RobotError("a fused hull has no parts.\nGive at least one hull.")
         self.parts = tuple(parts)
-        self._laws: list[Law] = [law_of(part.hull) for part in parts]
         self.volume = float(sum(part.hull.volume for part in parts))
         middles = [p.origin + p.rotation @ p.hull.centroid for p in parts]
         shares = [p.hull.volume / self.volume for p in parts]
@@ -125,7 +124,8 @@ class HullFused:
         count, depth = levels.shape
         flat, normals = levels.ravel(), np.repeat(ups, depth, axis=0)
         total = np.zeros((count * depth, 8))
-        for part, law in zip(self.parts, self._laws, strict=True):
+        for part in self.parts:
+            law = HullTable.build(part.hull).law
             own = normals @ part.rotation
             below = flat - normals @ part.origin
             sums = law(np, own[:, 0], own[:, 1], own[:, 2], below)

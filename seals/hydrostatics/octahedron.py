@@ -6,7 +6,6 @@ import math
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seals.hydrostatics.wetted import Column, Sums, Vector
 
@@ -66,8 +65,7 @@ class OctahedralTable:
         sizes, axes = np.linalg.eigh(hull.spread())
         stretch = axes * np.sqrt(np.maximum(sizes, sizes.max() * LEAST_SPREAD))
         self._stretch, self._centre = stretch.T.tolist(), hull.centroid.tolist()
-        nodes_w, grid = octant_nodes(cells)
-        ups = nodes_w @ np.linalg.inv(stretch)
+        ups = octant_nodes(cells) @ np.linalg.inv(stretch)
         ups /= np.sqrt((ups * ups).sum(axis=1))[:, None]
         low, high = hull.extents(ups)
         bend = np.sin(np.linspace(-BEND, BEND, depths + 1)) / np.sin(BEND)
@@ -85,14 +83,10 @@ class OctahedralTable:
         # a surface seen from below: what was wet is dry
         turned = nodes[:, ::-1].copy()
         turned[..., :4] = whole - turned[..., :4]
-        table = np.concatenate((nodes[grid.ravel()], turned[grid[::-1].ravel()]))
-        pairs = np.concatenate((table[:, :-1], table[:, 1:]), axis=-1)
-        self._rows: Vector = np.ascontiguousarray(pairs.reshape(-1, 16))
+        self._rows: Vector = np.concatenate((nodes, _opposite(turned))).reshape(-1, 8)
         bounds = np.stack((low, high), axis=-1) - (ups @ hull.centroid)[:, None]
         bounds /= np.sqrt(((ups @ stretch) ** 2).sum(axis=1))[:, None]
-        self._bounds: Vector = np.concatenate(
-            (bounds[grid.ravel()], -bounds[grid[::-1].ravel(), ::-1])
-        )
+        self._bounds: Vector = np.concatenate((bounds, _opposite(-bounds[:, ::-1])))
         self._copies: dict[str, tuple[Any, Any]] = {}
 
     def tables(self, xp: Any, like: Column) -> tuple[Any, Any]:
@@ -128,11 +122,15 @@ class OctahedralTable:
         cell = xp.minimum(xp.floor(place), one * (self.depths - 1.0))
         stride = xp.sqrt(1.0 - bend * bend) * (BEND / (math.sin(BEND) * self.depths))
         k = xp.astype(cell, xp.int64)
-        row = sum(
-            xp.take(rows, n * self.depths + k, axis=0) * w[:, None]
-            for n, w in zip(nodes, weights, strict=True)
+        below = [node * (self.depths + 1) + k for node in nodes]
+        row, after = (
+            sum(
+                xp.take(rows, n + end, axis=0) * w[:, None]
+                for n, w in zip(below, weights, strict=True)
+            )
+            for end in (0, 1)
         )
-        return _hermite(row, place - cell, height * norm * stride, inside)
+        return _hermite(row, after, place - cell, height * norm * stride, inside)
 
     def _nodes(
         self, xp: Any, ux: Column, uy: Column, uz: Column
@@ -147,40 +145,47 @@ class OctahedralTable:
         fx, fy = x - i, y - j
         rest = 1.0 - fx - fy
         upper = rest < 0.0
-        n = i * (m + 1.0) + j
-        for side, stride in ((ux, 1.0), (uy, 2.0), (uz, 4.0)):
-            n = n + xp.astype(side < 0.0, n.dtype) * (stride * (m + 1.0) ** 2)
-        corner = xp.where(upper, n + (m + 2.0), n)
+        # nodes of one octant, row by row: row i begins at `first` and holds `last` + 1 of them;
+        # nodes beyond the edge have weights of rounding size, and are those of the edge
+        last = m - i
+        first = i * (m + 1.0) - 0.5 * i * (i - 1.0)
+        for side, octants in ((ux, 1.0), (uy, 2.0), (uz, 4.0)):
+            octant = octants * (0.5 * (m + 1) * (m + 2))
+            first = first + xp.astype(side < 0.0, first.dtype) * octant
+        second = first + last + 1.0
+        left, right = second + xp.minimum(j, last - 1.0), first + xp.minimum(j + 1.0, last)
+        beyond = second + xp.minimum(j + 1.0, last - 1.0)
+        corner = xp.where(upper, beyond, first + xp.minimum(j, last))
         weights = [xp.abs(rest), xp.where(upper, 1.0 - fy, fx), xp.where(upper, 1.0 - fx, fy)]
-        nodes = [xp.astype(node, xp.int64) for node in (corner, n + (m + 1.0), n + 1.0)]
-        return nodes, weights
+        return [xp.astype(node, xp.int64) for node in (corner, left, right)], weights
 
 
-def octant_nodes(cells: int) -> tuple[Vector, NDArray[np.int64]]:
-    """Return the nodes of the four upper octants, and the node of each place in the square grids.
+def octant_nodes(cells: int) -> Vector:
+    """Return the nodes of the four upper octants.
 
     Args:
         cells: cells along an octahedron edge.
 
     Returns:
-        unit normals, shape (4 (cells + 1)(cells + 2) / 2, 3), octants by the sign of x, then y;
-        node numbers, shape (4, (cells + 1)^2). Places beyond the octahedron's edge carry weights of
-        rounding size only; they repeat the edge.
+        unit normals, shape (4 (cells + 1)(cells + 2) / 2, 3): octants by the sign of x, then y; in
+        each, rows of equal x from 0, y rising from 0 to the edge.
     """
     i, j = (grid.ravel() for grid in np.meshgrid(*[np.arange(cells + 1)] * 2, indexing="ij"))
     within = i + j <= cells
     x, y = i[within] / cells, j[within] / cells
     points = np.stack((x, y, np.maximum(1.0 - x - y, 0.0)), axis=-1)
     points /= np.sqrt((points * points).sum(axis=1))[:, None]
-    numbers = np.cumsum(within) - 1
-    place = numbers[i * (cells + 1) + np.minimum(j, cells - i)]
     signs = ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1))
-    ups = np.concatenate([points * np.array(sign, dtype=np.float64) for sign in signs])
-    return ups, np.stack([place + k * len(points) for k in range(4)])
+    return np.concatenate([points * np.array(sign, dtype=np.float64) for sign in signs])
 
 
-def _hermite(row: Column, f: Column, step: Column, inside: Column) -> Sums:
-    """Interpolate within a depth cell; ``step`` [m] is the cell's height there."""
+def _opposite(nodes: Vector) -> Vector:
+    """Return nodes of the four upper octants in the order of the octants opposite to them."""
+    return np.concatenate(np.split(nodes, 4)[::-1])
+
+
+def _hermite(row: Column, after: Column, f: Column, step: Column, inside: Column) -> Sums:
+    """Interpolate between two depths; ``step`` [m] is the cell's height there."""
     g = 1.0 - f
     fg = f * g
     rising, left, right = f * f * (1.0 + 2.0 * g), fg * g, fg * f
@@ -189,8 +194,8 @@ def _hermite(row: Column, f: Column, step: Column, inside: Column) -> Sums:
     values, slopes = [], []
     # column by column: several times faster in NumPy than (N, 4) times (N, 1)
     for i in range(4):
-        v0, s0, s1 = row[:, i], row[:, i + 4], row[:, i + 12]
-        rise = row[:, i + 8] - v0
+        v0, s0, s1 = row[:, i], row[:, i + 4], after[:, i + 4]
+        rise = after[:, i] - v0
         values.append(v0 + rising * rise + left * s0 - right * s1)
         slopes.append(steep * rise + first * s0 + last * s1)
     return Sums(*values, *slopes)

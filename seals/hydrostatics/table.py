@@ -9,8 +9,9 @@ from array_api_compat import array_namespace
 
 from seals.errors import RobotError
 from seals.hydrostatics.compound import HullCompound
-from seals.hydrostatics.octahedron import Cuttable, OctahedralTable
+from seals.hydrostatics.octahedron import Cuttable
 from seals.hydrostatics.placed import HullPlaced
+from seals.hydrostatics.sharing import TABLES, shared_table
 from seals.hydrostatics.wetted import EMPTY_SHARE, Column, Hull, Sums
 
 Law = Callable[[Any, Column, Column, Column, Column], Sums]
@@ -18,7 +19,6 @@ RESOLUTION = ((150, 40, 32), (800, 32, 24), (3000, 24, 24))
 """Faces or samples up to which a table has so many cells and depths: coarse meshes have sharp edges
 and are cheap to cut, fine ones are smooth. Chosen so that a build takes about one second."""
 COARSEST = (16, 20)
-_CACHE = "_hull_tables"
 
 
 class HullTable:
@@ -27,6 +27,10 @@ class HullTable:
     Sphere, box, cylinder and capsule are evaluated by their closed forms (no table could be as
     accurate), a compound as the sum of its parts, meshes and samples from a table over normal and
     depth. In each case the waterplane area is the derivative of the volume by the level.
+
+    Attributes:
+        law: the hull's sums by array namespace, normal and level, see `HullPlaced.sums`.
+        volume: of the whole hull [m^3].
 
     Limitations: across depth and normal a mesh's table is within 0.1 % of the whole volume; the
         area of a mesh with flat faces, held within a degree of parallel to the surface, is smeared.
@@ -41,7 +45,7 @@ class HullTable:
     """
 
     def __init__(self, law: Law, volume: float) -> None:
-        self._law = law
+        self.law = law
         self.volume = volume
 
     @classmethod
@@ -56,7 +60,7 @@ class HullTable:
         Raises:
             RobotError: the hull has neither a closed form nor a way to be cut in bulk.
         """
-        cache: dict[tuple[int | None, int | None], HullTable] = hull.__dict__.setdefault(_CACHE, {})
+        cache: dict[tuple[int | None, int | None], HullTable] = hull.__dict__.setdefault(TABLES, {})
         if (cells, depths) not in cache:
             cache[cells, depths] = cls(law_of(hull, cells, depths), hull.volume)
         return cache[cells, depths]
@@ -76,7 +80,7 @@ class HullTable:
         if kind != xp.float64:
             # differences of nearly equal volumes need double precision inside
             up, level = xp.astype(up, xp.float64), xp.astype(level, xp.float64)
-        sums = self._law(xp, up[:, 0], up[:, 1], up[:, 2], level[:, 0])
+        sums = self.law(xp, up[:, 0], up[:, 1], up[:, 2], level[:, 0])
         volume, mx, my, mz, area, ax, ay, az = sums
         least, little = EMPTY_SHARE * self.volume, EMPTY_SHARE * self.volume ** (2.0 / 3.0)
         wet = xp.astype(volume > least, volume.dtype)
@@ -109,7 +113,7 @@ def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> L
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]
     own = getattr(body, "resolution", fits[0])
-    return OctahedralTable(body, cells=cells or own[0], depths=depths or own[1]).sums
+    return shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
 
 
 def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:

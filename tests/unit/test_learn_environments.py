@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
+import weakref
 from typing import Any
 
 import numpy as np
@@ -312,3 +314,18 @@ def test_no_environments_are_refused() -> None:
     """Zero of them cannot be stepped."""
     with pytest.raises(ConfigError, match="0 environments"):
         _twins(0)
+
+
+def test_environments_go_with_their_last_name() -> None:
+    """No reference cycle keeps environments, their batch dynamics or their tables alive."""
+    gc.collect()
+    gc.disable()
+    try:
+        twins = _twins(2, "env=hover", "backend=twin")
+        twins.reset([0, 1])
+        twins.step(torch.zeros(2, twins.action_size))
+        parts = [weakref.ref(x) for x in (twins, twins._twin, twins._twin.twin, twins.robot)]
+        del twins
+        assert [part() for part in parts] == [None] * 4
+    finally:
+        gc.enable()

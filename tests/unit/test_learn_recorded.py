@@ -115,7 +115,7 @@ def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch
         action = torch.rand(8, 3, generator=torch.Generator().manual_seed(k)) * 2.0 - 1.0
         plain.step(action)
         with undecided():
-            scene, _ = twins._joined(twins._scene, twins._taken(action), None)
+            scene, _ = twins._law(twins._scene, twins._taken(action), None)
         twins._scene = scene
     assert scene.now.position.dtype == torch.float32
     np.testing.assert_allclose(scene.now.position.numpy(), plain.now.position, rtol=0.0, atol=1e-5)

@@ -119,7 +119,7 @@ class TwinEnvironments:
         self._alone = fused or on_accelerator(self._like)
         if self._alone:
             self._generator = generator_of(seed, device)
-        self._joined = compile_law(self._law) if fused else self._law
+        self._compiled = compile_law(self._law) if fused else None
         self._starts: Starts | None = None
         self._recorded: Recorded | None = None
         self._still: Any = None
@@ -159,7 +159,9 @@ class TwinEnvironments:
     def _moved(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with the chances of episodes that begin in it."""
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
-        found: tuple[Scene, tuple[StepResult, Instant]] = self._joined(scene, asked, chance)
+        # looked up at each call: a bound method kept in its own object would be a reference cycle
+        law = self._compiled or self._law
+        found: tuple[Scene, tuple[StepResult, Instant]] = law(scene, asked, chance)
         return found
 
     def _law(
@@ -226,7 +228,8 @@ class TwinEnvironments:
             watcher(self._standing(self.now))
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Let go of what was compiled and recorded, which refers back to these environments."""
+        self._compiled = self._recorded = None
 
     def _set(self, scene: Scene) -> None:
         self._scene = scene
