@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from seals.effects.hooks import ARGUMENTS, arguments_of_class
 from seals.effects.identification import Addition, Freed, Subject
 from seals.schema import Parameter, parameters_of, vector_groups
 
@@ -158,8 +159,14 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
     return all(
         (h not in ("actuation", "drive_loads") or len(subject.lag) > 0)
         and (h not in ("joint_loads", "joint_drive") or bool(subject.servo))
+        and (subject.robot.tree.joints > 0 or not _needs_joints(law, h))
         for h in hooks
     )
+
+
+def _needs_joints(law: type[Effect], hook: str) -> bool:
+    """Whether a hook on links reads the joints."""
+    return hook in ARGUMENTS and "joints" in arguments_of_class(law, hook)
 
 
 _HOOKS = (

@@ -52,12 +52,12 @@ def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
         >>> arguments_of(Shaft(), "joint_loads")
         ('joints', 'medium', 'memory', 'params')
     """
-    owner: Any = type(effect)
-    return _arguments(owner, hook)
+    return arguments_of_class(type(effect), hook)
 
 
 @functools.cache
-def _arguments(cls: type, hook: str) -> tuple[str, ...]:
+def arguments_of_class(cls: type, hook: str) -> tuple[str, ...]:
+    """Return what the hook of a class is called with, see `arguments_of`."""
     law = inspect.getattr_static(cls, hook)
     own = 0 if isinstance(law, staticmethod) else 1
     given = inspect.signature(getattr(cls, hook), follow_wrapped=True).parameters.values()

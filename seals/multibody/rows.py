@@ -22,11 +22,13 @@ def link_motion(
     Args:
         kinematics: poses (B, L, ...).
         moving: velocities of the links.
-        time: [s], shape (1, 1).
+        time: [s], shape (1, 1) or (B, 1).
         bodies: constant properties, rows link by link.
     """
     rotation = by_link(kinematics.rotations)
     rows = by_link(moving.twists)
+    if time.shape[0] > 1:
+        time = namespace(time).concat([time] * (rows.shape[0] // time.shape[0]), axis=0)
     return Motion(
         time=time,
         position=by_link(kinematics.origins),

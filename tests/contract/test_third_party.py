@@ -25,7 +25,7 @@ def test_the_command_lists_it(site: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(site)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     row = next(line for line in done.stdout.splitlines() if "vortex_shedding" in line)
-    assert "coral-seals 0.3.0" in row
+    assert "coral-seals 0.4.0" in row
     assert "Mean sideways force" in row
 
 

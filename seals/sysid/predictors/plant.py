@@ -183,7 +183,9 @@ class Plant:
             return self.waves
         sea = copy.copy(self._airy(amplitude=0.0))
         for name, value in parts.items():
-            setattr(sea, name, np.broadcast_to(np.asarray(value, dtype=float), (batch,)))
+            each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
+            # surroundings have a row for every link of every vehicle, link by link
+            setattr(sea, name, np.tile(each, len(self.vehicle.robot.links)))
         return sea
 
     def inputs(

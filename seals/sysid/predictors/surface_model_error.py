@@ -8,10 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import matrix_of
-from seals.motion import Motion
-from seals.sysid.data.samples import Samples
-from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.plant import Plant
+from seals.sysid.samples import Samples
+from seals.sysid.trajectory import Course
 
 _LIFT = 0.03
 """Error of the lift while the hull is partly wet, as a share of the full lift."""
@@ -90,17 +89,9 @@ def filled(samples: Samples, name: str) -> Floats:
 def submersion(plant: Plant, trajectory: Trajectory) -> Floats:
     """Submerged share of the hull along a trajectory, shape (T,)."""
     rows = plant.samples.rows
-    twin = plant.twin({}, rows)
-    state = trajectory.state(np.arange(rows))
-    rotation = matrix_of(state.quaternion)
-    motion = Motion(
-        time=plant.samples.time[:, None],
-        position=state.position,
-        rotation=rotation,
-        up=rotation[:, 2, :],
-        velocity=state.velocity,
-        angular_velocity=state.angular_velocity,
-        body=twin.body.bodies,
-    )
-    share: Floats = twin.evaluator.surroundings.sample(motion).submersion[:, 0] + np.zeros(rows)
+    state, time = trajectory.state(np.arange(rows)), plant.samples.time[:, None]
+    sample = plant.twin({}, rows).posture(state, time).sample
+    assert sample is not None
+    # rows link by link, the base first
+    share: Floats = sample.submersion[:rows, 0] + np.zeros(rows)
     return share

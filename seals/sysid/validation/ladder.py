@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from seals.config.overlay import Overlay
-from seals.errors import ConfigError
+from seals.errors import ConfigError, PhysicsError
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.validation.floor import noise_floor
@@ -27,7 +27,8 @@ class Ladder:
         gains: fall of the misfit that each effect brings to the model with all others; where only
             ends were compared, the fall from each rung below.
         total: fall from the first rung to the last.
-        alone: what calibration without the effects reaches; None when it was not asked for.
+        alone: what calibration without the effects reaches; None when it was not asked for, or
+            diverged.
         edge: by how much the last rung beats calibration alone, each charged for the distance of
             its nominal values from the stated ones; None when it was not asked for.
         floor: plain errors that a perfect model would leave, by channel and horizon.
@@ -121,7 +122,7 @@ def climb(
     gains = {part: fall(replays.of(m), last) for part, m in others.items()}
     if parts:
         gains[parts[-1]] = fall(rungs[-2], last)
-    rival = None if alone is None else replays.of(alone)
+    rival = None if alone is None else _replayed(replays, alone)
     return Ladder(
         name=name,
         rungs=tuple(rungs),
@@ -191,6 +192,14 @@ def _alone(problem: Problem, overlay: Overlay) -> Model | None:
         return None
     values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
     return nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
+
+
+def _replayed(replays: Replays, model: Model) -> Misfit | None:
+    """Replay a calibration without the effects; None where it is so far off that it diverges."""
+    try:
+        return replays.of(model)
+    except PhysicsError:
+        return None
 
 
 def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fall:

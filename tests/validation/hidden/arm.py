@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.validation.hidden import outsiders
 from tests.validation.hidden.body import HEAD, Body
 from tests.validation.hidden.forces import Motion
 from tests.validation.hidden.plant import Plant
@@ -116,9 +117,17 @@ class ArmBody(Body):
         """Motion of the base."""
         turn, v, w = matrix(state[3:7]), state[7:10], state[10:13]
         air = v - to_body(turn, self.plant["wind"])
+        wet, centroid, _ = self._wet(state[0:3], turn, t)
         zero, none = np.zeros(self.size), np.zeros((3, self.size))
-        found = Motion(state[0:3], turn, v, w, to_world(turn, v), air, v, zero, zero, none)
+        found = Motion(state[0:3], turn, v, w, to_world(turn, v), air, v, wet, zero, centroid)
         return found, none, None
+
+    def _strange(
+        self, state: Array, m: Motion, t: Array, out: Array, force: Array, torque: Array
+    ) -> tuple[Array, Array]:
+        if self.plant["paddle"].any():
+            force = force + outsiders.paddle(self.plant, m, state[self.rate_rows].sum(0))
+        return super()._strange(state, m, t, out, force, torque)
 
     def derivative(self, state: Array, command: Array, t: Array) -> Array:
         """Rate of the state under rotor speeds and joint angles (na + 3, n)."""

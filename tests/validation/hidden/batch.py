@@ -47,7 +47,7 @@ class Flight:
         """Equations of motion under given parameters."""
         first = self.cases[0].vehicle
         if first.arm is not None:
-            return ArmBody(plant, rotor=True, ground=first.ground, water=False)
+            return ArmBody(plant, rotor=True, ground=first.ground, water=first.water)
         return Body(plant, rotor=first.rotor, ground=first.ground, water=first.water)
 
     def _fly(self) -> tuple[Track, Commands]:

@@ -103,7 +103,9 @@ def _vehicle(spec: Spec, rng: np.random.Generator) -> Vehicle:
     if spec.body == "drop":
         bare = "slamming" in spec.effects or (spec.level == "null" and rng.random() < 0.25)
         return vehicles.drop(rng, with_added_mass=not bare)
-    made: Vehicle = links.aam(rng) if spec.body == "aam" else getattr(vehicles, spec.body)(rng)
+    if spec.body == "aam":
+        return links.wading(rng) if spec.pattern == "wading" else links.aam(rng)
+    made: Vehicle = getattr(vehicles, spec.body)(rng)
     return made
 
 

@@ -208,6 +208,23 @@ def aam(rng: np.random.Generator) -> Vehicle:
     )
 
 
+def wading(rng: np.random.Generator) -> Vehicle:
+    """An aerial manipulator whose base is a hull that dips into water."""
+    vehicle = aam(rng)
+    size = six(rng.uniform([0.2, 0.17, 0.095], [0.23, 0.2, 0.11]))
+    drag = rng.uniform(7.0, 10.0)
+    vehicle.primitives = [
+        {"type": "box", "position": [0, 0, 0], "rpy": [0, 0, 0], "size": list(size)}
+    ]
+    vehicle.volume = six(vehicle.mass / vehicles.WATER * rng.uniform(0.45, 0.6))
+    vehicle.centre_of_buoyancy = six([0.0, 0.0, rng.uniform(0.005, 0.015)])
+    vehicle.plan_area = six(size[0] * size[1])
+    vehicle.water_quadratic = six([drag, drag * rng.uniform(1.0, 1.3), rng.uniform(14.0, 20.0)])
+    vehicle.angular_linear = six([rng.uniform(0.05, 0.07)] * 3)
+    vehicle.water, vehicle.ground, vehicle.bottom = True, None, -3.0
+    return vehicle
+
+
 def _off_axis(place: Array) -> Array:
     x, y, z = place
     return np.array([y * y + z * z, x * x + z * z, x * x + y * y])

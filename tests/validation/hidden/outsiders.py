@@ -33,6 +33,7 @@ def absent(actuators: int) -> Plant:
         "field_edge": np.zeros(()),
         "stick_band": np.zeros(actuators),
         "sway_by_yaw": np.zeros(()),
+        "paddle": np.zeros(()),
         "gyro_scale": np.zeros(3),
     }
 
@@ -61,6 +62,12 @@ def sway_by_yaw(plant: Plant, m: Motion) -> Array:
     """Sideways force in proportion to the rate of yaw, in water."""
     side = plant["sway_by_yaw"] * m.wet * m.spin[2]
     return np.stack((np.zeros_like(side), side, np.zeros_like(side)))
+
+
+def paddle(plant: Plant, m: Motion, swing: Array) -> Array:
+    """Force ahead in proportion to the swing rate of the last link (n,), in water."""
+    ahead = plant["paddle"] * m.wet * swing
+    return np.stack((ahead, np.zeros_like(ahead), np.zeros_like(ahead)))
 
 
 def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
@@ -154,6 +161,8 @@ def draw(name: str, kind: str, rng: np.random.Generator, plant: Plant) -> None:
         plant["stick_band"] = band
     elif name == "sway_by_yaw":
         plant["sway_by_yaw"] = np.array(heavy * 0.5 * rng.uniform(0.8, 1.2) * sign)
+    elif name == "paddling_arm":
+        plant["paddle"] = np.array(heavy * 0.6 * rng.uniform(0.8, 1.2) * sign)
     elif name == "gyroscope_scale":
         plant["gyro_scale"] = rng.uniform(0.06, 0.1, 3) * rng.choice([-1.0, 1.0], 3)
     else:

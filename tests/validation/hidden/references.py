@@ -47,6 +47,7 @@ SHAPES: dict[tuple[str, str], dict[str, Any]] = {
     ("quad", "slow"): {"size": [0.12, 0.12, 0.06, 0.05], "period": (9.0, 14.0)},
     ("aam", "sines"): {"size": [0.8, 0.8, 0.42, 1.0], "period": (4.0, 6.0), "steps": 1},
     ("aam", "hover"): {"size": [0.0] * 4},
+    ("aam", "wading"): {"size": [0.3, 0.3, 0.22, 0.5], "period": (6.0, 9.0)},
     ("auv", "sines"): {"size": [0.58, 0.58, 0.46, 0.92], "period": (6.0, 9.0), "steps": 1},
     ("auv", "shallow"): {"size": [0.5, 0.5, 0.08, 0.6], "period": (6.5, 10.0), "middle": -0.33},
     ("auv", "line"): {"size": [0.0] * 4, "speed": 0.36},
@@ -69,12 +70,14 @@ def draw(kind: str, pattern: str, rng: np.random.Generator, seconds: float) -> W
     step = [0.25, 0.25, 0.2, 0.4] if kind in {"quad", "aam"} else [0.12, 0.12, 0.15, 0.3]
     out.update(_steps(rng, step, shape.get("steps", 0), seconds - 1.5))
     out["step_width"] = np.array(0.3 if kind in {"quad", "aam"} else 0.6)
+    if pattern == "wading":
+        shape = shape | {"middle": rng.uniform(0.0, 0.04)}
     middle = {"quad": rng.uniform(1.3, 1.7), "aam": 1.35, "auv": -2.0, "crossing": -0.1}[kind]
     out["middle"] = np.array([0.0, 0.0, shape.get("middle", middle), 0.0])
     speed = shape.get("speed", 0.0) * rng.uniform(0.85, 1.15)
     out["line"] = np.array([speed, 0.0, 0.0, 0.0])
     if kind == "aam":
-        moving = 1.0 if pattern == "sines" else 0.0
+        moving = 0.0 if pattern == "hover" else 1.0
         periods = rng.uniform(2.2, 4.5, (3, 2))
         out["joint_rate"] = 2.0 * np.pi / periods
         out["joint_size"] = moving * rng.uniform(0.24, 0.4, (3, 2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.arrays import Array, columns
+from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.motion import Inputs, Joints, Medium, Motion, Reading, Wrench, by_joint
 from seals.schema import param
@@ -147,6 +147,52 @@ class SwayByYaw(Effect):
         zero = motion.angular_velocity[:, 2] * 0.0
         side = columns(zero, motion.angular_velocity[:, 2], zero)
         return Wrench(params["derivative"] * medium.medium_fraction * side, None), memory
+
+
+@dataclass(kw_only=True)
+class PaddlingArm(Effect):
+    """Force ahead by which the water answers the swinging links of an arm.
+
+    Equation:
+        F_x = k s sum(q'), link axes, with q' the joint velocities and s the share of the medium.
+
+    Args:
+        stroke: k, the same for all joints [N s/rad].
+        medium: water, air or any.
+        links: links it acts on, the root by default.
+        correction: see `seals.effects.Effect`.
+
+    Assumptions:
+        Joints about the body's y axis; the arm is wet as far as the hull that carries it is.
+
+    Valid range:
+        Slow strokes.
+
+    Limitations:
+        Linear in the speed; no moment and no load on the joints goes with the force.
+
+    References:
+        None.
+
+    Example:
+        >>> PaddlingArm(stroke=1.5).stroke
+        1.5
+    """
+
+    stroke: float = param(
+        0.0, "N s/rad", bounds=(-1e3, 1e3), tolerance=0.1, source="zero unless stated"
+    )
+    medium: MediumKind = MediumKind.water
+    accounts_for: ClassVar[tuple[str, ...]] = ("paddling arm",)
+
+    @staticmethod
+    def loads(
+        motion: Motion, medium: Medium, joints: Joints, memory: Array, params: Parameters
+    ) -> tuple[Wrench, Array]:
+        """Force along body x [N]."""
+        swing = namespace(joints.velocity).sum(joints.velocity, axis=1, keepdims=True)
+        ahead = params["stroke"] * medium.share * swing
+        return Wrench(columns(ahead[:, 0], ahead[:, 0] * 0.0, ahead[:, 0] * 0.0), None), memory
 
 
 @dataclass(kw_only=True)
