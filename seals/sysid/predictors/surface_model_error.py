@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import matrix_of
-from seals.sysid.plant import Plant
-from seals.sysid.samples import Samples
-from seals.sysid.trajectory import Course
+from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.plant import Plant
 
 _LIFT = 0.03
 """Error of the lift while the hull is partly wet, as a share of the full lift."""
