@@ -60,8 +60,9 @@ class AccelerometerBias(Effect):
     bias_z: float = param(0.0, "m/s^2", **_LIMITS)
     order: ClassVar[int] = 3
     accounts_for: ClassVar[tuple[str, ...]] = ("accelerometer bias",)
-    twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "wind", "tether")
     identification: ClassVar[Identification] = Identification(
+        confounders=("accelerometer_scale", "wind", "tether"),
+        may_begin=True,
         measurement="Turning the sensor over at rest would tell.",
         words={"bias": "offset of the accelerometer"},
         compared=Comparison(order=(Stage.sensors, 0), scales={"bias": lambda _: 0.3}),

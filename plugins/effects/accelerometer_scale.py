@@ -60,8 +60,9 @@ class AccelerometerScale(Effect):
     scale_z: float = param(0.0, "1", **_LIMITS)
     order: ClassVar[int] = 2
     accounts_for: ClassVar[tuple[str, ...]] = ("accelerometer scale",)
-    twins: ClassVar[tuple[str, ...]] = ("accelerometer_bias", "added_mass", "buoyancy")
     identification: ClassVar[Identification] = Identification(
+        confounders=("accelerometer_bias", "added_mass", "buoyancy"),
+        may_begin=True,
         measurement="Turning the sensor over at rest would tell.",
         words={"scale": "scale of the accelerometer"},
         compared=Comparison(order=(Stage.sensors, 1)),

@@ -83,8 +83,8 @@ class AddedMass(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     zero_when_dry: ClassVar[bool] = True
-    twins: ClassVar[tuple[str, ...]] = ("accelerometer_scale", "buoyancy")
     identification: ClassVar[Identification] = Identification(
+        confounders=("accelerometer_scale", "buoyancy"),
         answers=True,
         needs_motion=3,
         words={

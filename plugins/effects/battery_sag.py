@@ -57,8 +57,8 @@ class BatterySag(Effect):
         fit=False,
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("battery sag",)
-    twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("thrust_coefficient",),
         compared=None,
     )
 

@@ -53,8 +53,8 @@ class Buoyancy(Effect):
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("buoyancy",)
     zero_when_dry: ClassVar[bool] = True
-    twins: ClassVar[tuple[str, ...]] = ("payload",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("payload",),
         measurement="Weighing the vehicle under water would tell.",
         words={"volume_change": "displaced volume"},
         compared=Comparison(

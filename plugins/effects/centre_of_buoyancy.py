@@ -63,8 +63,8 @@ class CentreOfBuoyancy(Effect):
     offset_z: float = param(0.0, "m", **_LIMITS)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("centre of buoyancy",)
-    twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("centre_of_gravity",),
         words={"offset": "centre of buoyancy"},
         compared=Comparison(
             order=(Stage.water, 1), media=("water",), scales={"offset": lambda s: 0.05 * s.length}

@@ -62,13 +62,13 @@ class CentreOfGravity(Effect):
     offset_y: float = param(0.0, "m", **_LIMITS)
     offset_z: float = param(0.0, "m", **_LIMITS)
     accounts_for: ClassVar[tuple[str, ...]] = ("centre of gravity",)
-    twins: ClassVar[tuple[str, ...]] = ("weak_rotor", "centre_of_buoyancy")
     material: ClassVar[dict[str, float]] = {
         "offset_x": 0.02,
         "offset_y": -0.03,
         "offset_z": 0.025,
     }
     identification: ClassVar[Identification] = Identification(
+        confounders=("weak_rotor", "centre_of_buoyancy"),
         measurement="Balancing the vehicle on an edge would tell.",
         words={"offset": "centre of gravity"},
         compared=Comparison(

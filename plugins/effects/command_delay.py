@@ -45,8 +45,10 @@ class CommandDelay(Effect):
         0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("command delay",)
-    twins: ClassVar[tuple[str, ...]] = ("rotor_lag",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("rotor_lag",),
+        may_begin=True,
+        may_end=True,
         adds_only=("delay",),
         starts=((0.0,), (0.02,)),
         words={"delay": "delay of the commands"},

@@ -63,8 +63,9 @@ class Current(Effect):
     medium: MediumKind = MediumKind.water
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady current",)
-    twins: ClassVar[tuple[str, ...]] = ()
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
+        may_end=True,
         compared=Comparison(
             order=(Stage.water, 5), media=("water",), scales={"velocity": lambda _: 0.1}
         ),

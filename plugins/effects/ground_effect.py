@@ -52,8 +52,8 @@ class GroundEffect(Effect):
         0.0, "m", bounds=(-1e4, 1e4), tolerance=0.0, source="chosen: world zero", fit=False
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("ground effect",)
-    twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("thrust_coefficient",),
         compared=None,
     )
 

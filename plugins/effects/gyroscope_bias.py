@@ -61,6 +61,7 @@ class GyroscopeBias(Effect):
     order: ClassVar[int] = 3
     accounts_for: ClassVar[tuple[str, ...]] = ("gyroscope bias",)
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
         words={"bias": "offset of the gyroscope"},
         compared=Comparison(order=(Stage.sensors, 3)),
     )

@@ -68,9 +68,9 @@ class Lift(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("lift",)
-    twins: ClassVar[tuple[str, ...]] = ("added_mass",)
     # told from added mass only by several runs
     identification: ClassVar[Identification] = Identification(
+        confounders=("added_mass",),
         searched=False,
         compared=Comparison(
             order=(Stage.water, 6),

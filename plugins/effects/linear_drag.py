@@ -72,8 +72,8 @@ class DragLinear(Effect):
     )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
-    twins: ClassVar[tuple[str, ...]] = ("rotor_drag", "quadratic_drag")
     identification: ClassVar[Identification] = Identification(
+        confounders=("rotor_drag", "quadratic_drag"),
         resists=True,
         needs_motion=0,
         family="drag",

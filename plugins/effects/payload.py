@@ -70,8 +70,10 @@ class Payload(Effect):
     position_y: float = param(0.0, "m", **_PLACE)
     position_z: float = param(0.0, "m", **_PLACE)
     accounts_for: ClassVar[tuple[str, ...]] = ("payload",)
-    twins: ClassVar[tuple[str, ...]] = ("thrust_coefficient", "buoyancy", "wind")
     identification: ClassVar[Identification] = Identification(
+        confounders=("thrust_coefficient", "buoyancy", "wind"),
+        may_begin=True,
+        may_end=True,
         in_arm=True,
         measurement="Weighing the vehicle would tell.",
         compared=Comparison(

@@ -73,8 +73,8 @@ class DragQuadratic(Effect):
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("quadratic drag",)
     zero_when_dry: ClassVar[bool] = True
-    twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("linear_drag",),
         resists=True,
         family="drag",
         compared=Comparison(

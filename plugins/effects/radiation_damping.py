@@ -66,9 +66,9 @@ class DampingRadiation(Effect):
     angular_z: float = param(0.0, "N m s/rad", **_LIMITS)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("radiation damping",)
-    twins: ClassVar[tuple[str, ...]] = ("linear_drag", "angular_drag")
     # told from drag only by several runs
     identification: ClassVar[Identification] = Identification(
+        confounders=("linear_drag", "angular_drag"),
         searched=False,
         compared=Comparison(
             order=(Stage.water, 4),

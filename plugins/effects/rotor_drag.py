@@ -50,8 +50,8 @@ class DragRotor(Effect):
     )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
-    twins: ClassVar[tuple[str, ...]] = ("linear_drag",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("linear_drag",),
         resists=True,
         needs_motion=4,
         compared=Comparison(order=(Stage.joints, 5), scales={"coefficient": lambda _: 0.03}),

@@ -45,8 +45,8 @@ class RotorLag(Effect):
         0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: the actuator's own lag rules"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
-    twins: ClassVar[tuple[str, ...]] = ("command_delay",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("command_delay",),
         answers=True,
         words={"time_constant_change": "time constant of the actuators"},
         compared=Comparison(order=(Stage.joints, 2), scales={"time_constant": lambda _: 0.03}),

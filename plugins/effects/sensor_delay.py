@@ -49,7 +49,9 @@ class SensorDelay(Effect):
     sensors: list[str] = field(default_factory=list)
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)
     identification: ClassVar[Identification] = Identification(
-        uncertain_onset=True,
+        may_begin=True,
+        may_end=True,
+        always_fitted=True,
         adds_only=("delay",),
         starts=((0.008,), (0.02,), (0.035,)),
         words={"delay": "delay of the inertial sensors"},

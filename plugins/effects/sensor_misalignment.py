@@ -67,6 +67,7 @@ class SensorMisalignment(Effect):
     order: ClassVar[int] = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor misalignment",)
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
         words={"rotation": "mounting angle of the inertial sensors"},
         compared=Comparison(order=(Stage.sensors, 2)),
     )

@@ -58,8 +58,8 @@ class Slamming(Effect):
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)
-    twins: ClassVar[tuple[str, ...]] = ("added_mass",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("added_mass",),
         compared=Comparison(
             order=(Stage.water, 3), media=("water",), scales={"coefficient": lambda _: 1.0}
         ),

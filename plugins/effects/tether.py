@@ -77,9 +77,11 @@ class Tether(Effect):
         0.0, "N/m", bounds=(0.0, 1e6), tolerance=0.1, source="zero: no cable unless stated"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("tether",)
-    twins: ClassVar[tuple[str, ...]] = ("wind", "accelerometer_bias")
     material: ClassVar[dict[str, float]] = {"anchor_z": -40.0, "length": 1.0, "stiffness": 0.2}
     identification: ClassVar[Identification] = Identification(
+        confounders=("wind", "accelerometer_bias"),
+        may_begin=True,
+        may_end=True,
         guessed=True,
         placed=True,
         compared=None,

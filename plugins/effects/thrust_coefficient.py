@@ -44,8 +44,8 @@ class ThrustCoefficient(Effect):
         0.0, "1", bounds=(-0.9, 5.0), tolerance=0.006, source="zero: the actuator's own map rules"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
-    twins: ClassVar[tuple[str, ...]] = ("payload", "battery_sag", "wind", "ground_effect")
     identification: ClassVar[Identification] = Identification(
+        confounders=("payload", "battery_sag", "wind", "ground_effect"),
         answers=True,
         measurement="A thrust stand would tell.",
         words={"relative_change": "thrust of all actuators"},

@@ -50,8 +50,9 @@ class WeakRotor(Effect):
     )
     rotor: int = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
-    twins: ClassVar[tuple[str, ...]] = ("centre_of_gravity",)
     identification: ClassVar[Identification] = Identification(
+        confounders=("centre_of_gravity",),
+        may_begin=True,
         answers=True,
         measurement="A thrust stand would tell.",
         words={"relative_loss": "thrust loss of actuator {}"},

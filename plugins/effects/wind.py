@@ -63,8 +63,10 @@ class Wind(Effect):
     medium: MediumKind = MediumKind.air
     links: list[str] = field(default_factory=lambda: ["*"])
     accounts_for: ClassVar[tuple[str, ...]] = ("steady wind",)
-    twins: ClassVar[tuple[str, ...]] = ("tether", "accelerometer_bias", "payload")
     identification: ClassVar[Identification] = Identification(
+        confounders=("tether", "accelerometer_bias", "payload"),
+        may_begin=True,
+        may_end=True,
         compared=Comparison(
             order=(Stage.water, 10), media=("air",), scales={"velocity": lambda _: 1.0}
         ),

@@ -109,9 +109,6 @@ class Effect(EffectOptions):
     memory_size: ClassVar[int] = 0
     """Numbers of memory per link, zero at reset."""
 
-    twins: ClassVar[tuple[str, ...]] = ()
-    """Effects a log may be unable to tell apart from this one."""
-
     identification: ClassVar[Identification] = Identification()
     """What system identification must know of the effect: plausible sizes, traits."""
 

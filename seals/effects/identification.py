@@ -97,8 +97,12 @@ class Identification:
         needs_motion: any log with enough motion shows it, and one that does not could not tell: its
             rank among such effects, the first is flown for first; None for all others.
         in_arm: it acts inside an arm; None where the hook ``joint_loads`` decides.
-        uncertain_onset: its response about zero says little of it, so a linear look cannot rule it
-            out.
+        always_fitted: its response about zero says little of it, so the linear screen may not rule
+            it out.
+        confounders: names of effects that a log may be unable to tell from it; either of two may
+            name the other. They are compared first where an effect is one of several.
+        may_begin: it may begin midway through a log: a gust, a part that breaks.
+        may_end: it may end midway through a log: a gust, a payload that is dropped.
         guessed: it is not linear about zero and needs a pose and starting values from the residual
             force, see `seals.effects.Effect.guesses`.
         placed: its force depends on the place in the world.
@@ -118,7 +122,10 @@ class Identification:
     answers: bool = False
     needs_motion: int | None = None
     in_arm: bool | None = None
-    uncertain_onset: bool = False
+    always_fitted: bool = False
+    confounders: tuple[str, ...] = ()
+    may_begin: bool = False
+    may_end: bool = False
     guessed: bool = False
     placed: bool = False
     approximate: bool = False

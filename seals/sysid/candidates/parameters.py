@@ -84,6 +84,13 @@ class Candidate:
         """True where the effect acts inside an arm."""
         return bool(self.identification.in_arm)
 
+    def resembles(self, other: Candidate) -> bool:
+        """Return true where either of two effects declares the other as a confounder."""
+        return (
+            other.name in self.identification.confounders
+            or self.name in other.identification.confounders
+        )
+
     @property
     def all_keys(self) -> tuple[str, ...]:
         """Reported keys, then nuisance keys."""

@@ -182,7 +182,7 @@ def extensions(
     missing = noisy.level > 1.0 and noisy.gain > problem.policy.disturbance_search
     starts = initial_guesses(problem, base) if missing else {}
     regular = [c for c in candidates if not c.identification.guessed]
-    uncertain = [c.name for c in regular if c.identification.uncertain_onset]
+    uncertain = [c.name for c in regular if c.identification.always_fitted]
     _, first = linear_screen(base, regular, always=uncertain if missing else ())
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
@@ -365,7 +365,7 @@ def rivals_of(
     others = tuple(c for k, c in enumerate(best.candidates) if k != index)
     taken = {c.name for c in best.candidates}
     pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
-    ranked = sorted(pool.values(), key=lambda h: -h.score)
+    ranked = sorted(pool.values(), key=lambda h: (not own.resembles(h.candidates[-1]), -h.score))
     jobs: list[Job] = []
     for single in ranked:
         candidate = single.candidates[-1]
