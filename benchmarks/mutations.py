@@ -40,7 +40,11 @@ VALUES: dict[str, dict[str, Any]] = {
     "thrust_in_water": {"ratio": 0.8},
 }
 """Fields at which a law shows that chooses nothing itself."""
-_ASK_NOTHING = ("test_effects_libraries.py", "test_effects_confounders.py", "test_effects_two_hooks.py")
+_ASK_NOTHING = (
+    "test_effects_libraries.py",
+    "test_effects_confounders.py",
+    "test_effects_two_hooks.py",
+)
 """Test files that name effects without asking for their laws."""
 _ROWS = 9
 _CHILD = """

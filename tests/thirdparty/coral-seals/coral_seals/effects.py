@@ -191,7 +191,7 @@ class PaddlingArm(Effect):
     ) -> tuple[Wrench, Array]:
         """Force along body x [N]."""
         swing = namespace(joints.velocity).sum(joints.velocity, axis=1, keepdims=True)
-        ahead = params["stroke"] * medium.share * swing
+        ahead = params["stroke"] * medium.medium_fraction * swing
         return Wrench(columns(ahead[:, 0], ahead[:, 0] * 0.0, ahead[:, 0] * 0.0), None), memory
 
 
