@@ -80,7 +80,7 @@ def at_full_rate(one: RunsDiagnosis, rung: int, *overrides: str) -> list[tuple[C
     """Every row of the runs beside a rung's prediction: fits thin the rows, figures do not."""
     settings = settings_of(compose(list(overrides), root="compare"))
     experiment = prepare(settings, read_logs(settings))
-    values = experiment.off()
+    values = experiment.nominal()
     for value in one.rungs[rung].fitted:
         values[experiment.names.index(value.key)] = value.value
     jobs = [Job(k, np.zeros_like(c.start.sigma), values) for k, c in enumerate(experiment.cases)]

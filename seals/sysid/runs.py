@@ -15,7 +15,7 @@ from seals.compare.score import score_case
 from seals.compare.settings import CompareSettings
 from seals.logs import Log, refuse_if_bad
 from seals.run.progress import progress
-from seals.sysid.candidates.experiment import Candidate
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.cross_validation import Answer, Claim, decide
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.batch import prepare
@@ -139,8 +139,8 @@ def _rung(found: Search, model: Hypothesis) -> Rung:
             key=experiment.names[k],
             value=float(model.fit.values[k]),
             sigma=float(spread[k]),
-            unit=experiment.key(k).unit,
-            at_bound=bool(model.fit.values[k] in experiment.key(k).bounds),
+            unit=experiment.parameter(k).unit,
+            at_bound=bool(model.fit.values[k] in experiment.parameter(k).bounds),
         )
         for k in model.fit.free
     ]
@@ -177,7 +177,7 @@ def _parameters(found: Search, candidate: Candidate, model: Hypothesis) -> dict[
             "value": value,
             "low90": value - half,
             "high90": value + half,
-            "unit": experiment.key(k).unit,
+            "unit": experiment.parameter(k).unit,
         }
     return out
 

@@ -89,4 +89,4 @@ def test_its_effects_are_compared_on_several_runs(coral: Path) -> None:
     keys = {c.name: c.keys for c in candidate_set.candidates}
     assert keys["sway_by_yaw"] == ("more_sway_by_yaw_water.derivative",)
     assert len(keys["gyroscope_scale"]) == 3
-    assert 0.0 < candidate_set.keys["more_sway_by_yaw_water.derivative"].scale < 1e3
+    assert 0.0 < candidate_set.parameters["more_sway_by_yaw_water.derivative"].scale < 1e3

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
-from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
 from seals.sysid.predictors.batch import Experiment
 from seals.sysid.scores.cross_validation import CrossValidator
@@ -63,19 +63,14 @@ def judge_of(drift: float, *, floor: float = 0.0) -> CrossValidator:
             bare_case(f"run_{k}", TIME, {"depth": y[:, None]}, {"depth": np.array([SIGMA])})
         )
     names = ("lag", "delay")
-    key = Key(off=0.0, start=0.0, scale=1.0, bounds=(-9.0, 9.0), tolerance=0.0, unit="1")
     settings = CompareSettings()
     settings.naming.floor = {"depth": floor}
     experiment = Experiment(
         settings=settings,
         candidate_set=CandidateSet(
             effects={},
-            nominal=(),
-            keys={f"{n}.size": key for n in names},
-            tolerances=(),
-            candidates=tuple(
-                Candidate(name=n, law="", instance=n, keys=(f"{n}.size",)) for n in names
-            ),
+            parameters={f"{n}.size": Parameter(key=f"{n}.size", bounds=(-9.0, 9.0)) for n in names},
+            candidates=tuple(Candidate(name=n, keys=(f"{n}.size",)) for n in names),
         ),
         cases=tuple(cases),
         predictor=Sums(),  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ import pytest
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
-from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
 from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, limited_step
 from seals.sysid.predictors.batch import Experiment
@@ -46,14 +46,14 @@ def experiment(
     names: Sequence[str], measured: Sequence[np.ndarray], law: Any, **key: Any
 ) -> Experiment:
     """An experiment of one channel with one key for every candidate."""
-    known = {"off": 0.0, "start": 0.0, "scale": 1.0, "bounds": (-1e3, 1e3), **key}
-    keys = {f"{n}.size": Key(**known, tolerance=0.0, unit="1") for n in names}
-    found = tuple(Candidate(name=n, law="", instance=n, keys=(f"{n}.size",)) for n in names)
+    known = {"nominal": 0.0, "start": 0.0, "scale": 1.0, "bounds": (-1e3, 1e3), **key}
+    keys = {f"{n}.size": Parameter(key=f"{n}.size", **known) for n in names}
+    found = tuple(Candidate(name=n, keys=(f"{n}.size",)) for n in names)
     cases = tuple(
         bare_case(f"run_{k}", TIME, {"depth": y[:, None]}, {"depth": np.array([SIGMA])}, speed=2.0)
         for k, y in enumerate(measured)
     )
-    candidate_set = CandidateSet(effects={}, nominal=(), keys=keys, tolerances=(), candidates=found)
+    candidate_set = CandidateSet(effects={}, parameters=keys, candidates=found)
     return Experiment(
         settings=CompareSettings(),
         candidate_set=candidate_set,
@@ -83,7 +83,7 @@ def of_curves(names: Sequence[str], truth: dict[str, float], *, extra: Any = Non
 def test_a_fit_finds_the_rate_of_a_decay() -> None:
     """Y = exp(-3 t) without noise: the rate is found to six digits, within its steps."""
     data = [np.exp(-3.0 * TIME)] * 2
-    found = experiment(["rate"], data, lambda v, c: np.exp(-v[0] * TIME), start=1.0, off=0.0)
+    found = experiment(["rate"], data, lambda v, c: np.exp(-v[0] * TIME), start=1.0, nominal=0.0)
     task = FitTask(free=(0,), cases=(0, 1), values=np.array([1.0]))
     BatchedLeastSquares(found, iterations=12).solve([task])
     assert task.values[0] == pytest.approx(3.0, rel=1e-4)
@@ -111,7 +111,7 @@ def test_a_fit_walks_down_a_bent_valley() -> None:
     """Y = t / k has its least squares at 1 / 0.7, from ten times too large a start as well."""
     for start in (0.2, 7.0):
         bent = experiment(
-            ["k"], [TIME / 0.7], lambda v, c: TIME / max(abs(v[0]), 1e-9), start=1.0, off=0.0
+            ["k"], [TIME / 0.7], lambda v, c: TIME / max(abs(v[0]), 1e-9), start=1.0, nominal=0.0
         )
         task = FitTask(free=(0,), cases=(0,), values=np.array([start]))
         BatchedLeastSquares(bent, iterations=15).solve([task])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from seals import registry
@@ -15,74 +15,11 @@ from seals.effects.identification import Comparison, Size, Stage
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.candidates.vehicle import installed
 
 _FAST = 5.0
 """Typical speed where no channel tells it [m/s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """An effect that may be missing.
-
-    Args:
-        name: of the effect in the library.
-        law: which of its laws, where it has several; empty otherwise.
-        instance: under which it acts in the model.
-        keys: ``"instance.parameter"`` that it sets free.
-    """
-
-    name: str
-    law: str
-    instance: str
-    keys: tuple[str, ...]
-
-    @property
-    def label(self) -> str:
-        """Name for people."""
-        return f"{self.name} ({self.law})" if self.law else self.name
-
-
-@dataclass(frozen=True, kw_only=True)
-class Key:
-    """Parameter of a model of an experiment.
-
-    Args:
-        off: value at which the nominal model holds it.
-        start: value from which a fit sets out.
-        scale: plausible size of a change.
-        bounds: lowest and highest value.
-        tolerance: one standard deviation of the prior about ``off``; 0 for none.
-        unit: SI unit.
-    """
-
-    off: float
-    start: float
-    scale: float
-    bounds: tuple[float, float]
-    tolerance: float
-    unit: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class CandidateSet:
-    """Nominal model of an experiment and the candidate effects that may be added to it.
-
-    Args:
-        effects: nominal ones and candidates, the latter switched off by their keys.
-        nominal: instances of the nominal model.
-        keys: by ``"instance.parameter"``.
-        tolerances: keys that every model sets free.
-        candidates: what may be missing.
-        unobservable: what could act but changes no reading of these runs.
-    """
-
-    effects: Mapping[str, Effect]
-    nominal: tuple[str, ...]
-    keys: Mapping[str, Key]
-    tolerances: tuple[str, ...]
-    candidates: tuple[Candidate, ...]
-    unobservable: tuple[Candidate, ...] = ()
 
 
 def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateSet:
@@ -95,7 +32,9 @@ def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateS
     sizes = _Sizes(settings, robot)
     effects: dict[str, Effect] = {n: settings.effects[n] for n in nominal}
     keys = {
-        f"{n}.{p}": _key(settings.effects[n], p, off=float(getattr(settings.effects[n], p)))
+        f"{n}.{p}": _parameter(
+            settings.effects[n], f"{n}.{p}", nominal=float(getattr(settings.effects[n], p))
+        )
         for n in nominal
         for p in parameters_of(settings.effects[n])
     }
@@ -113,15 +52,14 @@ def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateS
         for candidate in _split(name, instance, effect, both=both):
             free = tuple(k for k in candidate.keys if k not in tolerances)
             for key in free:
-                parameter = key.partition(".")[2]
-                keys[key] = sizes.key(effect, parameter, instance in nominal)
+                keys[key] = sizes.parameter(effect, key, instance in nominal)
             if free:
                 found.append(replace(candidate, keys=free))
+    own = {k: keys.pop(k) for k in tolerances}
     return CandidateSet(
         effects=effects,
         nominal=tuple(nominal),
-        keys=keys,
-        tolerances=tolerances,
+        parameters=own | keys,
         candidates=tuple(_chosen(found, settings.rivals)),
     )
 
@@ -160,7 +98,7 @@ def _nominal(settings: CompareSettings) -> list[str]:
     return [*names, *(n for n in drives if n in settings.effects and n not in names)]
 
 
-def _tolerances(settings: CompareSettings, keys: dict[str, Key]) -> tuple[str, ...]:
+def _tolerances(settings: CompareSettings, keys: dict[str, Parameter]) -> tuple[str, ...]:
     out = []
     for full, spread in settings.naming.tolerances.items():
         key = str(full).removeprefix("effects.")
@@ -174,9 +112,9 @@ def _tolerances(settings: CompareSettings, keys: dict[str, Key]) -> tuple[str, .
     return tuple(out)
 
 
-def _key(effect: Effect, parameter: str, *, off: float) -> Key:
-    meta = parameters_of(effect)[parameter]
-    return Key(off=off, start=off, scale=1.0, bounds=meta.bounds, tolerance=0.0, unit=meta.unit)
+def _parameter(effect: Effect, key: str, *, nominal: float) -> Parameter:
+    meta = parameters_of(effect)[key.partition(".")[2]]
+    return Parameter(key=key, nominal=nominal, start=nominal, bounds=meta.bounds, unit=meta.unit)
 
 
 def _offered(
@@ -257,7 +195,6 @@ def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Cand
         Candidate(
             name=name,
             law=", ".join(filter(None, [rules.laws.get(law, law), *air])),
-            instance=instance,
             keys=tuple(f"{instance}.{p}" for p in parameters),
         )
         for law, parameters in groups.items()
@@ -293,18 +230,18 @@ class _Sizes:
         self.gravity = settings.environment.gravity
         self.size = Size(mass=mass, weight=weight, volume=volume, length=length, speed=_FAST)
 
-    def key(self, effect: Effect, parameter: str, nominal: bool) -> Key:
-        """Return nominal value, start, scale and bounds of one parameter of a candidate."""
-        law = type(effect)
+    def parameter(self, effect: Effect, key: str, nominal: bool) -> Parameter:
+        """Return one parameter of a candidate: nominal value, start, scale and bounds."""
+        law, name = type(effect), key.partition(".")[2]
         rules = law.identification.compared
-        off = float(getattr(effect, parameter)) if nominal else 0.0
+        off = float(getattr(effect, name)) if nominal else 0.0
         if rules is not None and rules.whole:
             off = -self.volume
-        scale = self._scale(law, parameter)
+        scale = self._scale(law, name)
         # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
         # shorter than a step or a damping far from resonance changes nothing
         start = off + self.kick * scale
-        return replace(_key(effect, parameter, off=off), scale=scale, start=start)
+        return replace(_parameter(effect, key, nominal=off), scale=scale, start=start)
 
     def _scale(self, law: type[Effect], parameter: str) -> float:
         """Plausible size: as stated, 0.05 by default, or from the unit for laws from outside."""

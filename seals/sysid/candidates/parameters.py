@@ -17,15 +17,20 @@ WAVES, WAVE_MOMENT = "waves", "wave_moment"
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """Parameter of the extended model; its value is the change against the nominal model.
+    """Parameter of a model that identification may estimate.
+
+    In the extended model of a vehicle its value is the change against the nominal model; in a model
+    of an experiment, the value itself.
 
     Args:
-        key: ``instance.parameter`` in the extended model.
-        tolerance: 1-sigma of the change that the datasheet admits; 0 when the nominal value is
-            exact.
+        key: ``instance.parameter`` in the model.
+        tolerance: 1-sigma uncertainty of the nominal value; 0 when it is exact.
         scale: size of a plausible missing effect, the prior width of a candidate.
-        bounds: of the change.
+        bounds: least and largest value.
         adds: whether the tolerance can only add, as that of a latency.
+        nominal: value in the nominal model.
+        start: value from which a fit of a candidate starts.
+        unit: SI unit of the value; empty where its effect states it.
     """
 
     key: str
@@ -33,6 +38,9 @@ class Parameter:
     scale: float = 1.0
     bounds: tuple[float, float] = (-np.inf, np.inf)
     adds: bool = False
+    nominal: float = 0.0
+    start: float = 0.0
+    unit: str = ""
 
     @property
     def instance(self) -> str:
@@ -57,9 +65,10 @@ class Candidate:
 
     Args:
         name: of the effect in the catalogue.
+        keys: parameters that are estimated, in the order of the report; all of one instance.
+        reported: name of each key's parameter in the report; empty for their own names.
         variant: what tells variants apart, for example ``{"rotor": 2}``.
-        keys: parameters that are estimated, in the order of the report.
-        reported: name of each key's parameter in the report.
+        law: which of its laws, where it has several; empty otherwise.
         nuisance: keys that are estimated but not reported.
         starts: starting values for the keys, one row each; empty for one start at zero.
         identification: traits that the effect declares.
@@ -67,17 +76,28 @@ class Candidate:
 
     name: str
     keys: tuple[str, ...]
-    reported: tuple[str, ...]
-    variant: Mapping[str, float] = field(default_factory=dict)
+    reported: tuple[str, ...] = ()
+    variant: Mapping[str, float] = field(default_factory=dict, hash=False)
+    law: str = ""
     nuisance: tuple[str, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
-    identification: Identification = field(default_factory=Identification)
+    identification: Identification = field(default_factory=Identification, hash=False)
 
     @property
     def label(self) -> str:
-        """Name with variant."""
-        parts = [f"{k} {v:g}" for k, v in self.variant.items()]
+        """Name with law or variant.
+
+        Example:
+            >>> Candidate(name="weak_rotor", keys=("r.loss",), variant={"rotor": 2}).label
+            'weak_rotor (rotor 2)'
+        """
+        parts = [*filter(None, [self.law]), *(f"{k} {v:g}" for k, v in self.variant.items())]
         return self.name + (f" ({', '.join(parts)})" if parts else "")
+
+    @property
+    def instance(self) -> str:
+        """Instance of the effect in the model."""
+        return self.keys[0].partition(".")[0]
 
     @property
     def in_arm(self) -> bool:
@@ -99,12 +119,14 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class CandidateSet:
-    """Nominal model of a vehicle with all parameters and candidate effects.
+    """Nominal model with all parameters and candidate effects.
 
     Args:
         effects: instances of the extended model by name, all changes zero.
         parameters: by key.
         candidates: effects that may be missing.
+        nominal: instances of the nominal model, where it is a choice of a recipe.
+        unobservable: effects that could act but change no reading.
         policy: thresholds of the decisions.
         budget: limits of the search.
     """
@@ -112,6 +134,8 @@ class CandidateSet:
     effects: Mapping[str, Effect]
     parameters: Mapping[str, Parameter]
     candidates: tuple[Candidate, ...]
+    nominal: tuple[str, ...] = ()
+    unobservable: tuple[Candidate, ...] = ()
     policy: DecisionPolicy = field(default_factory=DecisionPolicy)
     budget: SearchBudget = field(default_factory=SearchBudget)
 

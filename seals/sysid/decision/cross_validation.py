@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.experiment import Candidate
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.scores.cross_validation import Hypothesis, Margin
 from seals.sysid.selection.runs import Search
@@ -115,7 +115,7 @@ def _without(found: Search, own: Candidate) -> Floats:
     validator = found.validator
     values: Floats = found.best.fit.values.copy()
     for key in own.keys:
-        values[validator.index[key]] = validator.experiment.key(validator.index[key]).off
+        values[validator.index[key]] = validator.experiment.parameter(validator.index[key]).nominal
     return values
 
 

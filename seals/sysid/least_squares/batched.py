@@ -101,12 +101,12 @@ class BatchedLeastSquares:
     def __init__(self, experiment: Experiment, *, iterations: int = 10) -> None:
         """Keep the parts."""
         self.experiment, self.iterations = experiment, iterations
-        keys = [experiment.key(k) for k in range(len(experiment.names))]
-        self.centre = np.array([k.off for k in keys])
+        keys = [experiment.parameter(k) for k in range(len(experiment.names))]
+        self.centre = np.array([k.nominal for k in keys])
         wide = np.array([k.tolerance or _LOOSE * k.scale for k in keys])
         self.precision = 1.0 / np.maximum(wide, 1e-30) ** 2
         self.scale = np.array([k.scale for k in keys])
-        self.kicked = np.array([k.start != k.off for k in keys])
+        self.kicked = np.array([k.start != k.nominal for k in keys])
         self.bounds = np.array([k.bounds for k in keys]).reshape(-1, 2)
 
     def solve(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,8 +18,9 @@ from seals.errors import ConfigError
 from seals.logs.log import Log
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.schema import Parameter
-from seals.sysid.candidates.experiment import Candidate, CandidateSet, Key, candidate_set_of
+from seals.schema import Parameter as ParameterField
+from seals.sysid.candidates.experiment import candidate_set_of
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.policy import DecisionPolicy
 
 INDEPENDENT = 40
@@ -39,7 +40,6 @@ class Experiment:
         predictor: simulates jobs; a job's values follow ``names``.
         names: keys in the order of a job's values.
         fold: by training case, the part with which it is held out.
-        policy: thresholds of the decisions.
     """
 
     settings: CompareSettings
@@ -48,7 +48,11 @@ class Experiment:
     predictor: Predictor
     names: tuple[str, ...]
     fold: Mapping[int, int]
-    policy: DecisionPolicy = field(default_factory=DecisionPolicy)
+
+    @property
+    def policy(self) -> DecisionPolicy:
+        """Thresholds of the decisions."""
+        return self.candidate_set.policy
 
     @property
     def train(self) -> tuple[int, ...]:
@@ -60,13 +64,13 @@ class Experiment:
         """Indices of the cases held out from all fits."""
         return tuple(k for k, c in enumerate(self.cases) if c.held_out)
 
-    def key(self, index: int) -> Key:
+    def parameter(self, index: int) -> Parameter:
         """Parameter of one index."""
-        return self.candidate_set.keys[self.names[index]]
+        return self.candidate_set.parameters[self.names[index]]
 
-    def off(self) -> Floats:
+    def nominal(self) -> Floats:
         """Values of the nominal model."""
-        return np.array([self.key(k).off for k in range(len(self.names))])
+        return np.array([self.parameter(k).nominal for k in range(len(self.names))])
 
     def systematic(self, case: int) -> bool:
         """Return true where a systematic error, not noise, sets the floor of a fitted channel."""
@@ -143,7 +147,7 @@ def _experiment(
 ) -> Experiment:
     free = [*candidate_set.tolerances, *(k for c in candidate_set.candidates for k in c.keys)]
     names = tuple(dict.fromkeys(free))
-    keys = [_fit_key(n, candidate_set.keys[n]) for n in names]
+    keys = [_fit_key(n, candidate_set.parameters[n]) for n in names]
     bound = bind_effects(candidate_set.effects, robot.links)
     step = settings.compare.step or step_of(cases)
     return Experiment(
@@ -177,14 +181,14 @@ def _observable(experiment: Experiment) -> tuple[tuple[Candidate, ...], tuple[Ca
 def _changes(experiment: Experiment, keys: Sequence[str]) -> list[float]:
     """Change of the readings by a plausible size of each key, root mean square over the floor."""
     jobs, shares = [], []
-    off = experiment.off()
+    off = experiment.nominal()
     chosen = experiment.train[:: max(1, len(experiment.train) // 4)]
     still = {c: np.zeros_like(experiment.cases[c].start.sigma) for c in chosen}
     for name in keys:
         k = experiment.names.index(name)
-        known = experiment.key(k)
+        known = experiment.parameter(k)
         # where a fit sets out away from zero, the law has a corner there
-        share = 1.0 if known.start != known.off else 1e-2
+        share = 1.0 if known.start != known.nominal else 1e-2
         step = share * known.scale
         values = off.copy()
         values[k] += -step if off[k] + step > known.bounds[1] else step
@@ -213,8 +217,8 @@ def _folds(train: Sequence[int], most: int) -> dict[int, int]:
     return {case: k * parts // len(train) for k, case in enumerate(train)}
 
 
-def _fit_key(name: str, known: Key) -> FitKey:
-    meta = Parameter(
+def _fit_key(name: str, known: Parameter) -> FitKey:
+    meta = ParameterField(
         unit=known.unit,
         bounds=known.bounds,
         tolerance=known.tolerance,
@@ -222,4 +226,4 @@ def _fit_key(name: str, known: Key) -> FitKey:
         source="nominal",
         fit=True,
     )
-    return FitKey(key=name, targets=(name,), parameter=meta, start=known.off)
+    return FitKey(key=name, targets=(name,), parameter=meta, start=known.nominal)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.experiment import Candidate
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, Tell
 from seals.sysid.predictors.batch import Experiment
@@ -161,18 +161,18 @@ class CrossValidator:
     def _outsets(self, candidates: Sequence[Candidate], start: Floats | None) -> list[Floats]:
         """Starting values: those of a smaller model, and for new parameters their own.
 
-        A key that leaves a corner at its off value sets out from several sizes.
+        A key that leaves a corner at its nominal value sets out from several sizes.
         """
         near = self._known.get(frozenset())
-        values = self.experiment.off() if near is None else near.fit.values.copy()
+        values = self.experiment.nominal() if near is None else near.fit.values.copy()
         values = values if start is None else start.copy()
         out = [values.copy() for _ in _SIZES]
         for k in (self.index[name] for c in candidates for name in c.keys):
-            key = self.experiment.key(k)
-            if values[k] != key.off:
+            key = self.experiment.parameter(k)
+            if values[k] != key.nominal:
                 continue
             for share, other in zip(_SIZES, out, strict=True):
-                moved = key.off + share * (key.start - key.off)
+                moved = key.nominal + share * (key.start - key.nominal)
                 other[k] = float(np.clip(moved, *key.bounds))
         return out if any(np.any(o != out[0]) for o in out) else out[:1]
 

@@ -116,10 +116,12 @@ def _pairs(
 def _dropped(validator: CrossValidator, best: Hypothesis) -> list[Hypothesis]:
     """Remove each of the effects from the best model in turn."""
     sets = []
-    for k in range(len(best.candidates)):
-        rest = best.candidates[:k] + best.candidates[k + 1 :]
+    for i, candidate in enumerate(best.candidates):
+        rest = best.candidates[:i] + best.candidates[i + 1 :]
         values = best.fit.values.copy()
-        for key in best.candidates[k].keys:
-            values[validator.index[key]] = validator.experiment.key(validator.index[key]).off
+        for key in candidate.keys:
+            values[validator.index[key]] = validator.experiment.parameter(
+                validator.index[key]
+            ).nominal
         sets.append((rest, values))
     return validator.fitted(sets)
