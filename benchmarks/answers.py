@@ -20,7 +20,7 @@ from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.predictors.linearise import Prediction, columns_along, predict
 from seals.sysid.predictors.problem import Problem, transient_rows, windows_of
 from seals.sysid.predictors.windows_fit import Fitter
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
@@ -137,7 +137,7 @@ def _ridge(columns: Floats, residual: Floats, ridge: float = 1e-9) -> tuple[Floa
 def _curved(problem: Problem) -> dict[str, dict[str, float]]:
     """Starting values of effects that have no response about zero: a tether, waves."""
     fitter = problem.fitter
-    base = Hypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
+    base = EvidenceHypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
     return {name: starts[0] for name, starts in initial_guesses(problem, base).items() if starts}
 
 

@@ -30,7 +30,7 @@ from seals.logs.native import read_native
 from seals.sysid.decision.evidence import decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import prepare
-from seals.sysid.selection.windows import search
+from seals.sysid.selection.log_search import search_log
 
 Answer: TypeAlias = list[Any]
 """Verdict and names."""
@@ -63,7 +63,7 @@ def first(log: Path, by: float) -> dict[str, Any]:
     policy = traced(by, trace)
     trace.stage = "search"
     problem = prepare(read_native(log), policy=policy)
-    found = search(problem)
+    found = search_log(problem)
     trace.stage = "verdict"
     base = answer_of(problem, found)
     searched = trace.noted.get("search", set())
@@ -89,7 +89,7 @@ def again(log: Path, change: Change, by: float) -> dict[str, Any]:
     name, sign = change
     value = getattr(DecisionPolicy(), name) * (1.0 + sign * by)
     problem = prepare(read_native(log), policy=replace(DecisionPolicy(), **{name: value}))
-    return {"answer": answer_of(problem, search(problem))}
+    return {"answer": answer_of(problem, search_log(problem))}
 
 
 def key_of(change: Change) -> str:

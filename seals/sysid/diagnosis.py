@@ -17,8 +17,9 @@ from seals.sysid.decision.evidence import Answer, Claim, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.scores.laplace_evidence import Hypothesis
-from seals.sysid.selection.windows import Search, search
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.log_search import search_log
+from seals.sysid.selection.search import Search
 
 _NORMAL90 = 1.6449
 _LAW = 0.03
@@ -43,7 +44,7 @@ class Diagnosis:
     """
 
     problem: Problem
-    search: Search
+    search: Search[EvidenceHypothesis]
     answer: Answer
     held_out: Mapping[str, float]
     seconds: float
@@ -106,7 +107,7 @@ class Diagnosis:
         }
 
     @property
-    def hypothesis(self) -> Hypothesis:
+    def hypothesis(self) -> EvidenceHypothesis:
         """Model of the answer: with the claimed effects, or the nominal one."""
         return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
@@ -133,7 +134,7 @@ def diagnose(
     say = tell or (lambda stage: None)
     problem = prepare(log, policy=policy)
     say(1)
-    found = search(problem, processes=processes, tell=lambda done: say(1 + done))
+    found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {
@@ -150,7 +151,7 @@ def diagnose(
     )
 
 
-def held_out_misfit(hypothesis: Hypothesis, problem: Problem) -> float:
+def held_out_misfit(hypothesis: EvidenceHypothesis, problem: Problem) -> float:
     """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
     fit = hypothesis.fit
     windows = hypothesis.fitter.windows
@@ -178,7 +179,7 @@ def _effect(claim: Claim) -> dict[str, Any]:
     }
 
 
-def _rival(found: Search, name: str, confidence: float) -> dict[str, Any]:
+def _rival(found: Search[EvidenceHypothesis], name: str, confidence: float) -> dict[str, Any]:
     tried = (h for r in found.rounds for h in r)
     hypothesis = next(h for h in tried if h.candidates[-1].name == name)
     candidate = hypothesis.candidates[-1]
@@ -200,7 +201,7 @@ def _place(candidate: Candidate) -> dict[str, Any]:
     return out
 
 
-def parameters(candidate: Candidate, fit: Fit, hypothesis: Hypothesis) -> dict[str, Any]:
+def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
     """Fitted parameters with 90 % intervals."""
     out: dict[str, Any] = {
         name: {"value": value, "low90": value, "high90": value, "unit": "1"}

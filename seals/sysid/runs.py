@@ -19,8 +19,8 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.cross_validation import Answer, Claim, decide
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.batch import prepare
-from seals.sysid.scores.cross_validation import Hypothesis
-from seals.sysid.selection.runs import Search, expected, search
+from seals.sysid.scores.cross_validation import ValidatedHypothesis
+from seals.sysid.selection.run_models import RunsSearch, expected_fits, search_runs
 
 _NORMAL90 = 1.6449
 _GRAIN = 32
@@ -42,7 +42,7 @@ class RunsDiagnosis:
     """
 
     name: str
-    search: Search
+    search: RunsSearch
     answer: Answer
     rungs: tuple[Rung, ...]
     seconds: float
@@ -111,10 +111,10 @@ def diagnose_runs(settings: CompareSettings, logs: Sequence[Log]) -> list[RunsDi
 def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagnosis:
     began = time.perf_counter()
     experiment = prepare(settings, logs)
-    total = _GRAIN * expected(experiment)
+    total = _GRAIN * expected_fits(experiment)
     with progress(f"naming {name}", total) as tell:
         # an estimate: the bar waits before its end until the answer is there
-        found = search(experiment, tell=lambda n: tell(min(_GRAIN * int(n), total - _GRAIN)))
+        found = search_runs(experiment, tell=lambda n: tell(min(_GRAIN * int(n), total - _GRAIN)))
         answer = decide(found)
     models = [found.nominal, *([found.best] if found.best.candidates else [])]
     return RunsDiagnosis(
@@ -126,7 +126,7 @@ def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagn
     )
 
 
-def _rung(found: Search, model: Hypothesis) -> Rung:
+def _rung(found: RunsSearch, model: ValidatedHypothesis) -> Rung:
     """Evaluate a model on all runs; without unseen ones each by the fit that lacked it."""
     experiment = found.validator.experiment
     unseen = found.validator.unseen(model)
@@ -156,7 +156,7 @@ def _rung(found: Search, model: Hypothesis) -> Rung:
     )
 
 
-def _effect(found: Search, claim: Claim) -> dict[str, Any]:
+def _effect(found: RunsSearch, claim: Claim) -> dict[str, Any]:
     return {
         "name": claim.candidate.name,
         "law": claim.candidate.law,
@@ -165,7 +165,9 @@ def _effect(found: Search, claim: Claim) -> dict[str, Any]:
     }
 
 
-def _parameters(found: Search, candidate: Candidate, model: Hypothesis) -> dict[str, Any]:
+def _parameters(
+    found: RunsSearch, candidate: Candidate, model: ValidatedHypothesis
+) -> dict[str, Any]:
     experiment = found.validator.experiment
     spread = dict(zip(model.fit.free, model.fit.spread(experiment), strict=True))
     out = {}
@@ -182,7 +184,7 @@ def _parameters(found: Search, candidate: Candidate, model: Hypothesis) -> dict[
     return out
 
 
-def _tried(found: Search, model: Hypothesis) -> dict[str, Any]:
+def _tried(found: RunsSearch, model: ValidatedHypothesis) -> dict[str, Any]:
     margin = found.validator.margin(model, found.nominal)
     return {
         "effects": [c.label for c in model.candidates],

@@ -18,7 +18,7 @@ from seals.sysid.predictors.substep_integrator import SubstepIntegrator, finer
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.trials import nearest_trajectories, trials
 from seals.sysid.predictors.whole_run import UnmodelledDisturbance, converged, linearise_about
-from seals.sysid.selection.whole_runs import fit_nominal
+from seals.sysid.selection.whole_run_models import fit_nominal
 
 STEP, ROWS = 0.02, 60
 

@@ -10,13 +10,13 @@ import pytest
 
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.linearise import DELAY
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import sensor_delay
 
 TOP, SIGMA = 0.0214, 4e-4
 
 
-def at(delay: float) -> Hypothesis:
+def at(delay: float) -> EvidenceHypothesis:
     """A hypothesis whose score falls by one at one standard deviation from the true delay."""
     fit = Fit(
         free=(DELAY,),
@@ -32,7 +32,7 @@ def at(delay: float) -> Hypothesis:
     )
     fitter: Any = SimpleNamespace(windows=SimpleNamespace(delay=delay))
     score = 80.0 - ((delay - TOP) / SIGMA) ** 2
-    return Hypothesis(candidates=(), fit=fit, fitter=fitter, score=score)
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=score)
 
 
 @pytest.fixture

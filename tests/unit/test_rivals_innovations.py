@@ -16,7 +16,7 @@ from seals.sysid.decision.cross_validation import decide
 from seals.sysid.predictors.batch import Experiment
 from seals.sysid.scores.cross_validation import CrossValidator
 from seals.sysid.scores.innovations import autocorrelation, gain, innovations
-from seals.sysid.selection.runs import search
+from seals.sysid.selection.run_models import search_runs
 
 TIME = np.linspace(0.0, 6.0, 300)
 SIGMA = 0.05
@@ -123,7 +123,7 @@ def test_a_systematic_floor_lets_the_margin_stand() -> None:
 
 def test_words_say_what_only_fast_changes_rule_out() -> None:
     """The lag is named alone; the delay that follows slow changes as well is said."""
-    answer = decide(search(judge_of(0.14).experiment))
+    answer = decide(search_runs(judge_of(0.14).experiment))
     assert answer.verdict.value == "named"
     assert [c.candidate.name for c in answer.claims] == ["lag"]
     assert answer.reasons == ("delay follows slow changes as well, fast ones speak for lag",)

@@ -16,7 +16,7 @@ from seals.sysid.decision.cross_validation import decide
 from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, limited_step
 from seals.sysid.predictors.batch import Experiment
 from seals.sysid.scores.cross_validation import CrossValidator
-from seals.sysid.selection.runs import search
+from seals.sysid.selection.run_models import search_runs
 
 TIME = np.linspace(0.0, 2.0, 60)
 SIGMA = 0.05
@@ -144,7 +144,7 @@ def _line(values: np.ndarray, case: int) -> np.ndarray:
 
 def test_the_effect_that_acts_is_named() -> None:
     """Two curves to choose from, one of which is in the data."""
-    found = search(of_curves(["line", "wave"], {"line": 0.4}))
+    found = search_runs(of_curves(["line", "wave"], {"line": 0.4}))
     answer = decide(found)
     assert answer.verdict.value == "named"
     assert [c.candidate.name for c in answer.claims] == ["line"]
@@ -153,7 +153,7 @@ def test_the_effect_that_acts_is_named() -> None:
 
 def test_two_curves_that_are_alike_are_both_said() -> None:
     """No run tells a line from its twin; all runs go at one speed, which the words say."""
-    answer = decide(search(of_curves(["line", "wave", "line_twin"], {"line": 0.4})))
+    answer = decide(search_runs(of_curves(["line", "wave", "line_twin"], {"line": 0.4})))
     assert answer.verdict.value == "ambiguous"
     said = {c.candidate.name for c in (*answer.claims, *answer.others)}
     assert said == {"line", "line_twin"}
@@ -163,7 +163,7 @@ def test_two_curves_that_are_alike_are_both_said() -> None:
 
 def test_noise_alone_lacks_nothing() -> None:
     """An effect that only follows noise does not pay for itself."""
-    answer = decide(search(of_curves(["line", "wave"], {})))
+    answer = decide(search_runs(of_curves(["line", "wave"], {})))
     assert answer.verdict.value == "nothing_missing"
     assert not answer.claims
 
@@ -174,14 +174,16 @@ def test_a_large_error_that_no_curve_has_is_none_of_these() -> None:
     def jerk(t: np.ndarray, c: int) -> np.ndarray:
         return 3.0 * np.sign(np.sin(31.0 * t + 2.0 * c))
 
-    answer = decide(search(of_curves(["wave"], {}, extra=jerk)))
+    answer = decide(search_runs(of_curves(["wave"], {}, extra=jerk)))
     assert answer.verdict.value == "none_of_these"
     assert "times the floor" in answer.reasons[0]
 
 
 def test_two_effects_that_help_only_together_are_both_named() -> None:
     """Each half alone brings in a large slope; their sum has none."""
-    found = search(of_curves(["half_up", "half_down", "wave"], {"half_up": 0.3, "half_down": 0.3}))
+    found = search_runs(
+        of_curves(["half_up", "half_down", "wave"], {"half_up": 0.3, "half_down": 0.3})
+    )
     answer = decide(found)
     assert {c.candidate.name for c in answer.claims} == {"half_up", "half_down"}
     alone = [h for h in found.tried if len(h.candidates) == 1]
@@ -190,7 +192,7 @@ def test_two_effects_that_help_only_together_are_both_named() -> None:
 
 def test_without_candidates_one_cannot_tell() -> None:
     """What no channel sees is listed by name."""
-    answer = decide(search(of_curves([], {}, extra=lambda t, c: t)))
+    answer = decide(search_runs(of_curves([], {}, extra=lambda t, c: t)))
     assert answer.verdict.value == "cannot_tell"
 
 
@@ -230,7 +232,7 @@ def test_drawn_out_errors_count_as_few_samples() -> None:
 def test_progress_counts_hypotheses() -> None:
     """What is told never falls, and ends at all that were fitted."""
     told: list[float] = []
-    search(of_curves(["line", "wave"], {"line": 0.4}), tell=told.append)
+    search_runs(of_curves(["line", "wave"], {"line": 0.4}), tell=told.append)
     assert told == sorted(told)
     assert told[-1] > 2.0
     assert told[-1] <= 20.0

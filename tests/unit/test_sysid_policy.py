@@ -34,17 +34,17 @@ def test_every_threshold_is_used() -> None:
 def test_decisions_have_no_thresholds_of_their_own() -> None:
     """The modules that decide compare with fields of the policy, not with numbers of their own."""
     found = []
-    for path in (*(SYSID / "decision").glob("*.py"), SYSID / "selection" / "windows.py"):
+    for path in (*(SYSID / "decision").glob("*.py"), SYSID / "selection" / "window_models.py"):
         if path == POLICY:
             continue
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             value = node.value if isinstance(node, ast.Assign) else None
             if isinstance(value, ast.Constant) and isinstance(value.value, float):
                 found.append(f"{path.name}:{node.lineno}")
-    assert found == [f"windows.py:{line}" for line in _settled()]
+    assert found == [f"window_models.py:{line}" for line in _settled()]
 
 
 def _settled() -> list[int]:
     """Line of the one number of the search that decides nothing: convergence of a repeated fit."""
-    lines = (SYSID / "selection" / "windows.py").read_text(encoding="utf-8").splitlines()
+    lines = (SYSID / "selection" / "window_models.py").read_text(encoding="utf-8").splitlines()
     return [k for k, line in enumerate(lines, start=1) if line.startswith("_SETTLED = ")]

@@ -27,7 +27,7 @@ from seals.sysid.report.tolerances import moved
 from seals.sysid.report.words import headline, next_steps
 from seals.sysid.report.wrench import log_rows
 from seals.sysid.residual_force import localise
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import _intervals
 
@@ -78,7 +78,7 @@ def test_figures_that_are_not_determined_end_in_no_traceback(
     found, log = windy
     claim, rounds = found.answer.claims[0], found.search.rounds
 
-    def lost(h: Hypothesis) -> Hypothesis:
+    def lost(h: EvidenceHypothesis) -> EvidenceHypothesis:
         fit = dataclasses.replace(h.fit, known=dict.fromkeys(h.fit.keys, np.nan))
         return dataclasses.replace(h, fit=fit)
 

@@ -13,7 +13,7 @@ from seals.logs.native import read_native
 from seals.plugins.effects.formula import EffectFormula
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.residual_force import Localisation, localise
-from seals.sysid.selection.windows import search
+from seals.sysid.selection.log_search import search_log
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -66,7 +66,7 @@ def test_wind_is_a_constant_of_the_world_until_it_is_named(tmp_path: Path) -> No
     share = {d.frame: d.whole.share for d in found.dependences if d.variable == "constant"}
     assert share["world"] > max(0.8, share["body"])
     assert found.residual.ceiling > 0.9
-    left = localise(problem, search(problem).best)
+    left = localise(problem, search_log(problem).best)
     assert not left.residual.missing
 
 

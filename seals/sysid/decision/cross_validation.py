@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.scores.cross_validation import Hypothesis, Margin
-from seals.sysid.selection.runs import Search
+from seals.sysid.scores.cross_validation import Margin, ValidatedHypothesis
+from seals.sysid.selection.run_models import RunsSearch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +27,7 @@ class Claim:
     """
 
     candidate: Candidate
-    model: Hypothesis
+    model: ValidatedHypothesis
     confidence: float
     rivals: tuple[str, ...] = ()
     settled: tuple[str, ...] = ()
@@ -53,7 +52,7 @@ class Answer:
     others: tuple[Claim, ...] = ()
 
 
-def decide(found: Search) -> Answer:
+def decide(found: RunsSearch) -> Answer:
     """Decide on the result of a search."""
     validator, best = found.validator, found.best
     gain = validator.margin(best, found.nominal)
@@ -77,7 +76,7 @@ def decide(found: Search) -> Answer:
     )
 
 
-def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
+def _claim(found: RunsSearch, index: int) -> tuple[Claim, list[Claim]]:
     """Compute the confidence in one effect against its rivals beside the other effects."""
     validator, best = found.validator, found.best
     own = best.candidates[index]
@@ -85,7 +84,7 @@ def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
     pool = [c for c in validator.experiment.candidate_set.candidates if c not in best.candidates]
     odds, close, settled = 0.0, [], []
     half = validator.experiment.policy.rival_gain * validator.margin(best, found.nominal).mean
-    for other in validator.fitted([((*rest, c), _without(found, own)) for c in pool]):
+    for other in validator.fitted([((*rest, c), validator.without(best, own)) for c in pool]):
         margin = validator.compare_innovations(best, other)
         weight = _chance(margin)
         odds += weight / max(1.0 - weight, 1e-9)
@@ -111,27 +110,19 @@ def _claim(found: Search, index: int) -> tuple[Claim, list[Claim]]:
     return claim, rivals
 
 
-def _without(found: Search, own: Candidate) -> Floats:
-    validator = found.validator
-    values: Floats = found.best.fit.values.copy()
-    for key in own.keys:
-        values[validator.index[key]] = validator.experiment.parameter(validator.index[key]).nominal
-    return values
-
-
 def _chance(margin: Margin) -> float:
     """Probability that the other model is the better of the two."""
     return 0.5 * math.erfc(margin.mean / max(margin.error, 1e-9) / math.sqrt(2.0))
 
 
-def _words(found: Search, claim: Claim) -> list[str]:
+def _words(found: RunsSearch, claim: Claim) -> list[str]:
     """Describe the rivals of a claim, and those ruled out by fast changes only."""
     own = claim.candidate.label
     out = [f"{s} follows slow changes as well, fast ones speak for {own}" for s in claim.settled]
     return [_alike(found, claim), *out] if claim.rivals else out
 
 
-def _alike(found: Search, claim: Claim) -> str:
+def _alike(found: RunsSearch, claim: Claim) -> str:
     names = [claim.candidate.label, *claim.rivals]
     words = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
     experiment = found.validator.experiment
@@ -143,7 +134,7 @@ def _alike(found: Search, claim: Claim) -> str:
     return f"{words} from one speed ({np.mean(speeds):.2g} m/s): drop at another speed"
 
 
-def _quiet(found: Search, gain: Margin) -> Answer:
+def _quiet(found: RunsSearch, gain: Margin) -> Answer:
     """Decide where no effect is significant: nothing missing, not observable, or none of these."""
     candidate_set = found.validator.experiment.candidate_set
     left = float(found.nominal.held_out_log_rms.mean())

@@ -12,8 +12,9 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
 from seals.sysid.scores.excitation import expected_gains
-from seals.sysid.scores.laplace_evidence import Hypothesis
-from seals.sysid.selection.windows import Search, rivals_of
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.search import Search
+from seals.sysid.selection.window_models import rivals_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +29,7 @@ class Claim:
         alike: names that explain it nearly as well, rivals among them.
     """
 
-    hypothesis: Hypothesis
+    hypothesis: EvidenceHypothesis
     index: int
     confidence: float
     rivals: tuple[str, ...] = ()
@@ -63,7 +64,7 @@ class Answer:
     blind: tuple[str, ...] = ()
 
 
-def decide(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
+def decide(problem: Problem, search: Search[EvidenceHypothesis], *, processes: int = 1) -> Answer:
     """Decide on the result of a search; the processes share the fits of the rivals."""
     best, policy = search.best, problem.policy
     left = disturbance_level(best)
@@ -107,7 +108,7 @@ def decide(problem: Problem, search: Search, *, processes: int = 1) -> Answer:
     )
 
 
-def _between_powers(best: Hypothesis) -> bool:
+def _between_powers(best: EvidenceHypothesis) -> bool:
     """Return true where two laws that differ only by the power of the speed act in one variant."""
     laws = {
         (c.identification.family, c.label.partition(" ")[2], c.name)
@@ -123,7 +124,9 @@ def evidence_temperature(problem: Problem) -> float:
     return policy.temperature * (1.0 if problem.samples.posed else policy.unposed)
 
 
-def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
+def _unexcited(
+    problem: Problem, search: Search[EvidenceHypothesis], best: EvidenceHypothesis
+) -> bool:
     """Return true where the log could show none of the named effects at a plausible size."""
     gains = expected_gains(search.nominal)
     candidate_set, policy = best.fitter.candidate_set, problem.policy
@@ -146,7 +149,9 @@ def _unexcited(problem: Problem, search: Search, best: Hypothesis) -> bool:
     return not any(shown(c) for c in best.candidates)
 
 
-def _quiet(search: Search, left: DisturbanceLevel, blind: Sequence[str] = ()) -> Answer:
+def _quiet(
+    search: Search[EvidenceHypothesis], left: DisturbanceLevel, blind: Sequence[str] = ()
+) -> Answer:
     """Decide where no effect is significant: nothing missing, or a log that could not show it."""
     policy = search.nominal.fitter.candidate_set.policy
     gains = expected_gains(search.nominal)
@@ -174,7 +179,11 @@ def _quiet(search: Search, left: DisturbanceLevel, blind: Sequence[str] = ()) ->
 
 
 def _claim(
-    search: Search, best: Hypothesis, index: int, temperature: float, processes: int
+    search: Search[EvidenceHypothesis],
+    best: EvidenceHypothesis,
+    index: int,
+    temperature: float,
+    processes: int,
 ) -> Claim:
     """Compute the confidence in one effect against its rivals."""
     rivals = rivals_of(search, best, index, processes=processes)

@@ -11,7 +11,7 @@ from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.experiment_design.separation import Supposed
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem
-from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.selection.initial_guesses import initial_guesses, law_of
 from seals.sysid.selection.linear_screen import linear_gain, screen
 
@@ -84,7 +84,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
     starts: list[Mapping[str, float]] = [{}]
     starts += [dict(zip(keys, s, strict=False)) for s in candidate.starts[:1]]
     if candidate.identification.guessed:
-        base = Hypothesis(candidates=(), fit=nominal, fitter=fitter, score=0.0)
+        base = EvidenceHypothesis(candidates=(), fit=nominal, fitter=fitter, score=0.0)
         starts = list(initial_guesses(problem, base).get(candidate.name, starts))
     fits = [fitter.fit(keys, start=s, iterations=3) for s in starts]
     best = min(fits, key=lambda f: f.cost)

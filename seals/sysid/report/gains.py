@@ -9,8 +9,8 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.diagnosis import FOLDS
 from seals.sysid.least_squares.normal_equations import solve_scaled
-from seals.sysid.scores.laplace_evidence import Hypothesis
-from seals.sysid.selection.windows import Search
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.search import Search
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Step:
     added: str = ""
 
 
-def held_out_by_window(hypothesis: Hypothesis) -> Floats:
+def held_out_by_window(hypothesis: EvidenceHypothesis) -> Floats:
     """Held-out misfit of every window, shape (W,); each is judged by a fit to the other blocks."""
     fit, count = hypothesis.fit, hypothesis.fitter.windows.count
     fold = np.arange(count) * min(FOLDS, count) // count
@@ -57,7 +57,7 @@ def held_out_by_window(hypothesis: Hypothesis) -> Floats:
     return out
 
 
-def gain_over(base: Hypothesis, other: Hypothesis) -> Gain:
+def gain_over(base: EvidenceHypothesis, other: EvidenceHypothesis) -> Gain:
     """Held-out error that ``other`` removes beyond ``base``."""
     seen = base.fitter.windows.observed
     before, after = held_out_by_window(base), held_out_by_window(other)
@@ -70,7 +70,7 @@ def gain_over(base: Hypothesis, other: Hypothesis) -> Gain:
     return Gain(value=float(fall.sum()), error=error)
 
 
-def ladder(search: Search) -> tuple[Step, ...]:
+def ladder(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
     """Held-out error from the datasheet's model to the chosen one, one change a rung."""
     nominal, best = search.nominal, search.best
     first = nominal.fitter.start(())
@@ -99,6 +99,6 @@ def ladder(search: Search) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def _error(hypothesis: Hypothesis) -> float:
+def _error(hypothesis: EvidenceHypothesis) -> float:
     total = float(held_out_by_window(hypothesis).sum())
     return total / float(hypothesis.fitter.windows.observed)

@@ -13,7 +13,7 @@ from seals.report.figures import Mark, extremes
 from seals.report.style import unit_text
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.report.started import Track, run_offsets, tracks
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 MEASURED, BEFORE, AFTER = "#3b444c", "#d8602a", "#2f80d0"
 """Colours of the measurement and of the model before and after."""
@@ -22,7 +22,12 @@ POINTS = 560
 
 
 def overlay_blocks(
-    problem: Problem, before: Hypothesis, after: Hypothesis, *, names: tuple[str, str], most: int
+    problem: Problem,
+    before: EvidenceHypothesis,
+    after: EvidenceHypothesis,
+    *,
+    names: tuple[str, str],
+    most: int,
 ) -> list[Block]:
     """Return the overlays of all channels behind one selector.
 
@@ -48,7 +53,7 @@ def overlay_blocks(
     ]
 
 
-def levels(before: Hypothesis, after: Hypothesis) -> dict[str, dict[str, float]]:
+def levels(before: EvidenceHypothesis, after: EvidenceHypothesis) -> dict[str, dict[str, float]]:
     """Return each channel's residual in units of its expected spread, before and after."""
     return {
         t.name: {"before": t.level(t.before), "after": t.level(t.after)}

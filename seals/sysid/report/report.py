@@ -29,7 +29,7 @@ from seals.sysid.report.words import (
 )
 from seals.sysid.report.wrench import wrench_blocks
 from seals.sysid.residual_force import Localisation, localise
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PAGE, DATA = "report.html", "report.json"
 LARGEST = 6_000_000
@@ -95,7 +95,7 @@ def write_report(
 
 
 def _small_enough(
-    diagnosis: Diagnosis, log: Log, after: Hypothesis, fixed: Sequence[Section]
+    diagnosis: Diagnosis, log: Log, after: EvidenceHypothesis, fixed: Sequence[Section]
 ) -> str:
     """Return the page with as many points in its overlays as its size allows."""
     text = ""
@@ -114,7 +114,7 @@ def _small_enough(
     return text
 
 
-def model_after(diagnosis: Diagnosis) -> Hypothesis:
+def model_after(diagnosis: Diagnosis) -> EvidenceHypothesis:
     """Return the model that is shown as the one after: the chosen one, or the library's best."""
     answer, search = diagnosis.answer, diagnosis.search
     if answer.claims:
@@ -122,7 +122,7 @@ def model_after(diagnosis: Diagnosis) -> Hypothesis:
     return search.best if answer.verdict is Verdict.none_of_these else search.nominal
 
 
-def _names(diagnosis: Diagnosis, after: Hypothesis) -> tuple[str, str]:
+def _names(diagnosis: Diagnosis, after: EvidenceHypothesis) -> tuple[str, str]:
     if diagnosis.answer.claims:
         return "model before", f"model with {joined(list(after.names))}"
     return "model", f"with {joined(list(after.names) or [''])} (best fit, not named)"
@@ -175,7 +175,7 @@ def _summary(
     return Section(title="In short", blocks=blocks, wide=True)
 
 
-def _overlay(diagnosis: Diagnosis, after: Hypothesis, most: int) -> list[Block]:
+def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list[Block]:
     before = diagnosis.search.nominal
     same = not after.candidates
     return overlay_blocks(
@@ -187,7 +187,7 @@ def _overlay(diagnosis: Diagnosis, after: Hypothesis, most: int) -> list[Block]:
     )
 
 
-def _wrench(diagnosis: Diagnosis, after: Hypothesis, missing: Localisation) -> list[Block]:
+def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
     """The missing wrench over time, what is known of it in words, and its size by condition."""
     problem = diagnosis.problem
     then = localise(problem, after).residual if after.candidates else None

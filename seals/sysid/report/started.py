@@ -13,7 +13,7 @@ from seals.frames import exponential, matrix_of, multiply
 from seals.logs.channels import unit_of
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.windows import Windows
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _AXES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")
@@ -50,7 +50,7 @@ class Track:
         return float(np.sqrt(np.mean(ratio**2))) if good.any() else 0.0
 
 
-def tracks(before: Hypothesis, after: Hypothesis) -> tuple[Track, ...]:
+def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track, ...]:
     """Return all components, the one that the model before explains worst first."""
     windows = before.fitter.windows
     first, spread = restarted(before)
@@ -93,7 +93,7 @@ def _columns(windows: Windows) -> slice:
     return slice(first, first + 3)
 
 
-def restarted(hypothesis: Hypothesis) -> tuple[Floats, Floats]:
+def restarted(hypothesis: EvidenceHypothesis) -> tuple[Floats, Floats]:
     """Measured less modelled, with the best start of every window, and its expected spread.
 
     Gusts and noise are left in the residual, and are in the spread.

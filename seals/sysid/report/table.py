@@ -14,7 +14,7 @@ from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
-from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
@@ -107,7 +107,9 @@ def _best_labels(diagnosis: Diagnosis) -> set[str]:
     return {c.label for c in diagnosis.search.best.candidates}
 
 
-def _entry(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gain) -> Entry:
+def _entry(
+    diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
+) -> Entry:
     candidate = tried.candidates[-1]
     status = _status(diagnosis, candidate, beside=bool(base.candidates))
     return Entry(
@@ -135,7 +137,11 @@ def _status(diagnosis: Diagnosis, candidate: Candidate, *, beside: bool) -> str:
 
 
 def _reason(
-    diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, status: str, gain: Gain
+    diagnosis: Diagnosis,
+    base: EvidenceHypothesis,
+    tried: EvidenceHypothesis,
+    status: str,
+    gain: Gain,
 ) -> str:
     """Why the effect stands where it stands."""
     answer, candidate_set = diagnosis.answer, tried.fitter.candidate_set
@@ -177,7 +183,9 @@ def _possible(diagnosis: Diagnosis, candidate: Candidate, score: float) -> str:
     return words + (f": its score is only {points(gap)} lower" if gap is not None else "")
 
 
-def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gain) -> str:
+def _beaten(
+    diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
+) -> str:
     """How far an effect lies behind the named ones that were tried in the same place."""
     claims = {c.hypothesis.candidates[c.index].label: c.name for c in diagnosis.answer.claims}
     beside = {c.label for c in base.candidates}
@@ -206,7 +214,7 @@ def _beaten(diagnosis: Diagnosis, base: Hypothesis, tried: Hypothesis, gain: Gai
     return f"{part}; odds {sure} against it"
 
 
-def _values(candidate: Candidate, tried: Hypothesis) -> str:
+def _values(candidate: Candidate, tried: EvidenceHypothesis) -> str:
     candidate_set = tried.fitter.candidate_set
     out = []
     for key, name in zip(candidate.keys, candidate.reported, strict=True):

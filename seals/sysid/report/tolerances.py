@@ -9,7 +9,7 @@ from seals.report import Bar, Bars
 from seals.report.figures import Mark
 from seals.schema import parameters_of
 from seals.sysid.report.naming import factor_words
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _MOST = 12
 _FAR = 2.0
@@ -40,7 +40,7 @@ class Moved:
         return asdict(self)
 
 
-def moved(hypothesis: Hypothesis) -> tuple[Moved, ...]:
+def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
     """Return all values with a tolerance, the one that moved farthest first."""
     fit, candidate_set = hypothesis.fit, hypothesis.fitter.candidate_set
     covariance = fit.covariance

@@ -17,7 +17,7 @@ from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.free import FreeWindows
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 ROUNDS = 2
 """Times the tolerances are fitted anew."""
@@ -160,7 +160,7 @@ def _inverse(block: Floats) -> Floats:
     return out
 
 
-def evidence(problem: Problem, hypothesis: Hypothesis | None = None) -> Evidence:
+def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Evidence:
     """Collect what a log says about the force that a model lacks.
 
     Args:
@@ -217,7 +217,7 @@ def _collected(  # noqa: PLR0917  the parts of one set of equations
 
 
 def _priors(
-    candidate_set: CandidateSet, keys: tuple[str, ...], hypothesis: Hypothesis | None
+    candidate_set: CandidateSet, keys: tuple[str, ...], hypothesis: EvidenceHypothesis | None
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Mean and width of the tolerances; effects of the model stay where they were fitted."""
     mean = dict.fromkeys(keys, 0.0)

@@ -19,7 +19,7 @@ from seals.sysid.residual_force.residual import Residual, residual
 from seals.sysid.residual_force.signature import Findings, Signature, signature
 from seals.sysid.residual_force.spectrum import Spectrum, spectrum
 from seals.sysid.residual_force.spot import Spot, spot
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +74,7 @@ class Localisation:
         }
 
 
-def localise(problem: Problem, hypothesis: Hypothesis | None = None) -> Localisation:
+def localise(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Localisation:
     """Find when, where and how the force acts that a model lacks.
 
     Args:

@@ -12,6 +12,7 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, Tell
 from seals.sysid.predictors.batch import Experiment
+from seals.sysid.scores.hypothesis import Hypothesis
 from seals.sysid.scores.innovations import autocorrelation, gain, innovations
 
 _SIZES = (1.0, 0.1, 10.0)
@@ -20,14 +21,15 @@ _PRIOR_RUNS = 2.0
 """Weight of the expected scatter of a run's error beside the scatter that was seen, in runs."""
 _FEWEST_RUNS = 3
 """Runs below which innovations decide nothing."""
+Set = tuple[tuple[Candidate, ...], Floats | None]
+"""Candidates of a model, and the values from which its fit starts; None for its own ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hypothesis:
-    """Nominal model with some candidates, fitted on all training runs and cross-validated.
+class ValidatedHypothesis(Hypothesis):
+    """Hypothesis fitted on all training runs and cross-validated.
 
     Args:
-        candidates: that were added.
         fit: on all training runs.
         folds: fits that lacked a part of the runs, by part.
         held_out_log_rms: log of the held-out error in units of the floor, by training run.
@@ -36,23 +38,12 @@ class Hypothesis:
         parameter_price: log error that every key of a candidate must bring.
     """
 
-    candidates: tuple[Candidate, ...]
     fit: FitTask
     folds: tuple[FitTask, ...] = ()
     held_out_log_rms: Floats = field(default_factory=lambda: np.zeros(0))
     training_log_rms: Floats = field(default_factory=lambda: np.zeros(0))
     held: Mapping[int, dict[str, Floats]] = field(default_factory=dict)
     parameter_price: float = DecisionPolicy.parameter_price
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the candidates."""
-        return tuple(c.name for c in self.candidates)
-
-    @property
-    def label(self) -> str:
-        """Names for people."""
-        return " + ".join(c.label for c in self.candidates) or "nominal model"
 
     @property
     def complexity_penalty(self) -> float:
@@ -101,12 +92,10 @@ class CrossValidator:
         self.experiment, self._tell, self._done = experiment, tell, 0
         self.solver = BatchedLeastSquares(experiment, iterations=iterations)
         self.index = {n: k for k, n in enumerate(experiment.names)}
-        self._known: dict[frozenset[Candidate], Hypothesis] = {}
+        self._known: dict[frozenset[Candidate], ValidatedHypothesis] = {}
         self.nominal = self.fitted([((), None)])[0]
 
-    def fitted(
-        self, sets: Sequence[tuple[tuple[Candidate, ...], Floats | None]]
-    ) -> list[Hypothesis]:
+    def fitted(self, sets: Sequence[Set]) -> list[ValidatedHypothesis]:
         """Fit sets of candidates, each from its own starting values, all in step.
 
         A set that was fitted before is not fitted again.
@@ -116,9 +105,7 @@ class CrossValidator:
             self._known[frozenset(found.candidates)] = found
         return [self._known[frozenset(s[0])] for s in sets]
 
-    def _fitted(
-        self, sets: Sequence[tuple[tuple[Candidate, ...], Floats | None]]
-    ) -> list[Hypothesis]:
+    def _fitted(self, sets: Sequence[Set]) -> list[ValidatedHypothesis]:
         train = self.experiment.train
         near = self._known.get(frozenset())
         fits = [
@@ -207,9 +194,9 @@ class CrossValidator:
         fit: FitTask,
         folds: list[FitTask],
         held: list[FitTask],
-    ) -> Hypothesis:
+    ) -> ValidatedHypothesis:
         predicted = {c: t.predicted[c] for t in held for c in t.cases}
-        return Hypothesis(
+        return ValidatedHypothesis(
             candidates=candidates,
             fit=fit,
             folds=tuple(folds),
@@ -232,13 +219,20 @@ class CrossValidator:
         good = [s for s in squares if np.isfinite(s)]
         return 0.5 * float(np.log1p(np.mean(good))) if good else 0.0
 
-    def unseen(self, hypothesis: Hypothesis) -> FitTask:
+    def without(self, hypothesis: ValidatedHypothesis, candidate: Candidate) -> Floats:
+        """Return the fitted values of a hypothesis with one candidate at its nominal values."""
+        values: Floats = hypothesis.fit.values.copy()
+        for k in (self.index[key] for key in candidate.keys):
+            values[k] = self.experiment.parameter(k).nominal
+        return values
+
+    def unseen(self, hypothesis: ValidatedHypothesis) -> FitTask:
         """Predict the runs held out from all fits."""
         task = self._held(hypothesis.fit, self.experiment.unseen, hypothesis.fit)
         self.solver.solve([task])
         return task
 
-    def margin(self, better: Hypothesis, worse: Hypothesis) -> Margin:
+    def margin(self, better: ValidatedHypothesis, worse: ValidatedHypothesis) -> Margin:
         """Compare two hypotheses on held-out runs."""
         gains = worse.held_out_log_rms - better.held_out_log_rms
         policy = self.experiment.policy
@@ -249,7 +243,9 @@ class CrossValidator:
             policy,
         )
 
-    def compare_innovations(self, better: Hypothesis, worse: Hypothesis) -> Margin:
+    def compare_innovations(
+        self, better: ValidatedHypothesis, worse: ValidatedHypothesis
+    ) -> Margin:
         """Compare two rivals; where the margin is not significant, by their innovations.
 
         Slow faults of the runs weigh on both alike and hide which of them follows fast changes.
@@ -278,12 +274,12 @@ class CrossValidator:
         )
         return innovation if innovation.significant else margin
 
-    def _expected(self, hypothesis: Hypothesis) -> float:
+    def _expected(self, hypothesis: ValidatedHypothesis) -> float:
         """Scatter of the log error that the few independent samples of a run alone would give."""
         counts = [self.independent(hypothesis, c) for c in self.experiment.train]
         return float(np.mean([1.0 / (2.0 * n) for n in counts]))
 
-    def independent(self, hypothesis: Hypothesis, case: int) -> float:
+    def independent(self, hypothesis: ValidatedHypothesis, case: int) -> float:
         """Independent samples in the residual of a run: fewer where errors are drawn out in time.
 
         Where a systematic fault sets the floor, a run has one: its fault is the same throughout.
@@ -329,6 +325,6 @@ def _length(x: Floats) -> float:
     return total
 
 
-def ranked(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+def ranked(hypotheses: Sequence[ValidatedHypothesis]) -> list[ValidatedHypothesis]:
     """Return hypotheses, best first."""
     return sorted(hypotheses, key=lambda h: h.log_rms)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from seals.sysid.least_squares.normal_equations import newton_step
 from seals.sysid.predictors.problem import rewindowed
-from seals.sysid.scores.laplace_evidence import Hypothesis, occam_factor
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, occam_factor
 
 LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
 """Factors on the gusts that are compared."""
@@ -28,7 +28,7 @@ class DisturbanceLevel:
     allowance: float
 
 
-def disturbance_level(hypothesis: Hypothesis) -> DisturbanceLevel:
+def disturbance_level(hypothesis: EvidenceHypothesis) -> DisturbanceLevel:
     """Find the level of the gusts with the best evidence at the values of a hypothesis."""
     fitter = hypothesis.fitter
     scores, whitened = {}, fitter.whitened_residuals(hypothesis.fit)

@@ -10,34 +10,23 @@ import numpy as np
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hypothesis:
-    """Nominal model with some candidates, fitted.
+class EvidenceHypothesis(Hypothesis):
+    """Hypothesis fitted to a log, scored by the Laplace approximation of its evidence.
 
     Args:
-        candidates: that were added; none for the nominal model.
         fit: of their parameters and the tolerances.
         fitter: the linearisation the fit belongs to.
         score: fall of the cost against the nominal model less the Occam factor; 0 for the nominal
             model.
     """
 
-    candidates: tuple[Candidate, ...]
     fit: Fit
     fitter: Fitter
     score: float
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the effects in the catalogue."""
-        return tuple(c.name for c in self.candidates)
-
-    @property
-    def label(self) -> str:
-        """Names with their variants."""
-        return " + ".join(c.label for c in self.candidates) or "nominal model"
 
 
 def keys_of(candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -66,8 +55,8 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
 
 
 def scored(
-    candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: Hypothesis
-) -> Hypothesis:
+    candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: EvidenceHypothesis
+) -> EvidenceHypothesis:
     """Score a fit against that of the nominal model."""
     candidate_set = fitter.candidate_set
     # windows that follow a late sensor leave out rows, each worth one
@@ -75,7 +64,7 @@ def scored(
     gain = nominal.fit.cost - fit.cost - dropped
     paid = occam_factor(fit, candidate_set) - occam_factor(nominal.fit, candidate_set)
     score = gain - paid if np.isfinite(gain - paid) else -np.inf
-    return Hypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
+    return EvidenceHypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
 
 
 def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) -> bool:

@@ -10,13 +10,15 @@ from seals.frames import matrix_of, rotate
 from seals.sysid.candidates.parameters import WAVES, Candidate, CandidateSet
 from seals.sysid.candidates.vehicle import subject_of, wave_law
 from seals.sysid.predictors.problem import LOOSE, Problem, rewindowed, typical_speeds
-from seals.sysid.scores.laplace_evidence import Hypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _EVERY = 5
 """Rows between the points at which the free force is looked at."""
 
 
-def initial_guesses(problem: Problem, base: Hypothesis) -> dict[str, list[dict[str, float]]]:
+def initial_guesses(
+    problem: Problem, base: EvidenceHypothesis
+) -> dict[str, list[dict[str, float]]]:
     """Guess starting values, by effect name, from the residual force of a model."""
     if not problem.samples.posed:
         return {}
@@ -45,7 +47,7 @@ def law_of(candidate_set: CandidateSet, candidate: Candidate) -> Any:
     return wave_law() if stem == WAVES else None
 
 
-def free_force(problem: Problem, base: Hypothesis) -> tuple[Floats, Floats, Floats]:
+def free_force(problem: Problem, base: EvidenceHypothesis) -> tuple[Floats, Floats, Floats]:
     """Estimate the residual force of a model, world axes: positions, forces and times."""
     fitter = rewindowed(base.fitter, gusts=LOOSE)
     misfit = fitter.misfit(base.fit.values)

@@ -9,13 +9,15 @@ import numpy as np
 
 from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import rewindowed
-from seals.sysid.scores.laplace_evidence import Hypothesis, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 
 _STEPS = (3e-3, 1e-3, 3e-4)
 """Steps of the search for a delay [s]."""
 
 
-def estimate_sensor_delay(nominal: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:
+def estimate_sensor_delay(
+    nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis
+) -> EvidenceHypothesis:
     """Estimate the delay of the inertial sensors by a line search and a parabola.
 
     Args:
@@ -33,7 +35,9 @@ def estimate_sensor_delay(nominal: Hypothesis, hypothesis: Hypothesis) -> Hypoth
     return parabola_peak(nominal, best, near)
 
 
-def parabola_peak(nominal: Hypothesis, best: Hypothesis, near: Sequence[Hypothesis]) -> Hypothesis:
+def parabola_peak(
+    nominal: EvidenceHypothesis, best: EvidenceHypothesis, near: Sequence[EvidenceHypothesis]
+) -> EvidenceHypothesis:
     """Fit at the peak of the parabola through three delays, with its standard deviation.
 
     Equation:
@@ -57,7 +61,9 @@ def parabola_peak(nominal: Hypothesis, best: Hypothesis, near: Sequence[Hypothes
     return replace(chosen, fit=replace(chosen.fit, known={DELAY: spread}))
 
 
-def _at_delay(nominal: Hypothesis, hypothesis: Hypothesis, delay: float) -> Hypothesis:
+def _at_delay(
+    nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis, delay: float
+) -> EvidenceHypothesis:
     fitter = rewindowed(hypothesis.fitter, delay=delay)
     fit = fitter.fit(hypothesis.fit.free, start={**hypothesis.fit.values, DELAY: delay})
     return scored(hypothesis.candidates, fit, fitter, nominal)

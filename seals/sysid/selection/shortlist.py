@@ -11,7 +11,7 @@ from seals.sysid.parallel import spread
 from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.predictors.windows_fit import Fitter
-from seals.sysid.scores.laplace_evidence import Hypothesis, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
 
 Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
 
@@ -19,11 +19,11 @@ Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
 def fitted(
     fitter: Fitter,
     jobs: Sequence[Job],
-    nominal: Hypothesis,
-    best: Hypothesis,
+    nominal: EvidenceHypothesis,
+    best: EvidenceHypothesis,
     *,
     processes: int,
-) -> list[Hypothesis]:
+) -> list[EvidenceHypothesis]:
     """Fit several models from given values; those far behind the best one stay coarse.
 
     Windows that follow late sensors would lend their delay to a model without one: such a model is
@@ -47,14 +47,14 @@ def fitted(
 
 
 def refined(
-    tried: Sequence[Hypothesis],
-    nominal: Hypothesis,
-    base: Hypothesis,
+    tried: Sequence[EvidenceHypothesis],
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
     *,
     top: float = 0.0,
     always: int = 0,
     processes: int,
-) -> list[Hypothesis]:
+) -> list[EvidenceHypothesis]:
     """Complete the coarse fits that may be the best.
 
     Args:
@@ -76,7 +76,7 @@ def refined(
     return out
 
 
-def hopeful(top: float, base: Hypothesis) -> float:
+def hopeful(top: float, base: EvidenceHypothesis) -> float:
     """Least score of a coarse fit that may still become the best."""
     policy = base.fitter.candidate_set.policy
     return top - policy.behind - policy.behind_share * max(top - base.score, 0.0)

@@ -27,7 +27,7 @@ from seals.sysid.predictors.problem import (
 )
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import keys_of
-from seals.sysid.selection.windows import estimate_disturbance
+from seals.sysid.selection.window_models import estimate_disturbance
 from seals.sysid.validation.answer import Finding
 
 _LATE = 2e-3

@@ -1,4 +1,4 @@
-"""Search in logs without pose: whole runs are fitted, each model along its own trajectory."""
+"""Models of whole runs of one log, for the search: each fitted along its own trajectory."""
 
 from __future__ import annotations
 
@@ -20,8 +20,14 @@ from seals.sysid.predictors.whole_run import (
     linearise_about,
 )
 from seals.sysid.scores.disturbance_level import disturbance_level
-from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant, keys_of, occam_factor
+from seals.sysid.scores.laplace_evidence import (
+    EvidenceHypothesis,
+    is_significant,
+    keys_of,
+    occam_factor,
+)
 from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
+from seals.sysid.selection.search import Refinement
 
 _COARSE = 2
 """Parts of a row in which plausible runs are simulated."""
@@ -36,17 +42,23 @@ _RANKS = (0, 1, 2, 3, 5, 8)
 Pair: TypeAlias = tuple[Candidate, LinearisedModel]
 
 
-class WholeRunFits:
+class WholeRunModels:
     """Models of whole runs, each fitted along a trajectory of its own.
 
     Args:
         base: the nominal model, fitted.
-        outset: the same before the fit; other models set out there when the fit came to nothing.
+        outset: the same before the fit; other models start there when the fit came to nothing.
+        asked: evidence that an effect must reach.
         processes: that share the fits.
     """
 
     def __init__(
-        self, base: LinearisedModel, outset: LinearisedModel, *, processes: int = 1
+        self,
+        base: LinearisedModel,
+        outset: LinearisedModel,
+        *,
+        asked: float,
+        processes: int = 1,
     ) -> None:
         """Choose where fits start."""
         self.base, self.disturbance, self.processes = base, base.disturbance, processes
@@ -56,11 +68,29 @@ class WholeRunFits:
         good = base.fit.cost < self.policy.good_fit * base.fitter.windows.observed
         self._from = base if good else outset
 
-    @property
-    def nominal(self) -> Hypothesis:
-        """Model without any effect."""
+        self._asked = asked
+        self.nominal = self._nominal()
+
+    def _nominal(self) -> EvidenceHypothesis:
         fit, fitter = self.base.fit, self.base.fitter
-        return Hypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+
+    def accepted(
+        self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
+    ) -> EvidenceHypothesis | None:
+        """Return the best model where its evidence is strong enough."""
+        real = [h for h in tried if is_significant(h.candidates[-1], h.fit, self.candidate_set)]
+        if not real or real[0].score < self._asked:
+            return None
+        # stronger gusts, as far as they are admitted, may do as well as the effect
+        calm = disturbance_level(base).allowance - disturbance_level(real[0]).allowance
+        return real[0] if real[0].score - calm > self._asked else None
+
+    def refined(
+        self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
+    ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
+        """Return the best model: readings of an impact alone do not hold two effects apart."""
+        return best, ()
 
     def _shared(
         self, work: Callable[[Any], LinearisedModel], items: Sequence[Any]
@@ -71,22 +101,26 @@ class WholeRunFits:
             one.fitter.attach(self.integrator)
         return found
 
-    def hypothesis(self, candidates: Sequence[Candidate], found: LinearisedModel) -> Hypothesis:
+    def hypothesis(
+        self, candidates: Sequence[Candidate], found: LinearisedModel
+    ) -> EvidenceHypothesis:
         """Score a model against the nominal one."""
         paid = occam_factor(found.fit, self.candidate_set) - occam_factor(
             self.base.fit, self.candidate_set
         )
-        return Hypothesis(
+        return EvidenceHypothesis(
             candidates=tuple(candidates),
             fit=found.fit,
             fitter=found.fitter,
             score=self.base.level - found.level - paid,
         )
 
-    def singles(self) -> tuple[Hypothesis, ...]:
+    def extended(
+        self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
+    ) -> tuple[EvidenceHypothesis, ...]:
         """Fit models with one effect, best first; those that fall behind are left unfinished."""
-        choose = self._promising()
-        first = zip(choose, self._spread([self._outset(c) for c in choose], _FIRST), strict=True)
+        chosen = self._promising()
+        first = zip(chosen, self._spread([self._outset(c) for c in chosen], _FIRST), strict=True)
         tried = sorted(first, key=lambda pair: -self._score(*pair))
         least = self._score(*tried[0]) - self.policy.behind_unposed if tried else 0.0
         near = sum(self._score(*pair) > least for pair in tried)
@@ -112,6 +146,7 @@ class WholeRunFits:
             jobs.append(linearise_about(self.integrator, trajectory, keys, at, self.disturbance))
         more = self._spread(jobs, _ROUNDS)
         self.base = min(self.base, more[0], key=lambda s: s.fit.cost)
+        self.nominal = self._nominal()
         better = [
             (c, min(s, other, key=lambda s: s.fit.cost))
             for (c, s), other in zip(rivals, more[1:], strict=True)
@@ -143,22 +178,13 @@ class WholeRunFits:
         return self._shared(lambda job: converged(job, rounds=rounds), jobs)
 
 
-SearchOutcome: TypeAlias = tuple[Hypothesis, Hypothesis, tuple[Hypothesis, ...]]
-"""Nominal model, chosen one and all that were tried."""
-
-
-def search_whole_runs(
-    problem: Problem, asked: float, *, processes: int, tell: Callable[[int], None]
-) -> SearchOutcome:
-    """Search a log of drops without pose.
-
-    One effect at most: readings of an impact alone do not hold two apart.
+def whole_run_models(problem: Problem, *, asked: float, processes: int) -> WholeRunModels:
+    """Fit the nominal model to whole runs of a log without a measured pose.
 
     Args:
-        problem: the log made ready.
-        asked: score that an effect must reach.
+        problem: of the log.
+        asked: evidence that an effect must reach.
         processes: that share the fits.
-        tell: called with the number of stages done.
     """
     plant = problem.plant
     coarse = Plant(problem.vehicle, plant.candidate_set, problem.samples, parts=_COARSE)
@@ -167,10 +193,7 @@ def search_whole_runs(
         coarse, leave=sorted(guessed), ranks=_RANKS, processes=processes
     )
     outset, base = fit_nominal(plant, trajectories, processes=processes)
-    tell(1)
-    found = choose(WholeRunFits(base, outset, processes=processes), asked)
-    tell(2)
-    return found
+    return WholeRunModels(base, outset, asked=asked, processes=processes)
 
 
 def fit_nominal(
@@ -198,15 +221,3 @@ def fit_nominal(
         one.fitter.attach(integrator)
     pairs = [(outset, base), *zip(others, found, strict=True)]
     return min(pairs, key=lambda pair: pair[1].fit.cost)
-
-
-def choose(fits: WholeRunFits, asked: float) -> SearchOutcome:
-    """Try all effects one by one; accept the best if it is significant."""
-    tried = fits.singles()
-    nominal = fits.nominal
-    real = [h for h in tried if is_significant(h.candidates[-1], h.fit, fits.candidate_set)]
-    if not real or real[0].score < asked:
-        return nominal, nominal, tried
-    # stronger gusts, as far as they are admitted, may do as well as the effect
-    calm = disturbance_level(nominal).allowance - disturbance_level(real[0]).allowance
-    return nominal, real[0] if real[0].score - calm > asked else nominal, tried

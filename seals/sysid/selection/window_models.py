@@ -1,9 +1,9 @@
-"""Search in windows of one log: effects that explain the residual, alone or together."""
+"""Models of one log in short windows, for the search: fitted along one trajectory."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
@@ -20,117 +20,138 @@ from seals.sysid.predictors.problem import (
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
-from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.late_sensors import search_own_trajectories
 from seals.sysid.selection.linear_screen import (
     CandidateEquations,
     candidate_keys,
     linear_gain,
     screen,
 )
+from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import Job, fitted, hopeful, refined
-from seals.sysid.selection.whole_runs import search_whole_runs
 
 _SETTLED = 2.0
+"""Change of the cost below which a repeated fit has converged."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Search:
-    """Hypotheses tried by a search.
-
-    Args:
-        nominal: the model as it is.
-        best: the model that was chosen, the nominal one when no effect stands out.
-        rounds: hypotheses of every round, best first.
-    """
-
-    nominal: Hypothesis
-    best: Hypothesis
-    rounds: tuple[tuple[Hypothesis, ...], ...] = field(default=())
-
-
-def search(
-    problem: Problem,
-    *,
-    processes: int = 1,
-    tell: Callable[[int], None] = lambda rounds: None,
-) -> Search:
-    """Search forward while effects are significant, with exchanges and pairs.
+class WindowModels:
+    """Models of a log fitted to short windows, scored by their Laplace evidence.
 
     Args:
-        problem: the log made ready.
+        problem: of the log.
         processes: that share the fits.
-        tell: called with the number of rounds done.
     """
-    policy = problem.policy
-    unposed = policy.evidence + policy.evidence_unposed
-    if problem.impact and not problem.samples.posed:
-        asked = unposed
-        nominal, best, tried = search_whole_runs(problem, asked, processes=processes, tell=tell)
-        return Search(nominal=nominal, best=best, rounds=(tried,))
-    nominal, best, rounds = added(problem, processes=processes, tell=tell)
-    own = search_own_trajectories(problem, nominal, best, unposed, processes=processes)
-    if own is not None:
-        # what was tried along another trajectory has no say beside these
-        kept = [h for h in rounds[0] if own[0] is nominal and h.names != own[1].names]
-        nominal, best, fresh = own
-        rounds = [(*fresh, *kept)]
-    return Search(nominal=nominal, best=best, rounds=tuple(rounds))
 
+    def __init__(self, problem: Problem, *, processes: int = 1) -> None:
+        """Fit the nominal model."""
+        self.problem, self.processes = problem, processes
+        self.nominal = estimate_disturbance(problem)
+        trajectory = self.nominal.fitter.trajectory
+        self._pierces = surface_model_error(problem.plant, trajectory) is not None
 
-def added(
-    problem: Problem, *, processes: int, tell: Callable[[int], None]
-) -> tuple[Hypothesis, Hypothesis, list[tuple[Hypothesis, ...]]]:
-    """Run the forward search: nominal model, best model, and the hypotheses of every round."""
-    nominal = estimate_disturbance(problem)
-    best = nominal
-    rounds: list[tuple[Hypothesis, ...]] = []
-    surface_error = surface_model_error(problem.plant, nominal.fitter.trajectory) is not None
-    policy = problem.policy
-    for _ in range(problem.budget.effects):
-        tried = extensions(problem, nominal, best, processes=processes)
-        if problem.impact and not rounds:
-            nominal, tried = refit_nominal(problem, nominal, tried, processes=processes)
-            best = nominal
-        rounds.append(tried)
-        tell(len(rounds))
-        tried = tuple(
-            h for h in tried if is_significant(h.candidates[-1], h.fit, problem.plant.candidate_set)
-        )
-        if problem.vehicle.servo:
-            tried = tuple(
-                sorted(
-                    tried,
-                    key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm),
-                )
-            )
+    def extended(
+        self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
+    ) -> tuple[EvidenceHypothesis, ...]:
+        """Fit all models with one effect more; the first round also moves the nominal model."""
+        problem, processes = self.problem, self.processes
+        tried = extensions(problem, self.nominal, base, processes=processes)
+        if problem.impact and not base.candidates:
+            self.nominal, tried = refit_nominal(problem, self.nominal, tried, processes=processes)
+        return tried
+
+    def accepted(
+        self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
+    ) -> EvidenceHypothesis | None:
+        """Return the best extension where its evidence is strong enough."""
+        candidate_set, policy = self.problem.plant.candidate_set, self.problem.policy
+        tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
+        if self.problem.vehicle.servo:
+            tried.sort(key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm))
         if not tried:
-            break
-        asked = policy.evidence + (policy.evidence_surface if surface_error else 0.0)
-        asked += policy.evidence_further if best.candidates else 0.0
-        approximate = any(c.identification.approximate for c in best.candidates)
-        asked += policy.wave_model_error * best.score if approximate else 0.0
-        if problem.vehicle.servo and not _in_the_arm(tried[0]):
-            asked += policy.evidence_arm
-        if tried[0].score < best.score + asked:
-            break
+            return None
+        best, least = tried[0], base.score + self._asked(base, tried[0])
+        if best.score < least:
+            return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
-        calm = disturbance_level(best).allowance - disturbance_level(tried[0]).allowance
-        if tried[0].score - calm < best.score + asked:
-            break
-        best = tried[0]
-        if len(best.candidates) == 2:
-            best = paired(nominal, best, rounds[0], processes=processes)
-        elif len(best.candidates) > 2:
-            best = exchanged(nominal, best, rounds[0], processes=processes)
-    return nominal, best, rounds
+        calm = disturbance_level(base).allowance - disturbance_level(best).allowance
+        return None if best.score - calm < least else best
+
+    def _asked(self, base: EvidenceHypothesis, best: EvidenceHypothesis) -> float:
+        """Evidence asked of one effect more."""
+        policy = self.problem.policy
+        asked = policy.evidence + (policy.evidence_surface if self._pierces else 0.0)
+        asked += policy.evidence_further if base.candidates else 0.0
+        approximate = any(c.identification.approximate for c in base.candidates)
+        asked += policy.wave_model_error * base.score if approximate else 0.0
+        if self.problem.vehicle.servo and not _in_the_arm(best):
+            asked += policy.evidence_arm
+        return asked
+
+    def refined(
+        self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
+    ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
+        """Try pairs or exchanges; a model with more evidence replaces the best one."""
+        pairs = step is Refinement.pairs
+        jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
+        fitter = self.nominal.fitter if pairs else best.fitter
+        tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
+        for rival in tried:
+            if rival.score > best.score + self.problem.policy.exchange_gain:
+                best = rival
+        return best, tried
+
+    def _pairs(self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
+        """Combine the likeliest effects in pairs: a pair may hide behind a third effect.
+
+        The effect that was found beside the first joins them.
+        """
+        pool = self.problem.budget.paired
+        top = [h for h in singles[:pool] if h.score > 0.0]
+        second = best.candidates[-1].label
+        top += [h for h in singles[pool:] if h.candidates[-1].label == second]
+        pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
+        known = set(best.names)
+        return [
+            (
+                (*a.candidates, *b.candidates),
+                {k: h.fit.values[k] for h in (a, b) for k in h.fit.free},
+            )
+            for a, b in pairs
+            if {*a.names, *b.names} != known
+        ]
+
+
+def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
+    """Put other effects in place of each one that was found but the last."""
+    jobs: list[Job] = []
+    taken = set(best.names)
+    for k in range(len(best.candidates) - 1):
+        others = best.candidates[:k] + best.candidates[k + 1 :]
+        for single in singles[: best.fitter.candidate_set.budget.paired]:
+            candidate = single.candidates[-1]
+            if candidate.name not in taken:
+                jobs.append(_beside(best, others, single))
+    return jobs
+
+
+def _beside(
+    best: EvidenceHypothesis, others: Sequence[Candidate], single: EvidenceHypothesis
+) -> Job:
+    """One effect beside others of the best model, with the values at hand."""
+    candidate = single.candidates[-1]
+    values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
+    return (*others, candidate), values
 
 
 def refit_nominal(
-    problem: Problem, nominal: Hypothesis, tried: tuple[Hypothesis, ...], *, processes: int = 1
-) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    tried: tuple[EvidenceHypothesis, ...],
+    *,
+    processes: int = 1,
+) -> tuple[EvidenceHypothesis, tuple[EvidenceHypothesis, ...]]:
     """Refit the nominal model on the trajectory of the best of some others, and try those again.
 
     A strong effect is fitted along a trajectory that follows it. Where it only led to a better
@@ -141,36 +162,36 @@ def refit_nominal(
     level = nominal.fitter.windows.gusts
     fitter = linearise_model(problem.plant, tried[0].fitter.trajectory, {}, gusts=level)
     fitter = follow_measurements(fitter, (), rounds=2)
-    moved = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    moved = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     if moved.fit.cost > nominal.fit.cost - problem.policy.relinearise:
         return nominal, tried
     return moved, extensions(problem, moved, moved, processes=processes)
 
 
-def _in_the_arm(hypothesis: Hypothesis) -> bool:
+def _in_the_arm(hypothesis: EvidenceHypothesis) -> bool:
     """Return true where the effect that was added last acts in the arm."""
     return hypothesis.candidates[-1].in_arm
 
 
-def estimate_disturbance(problem: Problem) -> Hypothesis:
+def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
     """Fit the nominal model under the most likely level of the gusts within the stated range."""
     fitter = problem.fitter
-    nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     at = {k: v for k, v in nominal.fit.values.items() if k != DELAY}
     if problem.plant.friction(nonzero(at), fitter.trajectory.joint_velocity) is not None:
         # the slope of dry friction belongs to the dynamics
         fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
-        nominal = Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+        nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     found = disturbance_level(nominal)
     if not 1.0 < found.level <= problem.policy.disturbance_admitted:
         return nominal
     fitter = rewindowed(fitter, gusts=found.level)
-    return Hypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
 
 
 def extensions(
-    problem: Problem, nominal: Hypothesis, base: Hypothesis, *, processes: int = 1
-) -> tuple[Hypothesis, ...]:
+    problem: Problem, nominal: EvidenceHypothesis, base: EvidenceHypothesis, *, processes: int = 1
+) -> tuple[EvidenceHypothesis, ...]:
     """Fit all models with one effect more than ``base``, best first."""
     candidate_set = problem.plant.candidate_set
     taken = {c.label for c in base.candidates}
@@ -223,13 +244,13 @@ def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 
 
-def _starts_of(candidate: Candidate, base: Hypothesis) -> list[dict[str, float]]:
+def _starts_of(candidate: Candidate, base: EvidenceHypothesis) -> list[dict[str, float]]:
     given = {k: base.fit.values[k] for k in base.fit.free}
     return [given | dict(zip(candidate.all_keys, s, strict=False)) for s in candidate.starts]
 
 
 def linear_screen(
-    base: Hypothesis, candidates: Sequence[Candidate], *, always: Sequence[str] = ()
+    base: EvidenceHypothesis, candidates: Sequence[Candidate], *, always: Sequence[str] = ()
 ) -> tuple[CandidateEquations, list[tuple[Candidate, dict[str, float]]]]:
     """Return the candidates that pass a linear screen about ``base``, with first values.
 
@@ -265,8 +286,11 @@ def linear_screen(
 
 
 def relinearise(
-    problem: Problem, nominal: Hypothesis, base: Hypothesis, tried: Sequence[Hypothesis]
-) -> list[Hypothesis]:
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
+    tried: Sequence[EvidenceHypothesis],
+) -> list[EvidenceHypothesis]:
     """Repeat the best fits of high evidence about their own values."""
     out = list(tried)
     least = problem.policy.relinearise
@@ -278,8 +302,12 @@ def relinearise(
 
 
 def refit_about_own_values(
-    problem: Problem, nominal: Hypothesis, hypothesis: Hypothesis, *, rounds: int = 2
-) -> Hypothesis:
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    hypothesis: EvidenceHypothesis,
+    *,
+    rounds: int = 2,
+) -> EvidenceHypothesis:
     """Fit a hypothesis again about its own values."""
     keys = hypothesis.fit.free
     if DELAY in keys and hypothesis.fitter.windows.delay:
@@ -299,64 +327,9 @@ def refit_about_own_values(
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
 
-def exchanged(
-    nominal: Hypothesis,
-    best: Hypothesis,
-    singles: Sequence[Hypothesis],
-    *,
-    processes: int = 1,
-) -> Hypothesis:
-    """Exchange: try other effects in place of each one that was found but the last."""
-    jobs = []
-    for k in range(len(best.candidates) - 1):
-        others = best.candidates[:k] + best.candidates[k + 1 :]
-        for single in singles[:5]:
-            candidate = single.candidates[-1]
-            if candidate.name in {c.name for c in best.candidates}:
-                continue
-            values = {**best.fit.values, **{x: single.fit.values[x] for x in candidate.all_keys}}
-            jobs.append(((*others, candidate), values))
-    for rival in fitted(best.fitter, jobs, nominal, best, processes=processes):
-        if rival.score > best.score + best.fitter.candidate_set.policy.exchange_gain:
-            best = rival
-    return best
-
-
-def paired(
-    nominal: Hypothesis,
-    best: Hypothesis,
-    singles: Sequence[Hypothesis],
-    *,
-    processes: int = 1,
-) -> Hypothesis:
-    """Fit the likeliest effects in pairs: a pair may hide behind a third effect.
-
-    The effect that was found beside the first joins them.
-    """
-    pool = nominal.fitter.candidate_set.budget.paired
-    top = [h for h in singles[:pool] if h.score > 0.0]
-    second = best.candidates[-1].label
-    top += [h for h in singles[pool:] if h.candidates[-1].label == second]
-    pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if a.names != b.names]
-    known = set(best.names)
-    pairs = [(a, b) for a, b in pairs if {*a.names, *b.names} != known]
-    fitter = nominal.fitter
-    jobs = [
-        (
-            (*a.candidates, *b.candidates),
-            {k: h.fit.values[k] for h in (a, b) for k in h.fit.free},
-        )
-        for a, b in pairs
-    ]
-    for rival in fitted(fitter, jobs, nominal, best, processes=processes):
-        if rival.score > best.score + best.fitter.candidate_set.policy.exchange_gain:
-            best = rival
-    return best
-
-
 def rivals_of(
-    search: Search, best: Hypothesis, index: int, *, processes: int = 1
-) -> tuple[Hypothesis, ...]:
+    search: Search[EvidenceHypothesis], best: EvidenceHypothesis, index: int, *, processes: int = 1
+) -> tuple[EvidenceHypothesis, ...]:
     """Fit models with another effect in the place of one of the chosen, best first."""
     own = best.candidates[index]
     singles = [h for h in search.rounds[0] if h.candidates[-1].name != own.name]
@@ -371,7 +344,6 @@ def rivals_of(
         candidate = single.candidates[-1]
         if candidate.name in taken or len(jobs) >= best.fitter.candidate_set.budget.rivals:
             continue
-        values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
-        jobs.append(((*others, candidate), values))
+        jobs.append(_beside(best, others, single))
     found = fitted(best.fitter, jobs, search.nominal, best, processes=processes)
     return tuple(sorted(found, key=lambda h: -h.score))

@@ -18,8 +18,9 @@ from seals.sysid.predictors.whole_run import (
     converged,
     linearise_about,
 )
-from seals.sysid.scores.laplace_evidence import Hypothesis, is_significant
-from seals.sysid.selection.whole_runs import SearchOutcome, WholeRunFits, choose
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
+from seals.sysid.selection.search import Search, SearchStages, search
+from seals.sysid.selection.whole_run_models import WholeRunModels
 
 _ROUNDS = 14
 """Steps of a fit at most."""
@@ -28,8 +29,8 @@ _OUTSET = 0.02
 
 
 def search_own_trajectories(
-    problem: Problem, nominal: Hypothesis, best: Hypothesis, asked: float, *, processes: int = 1
-) -> SearchOutcome | None:
+    problem: Problem, known: Search[EvidenceHypothesis], *, asked: float, processes: int = 1
+) -> Search[EvidenceHypothesis] | None:
     """Search again along the models' own trajectories; None where those gain nothing.
 
     A trajectory smoothed with late readings is bent at the impact, straight lines between the rows
@@ -39,14 +40,11 @@ def search_own_trajectories(
 
     Args:
         problem: the log made ready.
-        nominal: model, against which all were scored.
-        best: model that was found along the measured trajectory.
+        known: result of the search along the measured trajectory.
         asked: score that an effect must reach.
         processes: that share the fits.
-
-    Returns:
-        Nominal model, chosen one and all that were tried.
     """
+    nominal, best = known.nominal, known.best
     named = [c for c in problem.plant.candidate_set.candidates if DELAY in c.keys]
     if not named or not problem.impact or not _doubtful(best):
         return None
@@ -71,18 +69,18 @@ def search_own_trajectories(
     for one in found:
         one.fitter.attach(integrator)
     plain, delayed = found
-    fits = WholeRunFits(plain, outsets[0], processes=processes)
-    late = fits.hypothesis(named[:1], delayed)
-    if late.score > asked and is_significant(named[0], late.fit, fits.candidate_set):
+    models = WholeRunModels(plain, outsets[0], asked=asked, processes=processes)
+    late = models.hypothesis(named[:1], delayed)
+    if late.score > asked and is_significant(named[0], late.fit, models.candidate_set):
         late = replace(late, score=late.score + nominal.fit.cost - plain.fit.cost)
         if late.score > best.score + asked:
-            return nominal, late, (late,)
+            return Search(nominal=nominal, best=late, rounds=((late,),))
     if plain.fit.cost > best.fit.cost - problem.policy.late_gain:
         return None
-    return choose(fits, asked)
+    return search(models, SearchStages(effects=1))
 
 
-def _doubtful(best: Hypothesis) -> bool:
+def _doubtful(best: EvidenceHypothesis) -> bool:
     """Return true where a model leaves a large misfit, or needs a very flexible effect."""
     much = (
         best.fit.cost > best.fitter.candidate_set.policy.late_misfit * best.fitter.windows.observed

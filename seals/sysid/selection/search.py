@@ -1,0 +1,141 @@
+"""Search for the set of effects that explains measurements: forward, exchange, pair, backward.
+
+One driver serves all predictors and scores. A family of models says how its models are fitted and
+compared; the stages say which refinements follow a forward step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, Protocol, TypeVar
+
+from seals.sysid.scores.hypothesis import Hypothesis
+
+H = TypeVar("H", bound=Hypothesis)
+
+
+class Refinement(Enum):
+    """Step that replaces the effects of the best model by others."""
+
+    exchange = "other effects in place of each one but the last"
+    pairs = "the likeliest effects two by two"
+    backward = "the same without one of its effects"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchStages:
+    """Stages of a search.
+
+    Args:
+        effects: that are added at most.
+        second: refinement after the second effect; None for none.
+        further: refinement after every later effect; None for none.
+        last: refinements at the end, in order.
+    """
+
+    effects: int
+    second: Refinement | None = None
+    further: Refinement | None = None
+    last: tuple[Refinement, ...] = ()
+
+    def after(self, count: int) -> Refinement | None:
+        """Return the refinement that follows the addition of an effect.
+
+        Args:
+            count: effects of the model by then.
+
+        Example:
+            >>> SearchStages(effects=3, second=Refinement.pairs).after(2).name
+            'pairs'
+        """
+        if count < 2:
+            return None
+        return self.second if count == 2 else self.further
+
+
+class ModelFamily(Protocol[H]):
+    """Models of one predictor under one score, as the search needs them; lists are best first."""
+
+    @property
+    def nominal(self) -> H:
+        """Model without any candidate."""
+        ...
+
+    def extended(self, base: H, singles: Sequence[H]) -> Sequence[H]:
+        """Fit all models with one effect more than ``base``.
+
+        Args:
+            base: model to extend.
+            singles: models with one effect; empty in the first round.
+        """
+        ...
+
+    def accepted(self, base: H, tried: Sequence[H]) -> H | None:
+        """Return the extension that is significantly better than ``base``; None without one."""
+        ...
+
+    def refined(self, best: H, singles: Sequence[H], step: Refinement) -> tuple[H, Sequence[H]]:
+        """Return the best model after a refinement, and the models that were tried."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search(Generic[H]):
+    """Result of a search.
+
+    Args:
+        nominal: model without any candidate.
+        best: chosen model, the nominal one when no effect is significant.
+        rounds: models of every forward step, best first.
+        refinements: models of every refinement.
+    """
+
+    nominal: H
+    best: H
+    rounds: tuple[tuple[H, ...], ...] = ()
+    refinements: tuple[tuple[H, ...], ...] = ()
+
+
+def search(
+    family: ModelFamily[H],
+    stages: SearchStages,
+    *,
+    tell: Callable[[int], None] = lambda rounds: None,
+) -> Search[H]:
+    """Add effects one at a time while they are significant, and refine the set of effects.
+
+    Args:
+        family: models that are fitted and compared.
+        stages: of the search.
+        tell: called with the number of forward steps done.
+    """
+    best = family.nominal
+    rounds: list[tuple[H, ...]] = []
+    refinements: list[tuple[H, ...]] = []
+
+    def refine(now: H, step: Refinement) -> H:
+        after, tried = family.refined(now, rounds[0], step)
+        refinements.append(tuple(tried))
+        return after
+
+    while len(rounds) < stages.effects and len(best.candidates) < stages.effects:
+        rounds.append(tuple(family.extended(best, rounds[0] if rounds else ())))
+        tell(len(rounds))
+        # the first round may move the trajectory on which the nominal model stands, too
+        best = best if best.candidates else family.nominal
+        chosen = family.accepted(best, rounds[-1])
+        if chosen is None:
+            break
+        best = chosen
+        step = stages.after(len(best.candidates))
+        best = best if step is None else refine(best, step)
+    for step in stages.last:
+        best = refine(best, step)
+    return Search(
+        nominal=family.nominal,
+        best=best,
+        rounds=tuple(rounds),
+        refinements=tuple(refinements),
+    )
