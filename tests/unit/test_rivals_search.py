@@ -13,8 +13,9 @@ from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
-from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, limited_step
+from seals.sysid.least_squares.normal_equations import bounded_step
 from seals.sysid.predictors.batch import Experiment
+from seals.sysid.predictors.batch_fit import FitTask, RunFitter
 from seals.sysid.scores.cross_validation import CrossValidator
 from seals.sysid.selection.run_models import search_runs
 
@@ -85,7 +86,7 @@ def test_a_fit_finds_the_rate_of_a_decay() -> None:
     data = [np.exp(-3.0 * TIME)] * 2
     found = experiment(["rate"], data, lambda v, c: np.exp(-v[0] * TIME), start=1.0, nominal=0.0)
     task = FitTask(free=(0,), cases=(0, 1), values=np.array([1.0]))
-    BatchedLeastSquares(found, iterations=12).solve([task])
+    RunFitter(found, iterations=12).solve([task])
     assert task.values[0] == pytest.approx(3.0, rel=1e-4)
     assert task.done
 
@@ -99,7 +100,7 @@ def test_a_fit_ends_on_a_bound_and_the_others_take_over() -> None:
         bounds=(-1e3, 1e3),
         scale=100.0,
     )
-    solver = BatchedLeastSquares(line, iterations=12)
+    solver = RunFitter(line, iterations=12)
     solver.bounds[1] = (-1.0, 1.0)
     task = FitTask(free=(0, 1), cases=(0,), values=np.zeros(2))
     solver.solve([task])
@@ -114,14 +115,14 @@ def test_a_fit_walks_down_a_bent_valley() -> None:
             ["k"], [TIME / 0.7], lambda v, c: TIME / max(abs(v[0]), 1e-9), start=1.0, nominal=0.0
         )
         task = FitTask(free=(0,), cases=(0,), values=np.array([start]))
-        BatchedLeastSquares(bent, iterations=15).solve([task])
+        RunFitter(bent, iterations=15).solve([task])
         assert task.values[0] == pytest.approx(0.7, rel=1e-3)
 
 
 def test_a_limited_step_solves_the_rest_again() -> None:
     """With the first unknown stopped at 0.5 the second one is the minimum of what remains."""
     normal = np.array([[2.0, 1.0], [1.0, 3.0]])
-    step = limited_step(normal, np.array([5.0, 5.0]), np.array([0.5, 9.0]), set(), 0.0)
+    step = bounded_step(normal, np.array([5.0, 5.0]), -np.ones(2), np.array([0.5, 9.0]))
     assert step == pytest.approx([0.5, (5.0 - 0.5) / 3.0])
 
 
@@ -132,7 +133,7 @@ def test_the_spread_of_a_straight_line() -> None:
     cases = [time + SIGMA * n for n in noise]
     line = experiment(["slope"], [np.concatenate([y, np.zeros(20)]) for y in cases], _line)
     task = FitTask(free=(0,), cases=(0, 1), values=np.zeros(1))
-    BatchedLeastSquares(line, iterations=12).solve([task])
+    RunFitter(line, iterations=12).solve([task])
     # a run of 60 rows counts as 40 independent ones
     expected = SIGMA / np.sqrt(2 * float(time @ time) * 40 / 60)
     assert task.spread(line)[0] == pytest.approx(expected, rel=0.15)

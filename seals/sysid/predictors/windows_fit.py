@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -11,22 +12,18 @@ from seals.arrays import Floats
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
+from seals.sysid.least_squares.solver import Iterate, Proposal, minimise
+from seals.sysid.least_squares.step_rules import Backtracking
 from seals.sysid.predictors.linearise import DELAY, Columns, Dynamics, columns_along, predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
 
-_SHARES = (1.0, 0.5, 0.2, 0.05)
-"""Shares of a step that are tried."""
-_SLOW = 3e-5
-"""Share of the cost that a step must gain for another one to follow."""
-_COARSE = 3e-3
-"""The same as a share of the misfit above a complete model's: far from one, digits are idle."""
 _AGAIN = 2
 """Times that a fit is repeated about exact steps at its own values."""
 _ROUGH = 1e-2
-"""The same for steps about an expansion point that will move."""
+"""Share of the excess misfit that a step must gain about an expansion point that will move."""
 _WIDE = 1.5
 """Prior width of a free parameter in units of its plausible size."""
 
@@ -118,9 +115,7 @@ class Fitter:
         """Whitened misfit of the model at given values."""
         return self._misfit(values, None)
 
-    def _near(
-        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
-    ) -> Whitened:
+    def near(self, values: Mapping[str, float], expansion_point: ExpansionPoint | None) -> Whitened:
         """The same, with steps to first order about an expansion point."""
         return (
             self.misfit(values)
@@ -189,11 +184,12 @@ class Fitter:
         if self.windows.delay and DELAY in first:
             first[DELAY] = self.windows.delay
         expansion_point = self._expansion_point(self.at)
-        enough = tolerance, (0.0 if expansion_point is None else _ROUGH)
+        excess = 0.0 if expansion_point is None else _ROUGH
+        rule = Backtracking(absolute=tolerance, excess=excess)
         now = self._linear(keys, free, first, precision, expansion_point)
         if free:
-            now = self._descend(now, iterations, enough, set(free), expansion_point)
-        now = self._descend(now, iterations, enough, set(keys), expansion_point)
+            now = self._descend(now, iterations, rule, free, expansion_point)
+        now = self._descend(now, iterations, rule, keys, expansion_point)
         return now if coarse else self.refined(now, iterations=iterations, tolerance=tolerance)
 
     def refined(self, fit: Fit, *, iterations: int = 6, tolerance: float = 0.3) -> Fit:
@@ -206,7 +202,7 @@ class Fitter:
         """
         if self.cache is None:
             return fit
-        best: Fit | None = None
+        best, rule = None, Backtracking(absolute=tolerance)
         for _ in range(_AGAIN):
             guessed, expansion_point = fit.cost, self._expansion_point(fit.values)
             fit = self._linear(fit.keys, fit.free, fit.values, fit.precision, expansion_point)
@@ -214,7 +210,7 @@ class Fitter:
                 return best
             best = fit
             off, exact = abs(fit.cost - guessed), fit.cost
-            fit = self._descend(fit, iterations, (tolerance, 0.0), set(fit.keys), expansion_point)
+            fit = self._descend(fit, iterations, rule, fit.keys, expansion_point)
             if off < tolerance or exact - fit.cost < tolerance:
                 break
         return fit
@@ -230,8 +226,8 @@ class Fitter:
             return self._linear(fit.keys, fit.free, fit.values, fit.precision)
         misfit = self.windows.again(whitened.misfit)
         columns = None if whitened.columns is None else self.windows.again(whitened.columns)
-        found, _ = self._standing(fit.keys, fit.free, fit.values, fit.precision, misfit)
-        return self._with_freed(found, misfit, columns)
+        found, _ = self.equations(fit.keys, fit.free, fit.values, fit.precision, misfit)
+        return self.with_free(found, misfit, columns)
 
     def whitened_residuals(self, fit: Fit) -> WhitenedResiduals:
         """Whitened misfit and responses of the free parameters at the values of a fit."""
@@ -249,47 +245,24 @@ class Fitter:
         self,
         now: Fit,
         iterations: int,
-        enough: tuple[float, float],
-        moving: set[str],
+        rule: Backtracking,
+        moving: Sequence[str],
         expansion_point: ExpansionPoint | None,
     ) -> Fit:
-        """Iterate Gauss-Newton steps with backtracking, fixed keys eliminated to first order.
+        """Minimise the cost over some keys, the others eliminated to first order."""
+        descent = _Descent(self, now.keys, moving, rule.absolute, expansion_point)
+        task = descent.task(now)
+        minimise(descent, [task], rule, steps=iterations)
+        return task.fit
 
-        They end with one that gains less than enough: an amount, or a share of the misfit above a
-        complete model's.
-        """
-        tolerance, share_of_misfit = enough
-        frozen = [i for i, k in enumerate(now.keys) if k not in moving]
-        level = now.cost - reserve(now, frozen)
-        for _ in range(iterations):
-            step, promised = newton_step(now, self._bounds(now.keys))
-            if promised - reserve(now, frozen) < tolerance:
-                return now
-            step[frozen] = 0.0
-            for share in _SHARES:
-                values = self._moved(now, step, share)
-                misfit = self._near(values, expansion_point)
-                trial, misfit = self._standing(now.keys, now.free, values, now.precision, misfit)
-                reached = trial.cost - reserve(trial, frozen)
-                if reached < level:
-                    break
-            else:
-                return now
-            gained, level, now = level - reached, reached, self._with_freed(trial, misfit)
-            above = level - self.windows.observed
-            whole = max(_COARSE if share == 1.0 else 0.0, share_of_misfit) * above
-            if gained < max(tolerance, _SLOW * level, whole):
-                return now
-        return now
-
-    def _bounds(self, keys: Sequence[str]) -> tuple[Floats, Floats]:
+    def bounds(self, keys: Sequence[str]) -> tuple[Floats, Floats]:
         """Least and largest values of parameters."""
         pairs = np.array(
             [self.candidate_set.parameters[k].bounds for k in keys], dtype=float
         ).reshape(-1, 2)
         return pairs[:, 0], pairs[:, 1]
 
-    def _moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
+    def moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
         """Values after a share of a step, inside the bounds."""
         out = {}
         for i, key in enumerate(fit.keys):
@@ -306,10 +279,10 @@ class Fitter:
         expansion_point: ExpansionPoint | None = None,
     ) -> Fit:
         """Misfit and normal equations at given values."""
-        misfit = self._near(values, expansion_point)
-        return self._with_freed(*self._standing(keys, free, values, precision, misfit))
+        misfit = self.near(values, expansion_point)
+        return self.with_free(*self.equations(keys, free, values, precision, misfit))
 
-    def _standing(
+    def equations(
         self,
         keys: Sequence[str],
         free: Sequence[str],
@@ -348,7 +321,7 @@ class Fitter:
         )
         return fit, misfit
 
-    def _with_freed(self, fit: Fit, misfit: Whitened, columns: Whitened | None = None) -> Fit:
+    def with_free(self, fit: Fit, misfit: Whitened, columns: Whitened | None = None) -> Fit:
         """Add the equations of the free parameters, in place."""
         fresh, count = list(fit.free), len(self.tolerances)
         if not fresh:
@@ -366,6 +339,78 @@ class Fitter:
         if self.windows.delay and DELAY in fit.keys:
             _silence(fit.normal, fit.right, fit.keys.index(DELAY))
         return fit
+
+
+@dataclass(kw_only=True)
+class _WindowTask(Iterate):
+    """Fit on its way to the minimum, with its next step."""
+
+    fit: Fit
+    step: Floats = field(default_factory=lambda: np.zeros(0))
+
+
+class _Point(NamedTuple):
+    """Fit at trial values; the cost is what remains when the fixed keys have moved."""
+
+    cost: float
+    fit: Fit
+    misfit: Whitened
+
+
+class _Descent:
+    """Least-squares problem of some keys of a fitter.
+
+    Args:
+        fitter: of the linearisation.
+        keys: of the fit.
+        moving: keys that move; the others are eliminated to first order.
+        tolerance: predicted fall of the cost below which no step is taken.
+        expansion_point: about which steps are exact to first order.
+    """
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        keys: Sequence[str],
+        moving: Sequence[str],
+        tolerance: float,
+        expansion_point: ExpansionPoint | None,
+    ) -> None:
+        self.fitter, self.tolerance, self.expansion_point = fitter, tolerance, expansion_point
+        self.bounds = fitter.bounds(keys)
+        self.fixed = [i for i, k in enumerate(keys) if k not in set(moving)]
+
+    def task(self, fit: Fit) -> _WindowTask:
+        """Begin at a fit."""
+        observed = float(self.fitter.windows.observed)
+        return _WindowTask(fit=fit, cost=fit.cost - reserve(fit, self.fixed), floor=observed)
+
+    def linearise(self, tasks: Sequence[_WindowTask]) -> None:
+        """Find the steps."""
+        for task in tasks:
+            task.step, predicted = newton_step(task.fit, self.bounds)
+            task.done = predicted - reserve(task.fit, self.fixed) < self.tolerance
+            task.step[self.fixed], task.linear = 0.0, True
+
+    def evaluate(
+        self, tasks: Sequence[_WindowTask], proposals: Sequence[Sequence[Proposal]]
+    ) -> list[list[_Point]]:
+        """Evaluate shares of the steps."""
+        return [
+            [self._point(task, p.share) for p in row]
+            for task, row in zip(tasks, proposals, strict=True)
+        ]
+
+    def _point(self, task: _WindowTask, share: float) -> _Point:
+        fitter, now = self.fitter, task.fit
+        values = fitter.moved(now, task.step, share)
+        misfit = fitter.near(values, self.expansion_point)
+        trial, misfit = fitter.equations(now.keys, now.free, values, now.precision, misfit)
+        return _Point(trial.cost - reserve(trial, self.fixed), trial, misfit)
+
+    def keep(self, task: _WindowTask, outcome: _Point) -> None:
+        """Move to a point and find its equations."""
+        task.fit = self.fitter.with_free(outcome.fit, outcome.misfit)
 
 
 def _silence(normal: Floats, right: Floats, held: int) -> None:

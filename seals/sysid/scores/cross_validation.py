@@ -10,8 +10,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.least_squares.batched import BatchedLeastSquares, FitTask, Tell
+from seals.sysid.least_squares.solver import Tell
 from seals.sysid.predictors.batch import Experiment
+from seals.sysid.predictors.batch_fit import FitTask, RunFitter
 from seals.sysid.scores.hypothesis import Hypothesis
 from seals.sysid.scores.innovations import autocorrelation, gain, innovations
 
@@ -90,7 +91,7 @@ class CrossValidator:
     ) -> None:
         """Keep the parts."""
         self.experiment, self._tell, self._done = experiment, tell, 0
-        self.solver = BatchedLeastSquares(experiment, iterations=iterations)
+        self.solver = RunFitter(experiment, iterations=iterations)
         self.index = {n: k for k, n in enumerate(experiment.names)}
         self._known: dict[frozenset[Candidate], ValidatedHypothesis] = {}
         self.nominal = self.fitted([((), None)])[0]

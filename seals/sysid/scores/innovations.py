@@ -23,7 +23,7 @@ def autocorrelation(runs: Sequence[Residuals]) -> dict[str, float]:
     """Correlation of an error with the one a row before, by channel, over all runs.
 
     Example:
-        >>> memory([{"depth": np.array([[8.0], [4.0], [2.0], [1.0]])}])
+        >>> autocorrelation([{"depth": np.array([[8.0], [4.0], [2.0], [1.0]])}])
         {'depth': 0.5}
     """
     out = {}

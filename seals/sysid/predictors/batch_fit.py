@@ -1,15 +1,19 @@
-"""Damped Gauss-Newton for many least-squares problems, simulated together in batches."""
+"""Fits of parameters to several runs by batch simulation: all tasks are simulated together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Start
 from seals.compare.predict import Job
+from seals.sysid.least_squares.normal_equations import bounded_step
+from seals.sysid.least_squares.solver import Iterate, Proposal, Tell, minimise, settle
+from seals.sysid.least_squares.step_rules import LevenbergMarquardt
 from seals.sysid.predictors.batch import Experiment
 
 _START_STEP = 1e-4
@@ -19,19 +23,14 @@ _TICK = 2e-3
 """The same of a delay, over a few rows of the commands, which are held in between [s]."""
 _LOOSE = 30.0
 """Prior of a candidate's key, in plausible sizes: wide, so that the data decide."""
-_DAMPING = 1e-3
-_SETTLED = 1e-4
-"""Relative gain of a step below which a fit has settled: long valleys gain little at a time."""
-_SHORTER = 0.4
 _REACH = 0.7
-_TRIALS = 2
-"""Trials for every step that may be taken."""
+"""Longest step of a key that sets out away from its nominal value, as a share of its change."""
 BATCH = 1500
 """Most simulations at a time."""
 
 
 @dataclass(kw_only=True)
-class FitTask:
+class FitTask(Iterate):
     """Least-squares problem: free keys and runs; the solver fills in the rest.
 
     Args:
@@ -40,12 +39,7 @@ class FitTask:
         values: of all keys.
         deviations: of the starts, by run.
         predicted: samples of the model, by run.
-        cost: weighted squares with priors.
         normal: curvature of the free keys once the starts are eliminated.
-        steps: taken so far.
-        done: whether it has settled.
-        damping: of the next step, as a share of the curvature.
-        refused: trials since the last step that was kept.
     """
 
     free: tuple[int, ...]
@@ -53,13 +47,9 @@ class FitTask:
     values: Floats
     deviations: dict[int, Floats] = field(default_factory=dict)
     predicted: dict[int, dict[str, Floats]] = field(default_factory=dict)
-    cost: float = np.inf
     normal: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    steps: int = 0
-    done: bool = False
-    damping: float = _DAMPING
-    refused: int = 0
-    _system: tuple[Floats, Floats] | None = None
+    damping: float = LevenbergMarquardt.start
+    system: tuple[Floats, Floats] | None = None
 
     def spread(self, experiment: Experiment) -> Floats:
         """Standard deviations of the free keys, scaled by the misfit."""
@@ -71,36 +61,38 @@ class FitTask:
         return np.sqrt(np.maximum(np.diag(np.linalg.pinv(self.normal)) * grow, 0.0))
 
 
-Tell = Callable[[float], None]
+class Point(NamedTuple):
+    """Values of all keys and deviations of the starts, with what they predict."""
+
+    cost: float
+    values: Floats
+    deviations: dict[int, Floats]
+    predicted: dict[int, dict[str, Floats]]
+
+
 Trial = tuple[Floats, dict[int, Floats]]
 """Values of all keys, and deviations of the starts by run."""
 
 
-def _update_damping(task: FitTask, before: float) -> None:
-    """Update damping and progress after trials; ``before`` is the cost that they had to beat."""
-    if task.cost < before:
-        gain = (before - task.cost) / max(task.cost, 1e-12)
-        # after a refusal the damping has just become right
-        task.damping = max(task.damping / (2.0 if task.refused else 10.0), 1e-9)
-        task._system, task.steps, task.refused = None, task.steps + 1, 0
-        task.done = bool(gain < _SETTLED)
-    else:
-        task.damping *= 10.0
-        task.refused += 1
-        task.done = bool(task.damping > 1e5)
-
-
-class BatchedLeastSquares:
-    """Damped Gauss-Newton over many tasks in parallel.
+class RunFitter:
+    """Fitter of many tasks over the runs of an experiment.
 
     Args:
         experiment: runs and model.
         iterations: most steps.
+        rule: schedule of steps.
     """
 
-    def __init__(self, experiment: Experiment, *, iterations: int = 10) -> None:
+    def __init__(
+        self,
+        experiment: Experiment,
+        *,
+        iterations: int = 10,
+        rule: LevenbergMarquardt | None = None,
+    ) -> None:
         """Keep the parts."""
         self.experiment, self.iterations = experiment, iterations
+        self.rule = rule or LevenbergMarquardt()
         keys = [experiment.parameter(k) for k in range(len(experiment.names))]
         self.centre = np.array([k.nominal for k in keys])
         wide = np.array([k.tolerance or _LOOSE * k.scale for k in keys])
@@ -113,36 +105,25 @@ class BatchedLeastSquares:
         self, tasks: Sequence[FitTask], *, most: int | None = None, tell: Tell | None = None
     ) -> None:
         """Solve all tasks in place, in at most ``most`` steps; ``tell`` takes the share done."""
+        self._begin([t for t in tasks if not t.predicted])
         for task in tasks:
-            for c in task.cases:
-                task.deviations.setdefault(c, np.zeros_like(self._start(c).sigma))
-        fresh = [t for t in tasks if not t.predicted]
-        self._evaluate(fresh, [[(t.values, t.deviations)] for t in fresh])
-        for task in tasks:
-            task.done = False
-        limit = most or self.iterations
-        most_steps = {id(t): t.steps + limit for t in tasks}
-        # a step that is taken back costs one simulation only and does not count
-        for _ in range(_TRIALS * limit):
-            active = [
-                t for t in tasks if not t.done and t.steps < most_steps[id(t)] and self._unknowns(t)
-            ]
-            if not active:
-                break
-            if tell is not None:
-                tell(1.0 - len(active) / len(tasks))
-            self._linearise([t for t in active if t._system is None])
-            self._evaluate(active, [self._trials(t) for t in active])
+            task.done = not self._unknowns(task)
+        minimise(self, tasks, self.rule, steps=most or self.iterations, tell=tell)
 
     def nearest(self, tasks: Sequence[FitTask]) -> FitTask:
         """Return the task whose start is closest to the measurements."""
+        self._begin(tasks)
+        for task in tasks:
+            task.steps, task.refused, task.damping = 0, 0, self.rule.start
+        return min(tasks, key=lambda t: t.cost)
+
+    def _begin(self, tasks: Sequence[FitTask]) -> None:
+        """Evaluate tasks where they start."""
         for task in tasks:
             for c in task.cases:
                 task.deviations.setdefault(c, np.zeros_like(self._start(c).sigma))
-        self._evaluate(tasks, [[(t.values, t.deviations)] for t in tasks])
-        for task in tasks:
-            task.steps, task.refused, task.damping = 0, 0, _DAMPING
-        return min(tasks, key=lambda t: t.cost)
+        found = self._simulated(tasks, [[(t.values, t.deviations)] for t in tasks])
+        settle(self, tasks, found, self.rule)
 
     def _start(self, case: int) -> Start:
         return self.experiment.cases[case].start
@@ -157,8 +138,23 @@ class BatchedLeastSquares:
             out += self.experiment.predictor.run(jobs[k : k + BATCH])
         return out
 
-    def _evaluate(self, tasks: Sequence[FitTask], trials: Sequence[Sequence[Trial]]) -> None:
-        """Simulate trials, one or two a task, and keep the best one where it is better."""
+    def evaluate(
+        self, tasks: Sequence[FitTask], proposals: Sequence[Sequence[Proposal]]
+    ) -> list[list[Point]]:
+        """Simulate proposed steps of all tasks."""
+        rows = [
+            [self._moved(task, p) for p in row] for task, row in zip(tasks, proposals, strict=True)
+        ]
+        return self._simulated(tasks, rows)
+
+    def keep(self, task: FitTask, outcome: Point) -> None:
+        """Move a task to the point that a trial reached."""
+        task.values, task.deviations = outcome.values, outcome.deviations
+        task.predicted = outcome.predicted
+
+    def _simulated(
+        self, tasks: Sequence[FitTask], trials: Sequence[Sequence[Trial]]
+    ) -> list[list[Point]]:
         jobs = [
             Job(c, deviations[c], values)
             for t, row in zip(tasks, trials, strict=True)
@@ -166,15 +162,15 @@ class BatchedLeastSquares:
             for c in t.cases
         ]
         found = iter(self.run(jobs))
+        out: list[list[Point]] = []
         for task, row in zip(tasks, trials, strict=True):
-            before = task.cost
+            points = []
             for values, deviations in row:
                 predicted = {c: next(found) for c in task.cases}
                 cost = self._cost(task, values, deviations, predicted)
-                if cost < task.cost:
-                    task.values, task.deviations = values, deviations
-                    task.predicted, task.cost = predicted, cost
-            _update_damping(task, before)
+                points.append(Point(cost, values, deviations, predicted))
+            out.append(points)
+        return out
 
     def _cost(
         self,
@@ -192,7 +188,8 @@ class BatchedLeastSquares:
             total += float(r @ r) + float(own @ own)
         return total if np.isfinite(total) else 1e300
 
-    def _linearise(self, tasks: Sequence[FitTask]) -> None:
+    def linearise(self, tasks: Sequence[FitTask]) -> None:
+        """Find the equations by finite differences of all tasks in one batch."""
         jobs: list[Job] = []
         for t in tasks:
             for c in t.cases:
@@ -206,7 +203,8 @@ class BatchedLeastSquares:
                     jobs.append(Job(c, deviation, t.values))
         found = iter(self.run(jobs))
         for t in tasks:
-            t._system = self._system(t, [next(found) for _ in range(self._columns(t))])
+            t.system = self._system(t, [next(found) for _ in range(self._columns(t))])
+            t.linear = True
 
     def _columns(self, task: FitTask) -> int:
         return sum(len(task.free) + len(self._start(c).free) for c in task.cases)
@@ -255,16 +253,6 @@ class BatchedLeastSquares:
         task.normal = reduced(normal, p)
         return np.nan_to_num(normal), np.nan_to_num(right)
 
-    def _trials(self, task: FitTask) -> list[Trial]:
-        """Propose the damped step; after a refusal also a share of the undamped one.
-
-        Along a bent valley damping shortens the way along it far more than is needed.
-        """
-        out = [self._moved(task, task.damping, 1.0)]
-        if task.refused:
-            out.append(self._moved(task, 0.0, _SHORTER**task.refused))
-        return out
-
     def _reach(self, task: FitTask) -> Floats:
         """Longest step of every unknown.
 
@@ -277,17 +265,20 @@ class BatchedLeastSquares:
                 out[place] = max(_REACH * size, 0.5 * self.scale[k])
         return out
 
-    def _moved(self, task: FitTask, damping: float, share: float) -> Trial:
-        """One step within the bounds."""
-        assert task._system is not None
-        normal, right = task._system
-        held = {
+    def _moved(self, task: FitTask, proposal: Proposal) -> Trial:
+        """Take one step within the bounds."""
+        assert task.system is not None
+        normal, right = task.system
+        held = [
             k
             for k, key in enumerate(task.free)
             if (task.values[key] <= self.bounds[key, 0] and right[k] < 0.0)
             or (task.values[key] >= self.bounds[key, 1] and right[k] > 0.0)
-        }
-        change = share * limited_step(normal, right, self._reach(task), held, damping)
+        ]
+        reach = self._reach(task)
+        change = proposal.share * bounded_step(
+            normal, right, -reach, reach, damping=proposal.damping, held=held
+        )
         values = task.values.copy()
         free = list(task.free)
         values[free] = np.clip(
@@ -301,33 +292,6 @@ class BatchedLeastSquares:
             deviations[c] = new
             at += len(places)
         return values, deviations
-
-
-def limited_step(
-    normal: Floats, right: Floats, reach: Floats, held: set[int], damping: float
-) -> Floats:
-    """Compute a damped least-squares step within a trust region; ``held`` unknowns stay.
-
-    Example:
-        >>> limited_step(np.diag([1.0, 4.0]), np.ones(2), np.array([0.5, 9.0]), set(), 0.0)
-        array([0.5 , 0.25])
-    """
-    size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
-    scaled = normal / size[:, None] / size[None, :]
-    scaled[np.diag_indices_from(scaled)] += damping + 1e-12
-    change = np.zeros(len(right))
-    fixed = set(held)
-    while len(fixed) < len(right):
-        keep = [k for k in range(len(right)) if k not in fixed]
-        rest = sorted(fixed)
-        known = right / size - scaled[:, rest] @ (change * size)[rest]
-        change[keep] = np.linalg.solve(scaled[np.ix_(keep, keep)], known[keep]) / size[keep]
-        far = [k for k in keep if abs(change[k]) > reach[k]]
-        if not far:
-            break
-        change[far] = np.clip(change[far], -reach[far], reach[far])
-        fixed |= set(far)
-    return change
 
 
 def reduced(normal: Floats, count: int) -> Floats:

@@ -1,0 +1,107 @@
+"""Schedules of steps: backtracking line search, Levenberg-Marquardt damping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seals.sysid.least_squares.solver import Iterate, Proposal
+
+
+@dataclass(frozen=True, kw_only=True)
+class Backtracking:
+    """Full Gauss-Newton steps, shortened while the cost does not fall.
+
+    A problem is solved when a step gains less than the largest of the thresholds.
+
+    Args:
+        shares: of a step, tried in turn.
+        absolute: fall of the cost.
+        relative: fall as a share of the cost.
+        excess: fall as a share of the cost above that of a complete model.
+        excess_of_whole: the same for a step that was not shortened.
+    """
+
+    shares: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
+    absolute: float = 0.3
+    relative: float = 3e-5
+    excess: float = 0.0
+    excess_of_whole: float = 3e-3
+
+    @property
+    def trials(self) -> int:
+        """Most trials for each step."""
+        return len(self.shares)
+
+    def proposals(self, task: Iterate) -> list[Proposal]:
+        """Return the next share of the step."""
+        return [Proposal(0.0, self.shares[task.refused])]
+
+    def accepts(self, task: Iterate, cost: float) -> bool:
+        """Return true where the cost falls."""
+        return cost < task.cost
+
+    def update(self, task: Iterate, before: float) -> None:
+        """Shorten a step that was refused; end after a small gain."""
+        if not task.cost < before:
+            task.refused += 1
+            task.done = task.refused == len(self.shares)
+            return
+        whole = self.excess_of_whole if self.shares[task.refused] == 1.0 else 0.0
+        far = max(whole, self.excess) * (task.cost - task.floor)
+        task.kept()
+        task.done = before - task.cost < max(self.absolute, self.relative * task.cost, far)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevenbergMarquardt:
+    """Damped steps; after a refusal a share of the undamped one is tried, too.
+
+    Along a bent valley damping shortens the way along it far more than is needed.
+
+    Args:
+        start: damping of the first step.
+        raised: factor on the damping after a refusal.
+        lowered: divisor of the damping after a step that was kept.
+        lowered_after_refusal: the same where the step was kept after a refusal.
+        least: damping.
+        most: damping beyond which a problem is given up.
+        shorter: share of the undamped step, to the power of the refusals.
+        settled: relative gain of a step below which a problem is solved: long valleys gain little
+            at a time.
+        trials: most trials for each step.
+    """
+
+    start: float = 1e-3
+    raised: float = 10.0
+    lowered: float = 10.0
+    lowered_after_refusal: float = 2.0
+    least: float = 1e-9
+    most: float = 1e5
+    shorter: float = 0.4
+    settled: float = 1e-4
+    trials: int = 2
+
+    def proposals(self, task: Iterate) -> list[Proposal]:
+        """Return the damped step, and after a refusal a share of the undamped one."""
+        out = [Proposal(task.damping, 1.0)]
+        if task.refused:
+            out.append(Proposal(0.0, self.shorter**task.refused))
+        return out
+
+    def accepts(self, task: Iterate, cost: float) -> bool:
+        """Return true where the cost falls."""
+        return cost < task.cost
+
+    def update(self, task: Iterate, before: float) -> None:
+        """Raise the damping after a refusal, lower it after a step that was kept."""
+        if task.cost < before:
+            gain = (before - task.cost) / max(task.cost, 1e-12)
+            # after a refusal the damping has just become right
+            divisor = self.lowered_after_refusal if task.refused else self.lowered
+            task.damping = max(task.damping / divisor, self.least)
+            task.kept()
+            task.done = bool(gain < self.settled)
+        else:
+            task.damping *= self.raised
+            task.refused += 1
+            task.done = bool(task.damping > self.most)
