@@ -163,6 +163,9 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         CLOCK,
         "absurd",
     ),
+    "time of a large table": Guard(
+        "seals.logs.table", "if rows * width > _LARGE:", "if False:", PARQUET, "is_said"
+    ),
     "declared chunks": Guard(
         "seals.plugins.readers.mcap_file",
         "if size > _MOST_RECORD:",

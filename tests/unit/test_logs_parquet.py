@@ -185,6 +185,20 @@ def test_declared_rows_are_bounded(tmp_path: Path) -> None:
         _within(lambda: read_parquet(tmp_path / "b.parquet"))
 
 
+def test_the_time_of_a_large_table_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nobody waits a minute without a word; small tables are read in silence."""
+    _write(tmp_path / "a.parquet", {f"c{k}": np.zeros(1_100_000, np.int8) for k in range(5)})
+    read_parquet(tmp_path / "a.parquet", wanted=["c0"])
+    assert capsys.readouterr().err == ""
+    read_parquet(tmp_path / "a.parquet")
+    assert "1,100,000 rows of 5 columns, 44 MB of memory" in capsys.readouterr().err
+    (tmp_path / "a.csv").write_text("t,x,y,z,a,b\n" + "1,2,3,4,5,6\n" * 900_000)
+    table.read_csv_columns(tmp_path / "a.csv")
+    assert "takes about 5 s" in capsys.readouterr().err
+
+
 def test_a_table_takes_little_more_memory_than_its_numbers(tmp_path: Path) -> None:
     """Columns are unpacked one at a time: no second copy of the whole table."""
     rows = 2_000_000
