@@ -9,6 +9,7 @@ ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session.py"
 PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
 CLOCK = "tests/unit/test_logs_clock.py"
+REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -41,6 +42,37 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "if False:",
         ROBOT,
         "outside",
+    ),
+    "files that a mesh names": Guard(
+        "seals.hydrostatics.formats",
+        "    refuse_references(path, where)\n",
+        "",
+        REFERENCES,
+        "hostile_mesh",
+    ),
+    "files beside a mesh": Guard(_NAMES, "if not near:", "if False:", REFERENCES, "hostile_mesh"),
+    "devices that a mesh names": Guard(
+        _NAMES,
+        "            regular_file(target, most=MOST_BYTES)\n",
+        "            pass\n",
+        REFERENCES,
+        "mesh",
+    ),
+    "copies in a COLLADA": Guard(
+        _NAMES, "    _refuse_copies(root)\n", "", REFERENCES, "hostile_mesh"
+    ),
+    "numbers of a glTF": Guard(
+        _NAMES, "    _refuse_hollow(content)\n", "", REFERENCES, "hostile_mesh"
+    ),
+    "files that a URDF names": Guard(
+        "seals.robot.urdf",
+        "    refuse_names_elsewhere(path, raw)\n",
+        "",
+        REFERENCES,
+        "picture_elsewhere",
+    ),
+    "materials of a mesh taken over": Guard(
+        "seals.scaffold.takeover", "without_references(raw)", "raw", REFERENCES, "stripped"
     ),
     "hulls inside": Guard(
         "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"

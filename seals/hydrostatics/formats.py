@@ -1,4 +1,4 @@
-"""Which mesh files are opened at all: geometry only, nothing that unpacks, and no XML entities."""
+"""Mesh files that are opened at all: geometry only, nothing packed, no entities or devices."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from seals.errors import RobotError
+from seals.hydrostatics.references import refuse_references
 
 FORMATS = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")
 """Endings of the mesh files that are read; the mesh library knows archives as well."""
@@ -20,7 +21,8 @@ def refuse_strange_format(path: Path, where: str) -> None:
         where: what names it, for the message.
 
     Raises:
-        RobotError: its ending is another one, or it is XML that declares entities.
+        RobotError: its ending is another one, it is XML that declares entities, or it names
+            files elsewhere.
     """
     if path.suffix.lower() not in FORMATS:
         raise RobotError(
@@ -34,3 +36,4 @@ def refuse_strange_format(path: Path, where: str) -> None:
                 f"{where}: '{path.name}' declares a DOCTYPE or an ENTITY, or is not UTF-8.\n"
                 "Remove it: such files can expand without end."
             )
+    refuse_references(path, where)

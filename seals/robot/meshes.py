@@ -10,9 +10,12 @@ from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
 from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.references import refuse_elsewhere
 
 MOST_BYTES = 50_000_000
 """Largest mesh that is loaded [bytes]."""
+_READ_BY_ENGINES = ("link", "joint", "material", "deformable")
+_FILE_NAMES = {"filename", "file", "uri", "url"}
 _ENDINGS = (".stl", ".obj", ".dae")
 
 
@@ -55,6 +58,23 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 raise RobotError(f"{where} does not exist.\n{advice}")
             refuse_huge_mesh(where, target)
             refuse_strange_format(target, where)
+
+
+def refuse_names_elsewhere(path: Path, raw: bytes) -> None:
+    """Refuse a URDF whose pictures and other shapes lie elsewhere: engines open them unasked.
+
+    Args:
+        path: of the URDF.
+        raw: its content, sound XML.
+
+    Raises:
+        RobotError: a name leads elsewhere, or to a pipe or a device.
+    """
+    for part in ElementTree.fromstring(raw):
+        for element in part.iter() if part.tag in _READ_BY_ENGINES else ():
+            for key in _FILE_NAMES & set(element.attrib) if element.tag != "mesh" else ():
+                where = f"URDF {path}: <{element.tag}>"
+                refuse_elsewhere(element.attrib[key], path, where)
 
 
 def _root(folder: Path) -> Path:

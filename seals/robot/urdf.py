@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
-from seals.robot.meshes import refuse_bad_meshes
+from seals.robot.meshes import refuse_bad_meshes, refuse_names_elsewhere
 from seals.robot.structure import check_structure
 
 MOST_BYTES = 5_000_000
@@ -112,6 +112,7 @@ def _text_of(path: Path) -> bytes:
             "Remove it: such files can expand without end."
         )
     check_structure(path, text.removeprefix("\ufeff"))
+    refuse_names_elsewhere(path, raw)
     return raw
 
 

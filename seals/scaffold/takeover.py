@@ -15,9 +15,11 @@ import numpy as np
 
 from seals.errors import RobotError, suggestion
 from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
 from seals.scaffold.resources import find_resource
+from seals.untrusted_io import read_bytes
 
 Element: TypeAlias = "ElementTree.Element[str]"
 FAR = 20.0
@@ -125,7 +127,11 @@ class Takeover:
             count += 1
             name = f"meshes/{source.stem}_{count}{ending}"
         (folder / "meshes").mkdir(exist_ok=True)
-        if ready:
+        if ready and ending == ".obj":
+            # names of materials would point somewhere else from the new place
+            raw = read_bytes(source, most=MOST_BYTES)
+            (folder / name).write_bytes(without_references(raw))
+        elif ready:
             shutil.copyfile(source, folder / name)
         else:
             _convert(source, folder / name)

@@ -1,0 +1,174 @@
+"""Meshes and URDFs that name devices, pipes and files elsewhere: refused before anything reads."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seals.errors import RobotError
+from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.references import without_references
+from seals.robot.urdf import read_urdf
+
+PATIENCE = 2.0
+"""Longest that a refusal may take [s]."""
+SHAPE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+URDF = """<robot name="r"><link name="base"><inertial><mass value="1"/>
+<inertia ixx="1e-2" ixy="0" ixz="0" iyy="1e-2" iyz="0" izz="1e-2"/></inertial>
+<visual><geometry><mesh filename="meshes/a.obj"/></geometry>{}</visual></link></robot>"""
+DAE = '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">{}</COLLADA>'
+PLY = "ply\nformat ascii 1.0\n{}element vertex 0\nend_header\n"
+
+
+def _glb(content: Any) -> bytes:
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A)
+    return head + text
+
+
+def _node(number: int) -> str:
+    inside = f'<instance_node url="#n{number + 1}"/>' * 2 if number < 40 else ""
+    return f'<node id="n{number}">{inside}<instance_geometry url="#g"/></node>'
+
+
+_DOUBLED = DAE.format(
+    "<library_nodes>" + "".join(map(_node, range(41))) + "</library_nodes><library_visual_scenes>"
+    '<visual_scene id="s"><instance_node url="#n0"/></visual_scene></library_visual_scenes>'
+)
+_MANY = _glb({"nodes": [{"mesh": 0}] * 9_000, "accessors": [{"count": 9_000}]})
+HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
+    "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "no name of a file near"),
+    "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "no name of a file near"),
+    "old line ends": ("a.obj", SHAPE.replace("\n", "\r") + "mtllib /dev/zero\r", "no name of a"),
+    "joined lines": ("a.obj", "mtl\\\nlib /dev/zero\n" + SHAPE, "no name of a file near"),
+    "behind joined lines": ("a.obj", SHAPE + "v 0 0 0 \\\nmtllib /dev/zero\n", "no name of a"),
+    "second of two": ("a.obj", "mtllib a.mtl /dev/zero\n" + SHAPE, "no name of a file near"),
+    "large letters": ("a.obj", "MTLLIB /dev/zero\n" + SHAPE, "no name of a file near"),
+    "a way out": ("a.obj", "mtllib ../../../../../dev/zero\n" + SHAPE, "lies elsewhere"),
+    "a way out by windows": ("a.obj", "mtllib ..\\..\\..\\a\n" + SHAPE, "lies elsewhere"),
+    "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "no name of a file near"),
+    "a link to a device": ("a.obj", "mtllib zeros.mtl\n" + SHAPE, "lies elsewhere"),
+    "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not an ordinary file"),
+    "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "allowed are"),
+    "a shell": ("a.obj", "csh rm -rf .\n" + SHAPE, "holds the command csh"),
+    "another file": ("a.obj", "call other.obj\n" + SHAPE, "holds the command call"),
+    "a picture in the materials": ("a.obj", "mtllib bad.mtl\n" + SHAPE, "names '/dev/zero'"),
+    "picture of a PLY": ("a.ply", PLY.format("comment TextureFile /dev/zero\n"), "no name of a"),
+    "picture of a COLLADA": (
+        "a.dae",
+        DAE.format("<image><init_from>/dev/zero</init_from></image>"),
+        "no name of a file near",
+    ),
+    "address in a COLLADA": (
+        "a.dae",
+        DAE.format('<instance_geometry url="http://a.b/c.dae#d"/>'),
+        "no name of a file near",
+    ),
+    "file in a COLLADA": (
+        "a.dae",
+        DAE.format("<init_from>file:///dev/zero</init_from>"),
+        "no name of a file near",
+    ),
+    "copies of copies": ("a.dae", _DOUBLED, "places more than 10,000 parts"),
+    "buffer of a glTF": ("a.glb", _glb({"buffers": [{"uri": "/dev/zero"}]}), "no name of a"),
+    "picture of a glTF": ("a.glb", _glb({"images": [{"uri": "http://a/b.png"}]}), "no name of a"),
+    "numbers without bytes": ("a.glb", _glb({"accessors": [{"count": 10**9}]}), "elements"),
+    "one part without end": ("a.glb", _MANY, "too many for their size"),
+    "deep glTF": ("a.glb", _glb(json.loads("[" * 60 + "]" * 60)), "nested deeper"),
+    "glTF that declares more": ("a.glb", _glb({})[:12] + b"\xff" * 8, "declares more"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A robot's folder with a good mesh, and beside it all that a bad one may name."""
+    meshes = tmp_path / "robot" / "meshes"
+    meshes.mkdir(parents=True)
+    (meshes / "a.obj").write_text("mtllib a.mtl absent.mtl\n" + SHAPE)
+    (meshes / "a.mtl").write_text("newmtl a\nmap_Kd ../pictures/absent.png\n")
+    (meshes / "bad.mtl").write_text("newmtl a\nmap_Kd -s 1 1 1 /dev/zero\n")
+    (meshes / "zeros.mtl").symlink_to("/dev/zero")
+    os.mkfifo(meshes / "pipe.mtl")
+    with (meshes / "huge.mtl").open("wb") as stream:
+        stream.truncate(1 << 34)
+    return meshes.parent
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) -> None:
+    """In words, at once; no library and no engine opens what it names."""
+    file, content, words = HOSTILE[name]
+    path = folder / "meshes" / file
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    start = time.monotonic()
+    with pytest.raises(RobotError, match=words):
+        refuse_strange_format(path, "mesh")
+    if file == "a.obj":
+        (folder / "r.urdf").write_text(URDF.format(""))
+        with pytest.raises(RobotError, match=words):
+            read_urdf(folder / "r.urdf")
+    assert time.monotonic() - start < PATIENCE
+
+
+PICTURE = '<material name="m"><texture {}="{}"/></material>'
+NAMES = {
+    "/dev/zero": "no name of a file near",
+    "file:///dev/zero": "no name of a file near",
+    "../../../../../../../dev/zero": "lies elsewhere",
+    "http://a.b/c.png": "no name of a file near",
+    "meshes/zeros.mtl": "lies elsewhere",
+    "meshes/pipe.mtl": "is not an ordinary file",
+    "meshes/huge.mtl": "allowed are",
+    "~/a.png": "no name of a file near",
+    "C:/a.png": "no name of a file near",
+    "package:///dev/zero": "no name of a file near",
+}
+
+
+@pytest.mark.parametrize("key", ["filename", "file", "uri", "url"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_picture_elsewhere_is_refused(folder: Path, name: str, key: str) -> None:
+    """The engine opens the pictures of materials by itself."""
+    (folder / "r.urdf").write_text(URDF.format(PICTURE.format(key, name)))
+    with pytest.raises(RobotError, match=NAMES[name]):
+        read_urdf(folder / "r.urdf")
+
+
+def test_materials_near_a_mesh_are_no_harm(folder: Path) -> None:
+    """Materials and pictures that lie near, or are lost, pass; other programs' elements too."""
+    more = PICTURE.format("filename", "package://robot/absent.png")
+    text = URDF.format(more).replace("</robot>", '<gazebo><a url="http://b"/></gazebo></robot>')
+    (folder / "r.urdf").write_text(text)
+    assert [link.name for link in read_urdf(folder / "r.urdf").links] == ["base"]
+    for name, content in {
+        "b.dae": DAE.format('<init_from>a.png</init_from><channel target="a/b"/>').encode(),
+        "b.glb": _glb({"buffers": [{"uri": "data:,"}], "accessors": [{"count": 12}]}),
+        "b.ply": PLY.format("comment TextureFile a.png\n").encode(),
+    }.items():
+        (folder / "meshes" / name).write_bytes(content)
+        refuse_strange_format(folder / "meshes" / name, "mesh")
+
+
+def test_a_mesh_taken_over_is_stripped(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``seals new robot`` copies the shape, and not what it names."""
+    from seals.scaffold.takeover import Takeover
+
+    (folder / "meshes" / "a.obj").write_text("mtllib /dev/zero\n" + SHAPE + "usemtl a\n")
+    (folder / "r.urdf").write_text(URDF.format(PICTURE.format("filename", "/dev/zero")))
+    made = folder / "made"
+    made.mkdir()
+    taken = Takeover(folder / "r.urdf", {})
+    taken.copy_meshes(made)
+    taken.write(made / "r.urdf")
+    assert (made / "meshes" / "a.obj").read_text() == SHAPE
+    assert "texture" not in (made / "r.urdf").read_text()
+    assert without_references(b"v 0 0 0 \\\nmtllib a\n") == b"v 0 0 0 "
+    assert without_references(b"mtl\\\nlib b\n") == b""
+    assert without_references(b"v 0 0 0\r\nUSEMTL a\r\n") == b"v 0 0 0\n"
