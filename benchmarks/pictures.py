@@ -121,7 +121,7 @@ def tiny(name: str, seconds: float) -> float:
     import numpy as np
 
     from seals.plugins.viewers.bullet import RendererTiny
-    from seals.rendering import Lens, Poses, Watch
+    from seals.rendering import Lens, Poses, SceneView
     from seals.rendering.optics import Optics
 
     scene, poses, cameras = catch(8, "visual")
@@ -132,7 +132,7 @@ def tiny(name: str, seconds: float) -> float:
 
     optics = chain(name) or Optics(noise=False)
     surface = None if name == "none" else water(optics)
-    watch = Watch(RendererTiny(), scene, present, optics=optics, surface=surface)
+    watch = SceneView(RendererTiny(), scene, present, optics=optics, surface=surface)
     lens, rng = Lens(width=SIZE, height=SIZE, fov=FOV), np.random.default_rng(0)
 
     def pair() -> None:

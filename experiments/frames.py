@@ -13,7 +13,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.logs import Log
 from seals.plugins.viewers.bullet import RendererTiny
-from seals.rendering import Lens, Watch
+from seals.rendering import Lens, SceneView
 from seals.rendering.optics import Optics, to_bytes
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
@@ -74,7 +74,7 @@ def draw_frames(
     surface = surface_of(dataclasses.replace(settings, fluid=None))
     optics = Optics(water_type="coastal_1", noise=False)
     shown = {"time": 0.0}
-    watch = Watch(
+    watch = SceneView(
         RendererTiny(),
         without_walls(stage.scene),
         lambda: replay.poses([shown["time"]]),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.rendering.camera import OPTICAL, Lens
-from seals.rendering.eye import Shot
+from seals.rendering.camera_view import Shot
 from seals.rendering.picture import Picture
 from seals.schema import optional, param
 from seals.sensors.mount import Mount
@@ -114,17 +114,17 @@ class SensorCamera(MountedSensor):
         """Take a picture when due, where there is a scene to see; return its number."""
         if not due:
             return None, memory
-        if felt.eye is not None:
+        if felt.camera is not None:
             here = self.mount.felt(felt)
             axes = here.rotation @ OPTICAL
             camera = here.position, axes
-            picture = felt.eye.see(
+            picture = felt.camera.see(
                 camera, self.lens, felt.time, rng, normals="normals" in self.what
             )
             if "depth" in self.what:
                 picture = picture._replace(depth=self._measured(picture, rng))
             what = tuple(self.what)
-            felt.eye.keep(Shot(memory, felt.time, picture, self.lens, what, *camera))
+            felt.camera.keep(Shot(memory, felt.time, picture, self.lens, what, *camera))
         return {"picture": np.array([float(memory)])}, memory + 1
 
     def _measured(self, picture: Picture, rng: np.random.Generator) -> NDArray[np.float32]:

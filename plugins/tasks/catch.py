@@ -14,9 +14,9 @@ from seals.control import Reference
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
+from seals.plugins.tasks.observation import See, hanging
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
-from seals.plugins.tasks.seeing import See, hanging
 from seals.robot.model import RobotModel
 from seals.schema import param, vector
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
-from seals.plugins.tasks.seeing import hanging
+from seals.plugins.tasks.observation import hanging
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""

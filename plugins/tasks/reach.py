@@ -10,8 +10,8 @@ from seals.arrays import Array, Floats, namespace
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
+from seals.plugins.tasks.observation import See, hanging, names_of, seen
 from seals.plugins.tasks.rewards import Reward, length, near, unshaped
-from seals.plugins.tasks.seeing import See, hanging, names_of, seen
 from seals.robot.model import RobotModel
 from seals.schema import param, vector
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
@@ -123,9 +123,12 @@ class Effect(EffectOptions):
         super().__init_subclass__()
         for old, new in _FORMER.items():
             given = vars(cls).get(old)
-            if new not in vars(cls) and (given is True or isinstance(given, staticmethod)):
+            if new not in vars(cls) and isinstance(given, (bool, staticmethod)):
                 warn_renamed(f"{cls.__name__}.{old}", new, level=3)
                 setattr(cls, new, given)
+        if "twins" in vars(cls):
+            warn_renamed(f"{cls.__name__}.twins", "identification.confounders", level=2)
+            cls.identification = replace(cls.identification, confounders=vars(cls)["twins"])
 
     def ambient(self) -> Effect | None:
         """Return the effect as it acts on the scene's other bodies; None for one of this robot."""

@@ -1,7 +1,7 @@
 """Sight: scenes, cameras, pictures, and the protocol of the renderers that make them."""
 
 from seals.rendering.camera import OPTICAL, Cameras, Lens, mounted, single
-from seals.rendering.eye import Eye, Shot, Watch
+from seals.rendering.camera_view import CameraView, SceneView, Shot
 from seals.rendering.light import Light
 from seals.rendering.picture import Picture, Renderer
 from seals.rendering.scene import NOTHING, Detail, Poses, Scene, Shape, nowhere
@@ -9,18 +9,18 @@ from seals.rendering.scene import NOTHING, Detail, Poses, Scene, Shape, nowhere
 __all__ = [
     "NOTHING",
     "OPTICAL",
+    "CameraView",
     "Cameras",
     "Detail",
-    "Eye",
     "Lens",
     "Light",
     "Picture",
     "Poses",
     "Renderer",
     "Scene",
+    "SceneView",
     "Shape",
     "Shot",
-    "Watch",
     "mounted",
     "nowhere",
     "single",

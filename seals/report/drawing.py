@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.report.figures import Chart, Mark, Series, edges, even, thinned
+from seals.report.figures import Chart, Mark, Series, downsampled, edges, even
 from seals.report.style import MUTED
 
 
@@ -17,7 +17,9 @@ def drawn(chart: Chart) -> dict[str, Any]:
     ready = chart.coloured()
     traces: list[dict[str, Any]] = []
     for line in ready.series:
-        traces += _stack(even(line)) if chart.stacked else _line(thinned(line), single=chart.single)
+        traces += (
+            _stack(even(line)) if chart.stacked else _line(downsampled(line), single=chart.single)
+        )
     if chart.stacked and len(chart.series) > 1:
         traces.append(_total(ready))
     return {"data": traces, "layout": _layout(chart)}

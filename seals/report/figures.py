@@ -144,7 +144,7 @@ def edges(line: Series) -> tuple[Floats, Floats]:
     return line.y - below, line.y + above
 
 
-def thinned(line: Series, most: int = MOST_POINTS) -> Series:
+def downsampled(line: Series, most: int = MOST_POINTS) -> Series:
     """Return a series of at most about ``most`` points that keeps every peak.
 
     Of each bin the lowest and the highest sample survive, so a spike of one sample stays visible.

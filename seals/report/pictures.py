@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.errors import MissingExtra
 from seals.logs.atomic import atomic_path
-from seals.report.figures import Chart, Series, edges, even, thinned
+from seals.report.figures import Chart, Series, downsampled, edges, even
 from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
@@ -59,7 +59,7 @@ def _draw(axes: Any, chart: Chart) -> None:
         _stack(axes, [even(line) for line in chart.series])
     else:
         for line in chart.series:
-            _line(axes, thinned(line))
+            _line(axes, downsampled(line))
     for mark in chart.marks:
         (axes.axhline if mark.level else axes.axvline)(mark.at, color=MUTED, lw=0.8, ls=":")
         # the label of a level stands at the left

@@ -14,7 +14,7 @@ from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, s
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.compare_runs import differences, version_changes
-from seals.run.conflicting_settings import contradictions
+from seals.run.conflicting_settings import find_conflicts
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
 from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
@@ -24,7 +24,7 @@ from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Keeper, Record, simulate
 from seals.run.stopping import stoppable
 from seals.run.surface import Surfaces
-from seals.run.unused_settings import oversights
+from seals.run.unused_settings import find_unused
 from seals.run.views import views_of
 
 
@@ -148,7 +148,7 @@ def _run_into(
     )
     record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     write_log(folder, record, settings)
-    remarks = oversights(settings, overrides) + contradictions(settings)
+    remarks = find_unused(settings, overrides) + find_conflicts(settings)
     remarks += [] if original is None else _verdict(folder, original)
     remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]
     views = views_of(record, settings)

@@ -23,7 +23,7 @@ from seals.run.hover_trim import carrying
 from seals.run.immersed import owners, plant_effects, sink, surroundings
 from seals.run.objects import add_objects, object_configuration
 from seals.run.settings import DriveStart, RunSettings
-from seals.run.sight import open_eyes
+from seals.run.sight import open_cameras
 from seals.run.stability import check_step
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
@@ -84,7 +84,7 @@ def build_world(settings: RunSettings) -> World:
     )
     actor.pilot = build_pilot(settings, actor)
     objects = add_objects(settings, steps=steps)
-    watch = open_eyes(settings, {ROBOT: actor, **objects})
+    watch = open_cameras(settings, {ROBOT: actor, **objects})
     sink(settings, [actor, *objects.values()])
     world = World(
         settings.backend,

@@ -12,7 +12,7 @@ _FELT = 0.5
 """Depth in wave lengths from which a wave feels no bottom [1]."""
 
 
-def contradictions(settings: RunSettings) -> list[str]:
+def find_conflicts(settings: RunSettings) -> list[str]:
     """Return a remark for each quantity that stands in two places with two values.
 
     Args:
@@ -44,8 +44,8 @@ def _bottoms(settings: RunSettings) -> list[str]:
     shortest = getattr(wave, "shortest", None)
     if shortest is None or e.water_level is None or e.tank_bottom is None:
         return []
-    deep, told = e.water_level - e.tank_bottom, getattr(wave, "depth", None)
-    if told is None:
+    deep, stated = e.water_level - e.tank_bottom, getattr(wave, "depth", None)
+    if stated is None:
         # the longest that matters: of an irregular sea the one at its peak
         period = float(getattr(wave, "period", 0.0))
         length = max(shortest, e.gravity * period**2 / (2.0 * math.pi))
@@ -55,10 +55,10 @@ def _bottoms(settings: RunSettings) -> list[str]:
             f"The wave is one of deep water, {length:.3g} m long; the water is {deep:g} m deep.\n"
             f"Say wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
         ]
-    if not _apart(told, deep):
+    if not _apart(stated, deep):
         return []
     return [
-        f"The water has two depths: wave.depth={told:g}, and {deep:g} m from "
+        f"The water has two depths: wave.depth={stated:g}, and {deep:g} m from "
         f"environment.water_level to environment.tank_bottom.\nSay wave.depth={deep:g}, or mean it."
     ]
 

@@ -206,8 +206,8 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
     """Standard deviation of a channel's white noise and the latency of its sensor, where told."""
     density = getattr(sensor, NOISE_FIELDS.get(channel, ""), None)
     sigma = float(density) * math.sqrt(sensor.rate) if density else None
-    told: Mapping[str, float] = sensor.sigmas() if hasattr(sensor, "sigmas") else {}
-    sigma = told.get(channel, sigma) or RESOLVED.get(channel)
+    stated: Mapping[str, float] = sensor.sigmas() if hasattr(sensor, "sigmas") else {}
+    sigma = stated.get(channel, sigma) or RESOLVED.get(channel)
     late = float(options_of(sensor, SensorOptions).latency)
     out = {"sigma": sigma} if sigma else {}
     return {**out, "latency": late} if late else out

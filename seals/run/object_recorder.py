@@ -17,7 +17,7 @@ TURN = ("orientation_w", "orientation_x", "orientation_y", "orientation_z")
 SPEED = ("velocity_x", "velocity_y", "velocity_z")
 
 
-class Company:
+class ObjectRecorder:
     """Rows of the objects: position, orientation and velocity in the world, joint positions.
 
     Args:

@@ -21,7 +21,7 @@ MOST = 20_000
 """Particles kept of one instant; of more, every second, third ... is."""
 
 
-def thinned(places: ArrayLike) -> NDArray[np.float32]:
+def subsampled(places: ArrayLike) -> NDArray[np.float32]:
     """Return at most `MOST` of the places, evenly out of all, in single precision.
 
     Args:
@@ -103,4 +103,4 @@ class Thinned:
         if world.fluid is None or not passed(world.time, world.step_size, self.every):
             return
         with atomic_path(file_of(self.folder, world.time, ".npy")) as beside:
-            np.save(beside, thinned(world.fluid.particles()[0]), allow_pickle=False)
+            np.save(beside, subsampled(world.fluid.particles()[0]), allow_pickle=False)

@@ -8,7 +8,7 @@ from typing import Any
 
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
-from seals.rendering import Eye, Shot
+from seals.rendering import CameraView, Shot
 from seals.rendering.files import MILLIMETRE, images
 from seals.world import Actor
 
@@ -31,17 +31,17 @@ class Pictures:
     def __init__(self, actor: Actor, folder: Path | None) -> None:
         """Begin with an empty index."""
         self.actor, self.folder = actor, folder
-        self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._eyes()}
+        self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._cameras()}
 
-    def _eyes(self) -> dict[str, Eye]:
-        return dict(self.actor.senses.eyes)
+    def _cameras(self) -> dict[str, CameraView]:
+        return dict(self.actor.sensor_suite.cameras)
 
     def take(self) -> None:
         """Write the pictures that are new."""
         if self.folder is None or not self.rows:
             return
-        for name, eye in self._eyes().items():
-            shot = eye.shot
+        for name, view in self._cameras().items():
+            shot = view.shot
             if shot is not None and shot.number >= len(self.rows[name]):
                 self._write(self.folder / FOLDER / name, shot)
                 self.rows[name].append(_row(shot))
@@ -61,8 +61,8 @@ class Pictures:
 
     def _described(self, name: str) -> dict[str, Any]:
         """What a reader of the files needs to know."""
-        sensor: Any = self.actor.senses.sensors[name]
-        lens, scene = sensor.lens, self._eyes()[name].watch.scene
+        sensor: Any = self.actor.sensor_suite.sensors[name]
+        lens, scene = sensor.lens, self._cameras()[name].view.scene
         return {
             "link": sensor.link,
             "position": list(sensor.position),

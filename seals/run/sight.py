@@ -1,4 +1,4 @@
-"""Opens the eyes of a run: scene, renderer and water surface for its cameras."""
+"""Scene, renderer and water surface for the cameras of a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.errors import ConfigError, suggestion
 from seals.fluid import SeaOfFluid
 from seals.plugin_options import options_of
 from seals.registry import names
-from seals.rendering import Poses, Renderer, Watch
+from seals.rendering import Poses, Renderer, SceneView
 from seals.rendering.gather import build_scene
 from seals.rendering.optics import Surface, SurfaceStill, SurfaceSum, SurfaceWaves, ripples
 from seals.run.immersed import surroundings
@@ -32,16 +32,16 @@ RIPPLES = 8
 """Waves that ripples are made of: every one is a pass over all pixels."""
 
 
-def open_eyes(settings: RunSettings, actors: Mapping[str, Actor]) -> Watch | None:
+def open_cameras(settings: RunSettings, actors: Mapping[str, Actor]) -> SceneView | None:
     """Give every camera of a run its view of the scene; None without cameras.
 
     Raises:
         SealsError: the renderer is missing, or cannot draw here.
     """
-    seeing = [a for a in actors.values() if any(map(sees, a.senses.sensors.values()))]
-    if not seeing:
+    with_cameras = [a for a in actors.values() if any(map(sees, a.sensor_suite.sensors.values()))]
+    if not with_cameras:
         return None
-    watch = Watch(
+    watch = SceneView(
         renderer_of(settings.viewer),
         build_scene(
             {name: actor.robot for name, actor in actors.items()},
@@ -53,8 +53,8 @@ def open_eyes(settings: RunSettings, actors: Mapping[str, Actor]) -> Watch | Non
         optics=settings.optics,
         surface=surface_of(settings),
     )
-    for actor in seeing:
-        actor.senses.open_eyes(watch)
+    for actor in with_cameras:
+        actor.sensor_suite.open_cameras(watch)
     return watch
 
 

@@ -20,7 +20,7 @@ from seals.run.checkpoint import take_up
 from seals.run.command_recorder import Commands
 from seals.run.fluid_book import FluidBook
 from seals.run.metadata import describe_run
-from seals.run.object_recorder import Company, describe_objects
+from seals.run.object_recorder import ObjectRecorder, describe_objects
 from seals.run.pictures import Pictures
 from seals.run.progress import progress
 from seals.run.recorder import Recorder
@@ -126,7 +126,7 @@ class _Books(NamedTuple):
     """What is written down of a run."""
 
     recorder: Recorder
-    company: Company
+    objects: ObjectRecorder
     stages: Stages
     aims: Aims
     commands: Commands
@@ -138,7 +138,7 @@ class _Books(NamedTuple):
         self.recorder.take(time)
         self.aims.take(self.recorder.rows - 1)
         self.commands.take(self.recorder.rows - 1)
-        self.company.take()
+        self.objects.take()
         self.fluid.take()
         self.pictures.take()
         return self.stages.over(time)
@@ -156,7 +156,7 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     things = {name: other for name, other in world.actors.items() if name != ROBOT}
     books = _Books(
         recorder,
-        Company(things, steps=steps),
+        ObjectRecorder(things, steps=steps),
         Stages(actor.pilot),
         Aims(actor.pilot, steps=steps),
         Commands(actor, steps=steps),
@@ -185,14 +185,14 @@ class _Stepping(NamedTuple):
 def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] | None) -> Record:
     """Take all steps, or as many as go."""
     actor, books = run.world.actors[ROBOT], run.books
-    recorder, company, stages = books[:3]
+    recorder, objects, stages = books[:3]
     if started is not None:
         started()
     start = time.perf_counter()
     ending, error = _until_over(run)
     seconds = time.perf_counter() - start
     if ending is Ending.interrupted:
-        for ledger in (actor.ledger, *company.ledgers.values()):
+        for ledger in (actor.ledger, *objects.ledgers.values()):
             ledger.rewind(recorder.rows - 1)
     books.pictures.close()
     log = _log(settings, actor.robot, books)
@@ -201,7 +201,7 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
         log=log,
         ledger=actor.ledger,
         robot=actor.robot,
-        objects=company.ledgers,
+        objects=objects.ledgers,
         stages=stages,
         fluid=books.fluid.columns(recorder.rows),
         ending=ending,
@@ -222,8 +222,8 @@ def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
                 tell(done)
                 if over:
                     break
-                for keeper in keepers:
-                    keeper.tick(world, books)
+                for observer in keepers:
+                    observer.tick(world, books)
     except KeyboardInterrupt as stop:
         return Ending.interrupted, stop
     except (
@@ -234,7 +234,7 @@ def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
 
 
 def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
-    recorder, company = books.recorder, books.company
+    recorder, objects = books.recorder, books.objects
     first: dict[str, Floats] = {
         name: values[0] for name, values in recorder.truth.items() if np.all(np.isfinite(values[0]))
     }
@@ -243,9 +243,9 @@ def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
     pilot = recorder.actor.pilot
     layout = None if pilot is None else pilot.plant.layout
     meta: dict[str, Any] = describe_run(settings, robot, layout, recorder.sources(), initial)
-    if company.actors:
-        meta["objects"] = describe_objects(settings, company.actors)
-    columns = recorder.columns() | company.columns(recorder.rows)
+    if objects.actors:
+        meta["objects"] = describe_objects(settings, objects.actors)
+    columns = recorder.columns() | objects.columns(recorder.rows)
     columns |= books.aims.columns(recorder.rows) | books.commands.columns(recorder.rows)
     return Log(name=settings.name, columns=columns, meta=meta, source="simulated by SEALS")
 

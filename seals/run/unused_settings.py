@@ -10,7 +10,7 @@ from seals.run.effects_owned_by_fluid import resting_effects
 from seals.run.settings import RunSettings
 
 
-def oversights(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
+def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
     """Return a remark for each thing that was asked for and cannot show.
 
     Args:

@@ -15,7 +15,7 @@ class SensorOptions:
     """Whether it does nothing while no reading is due; it is not called then."""
 
     sees: ClassVar[bool] = False
-    """Whether it is a camera; it gets an ``eye`` where the run has a renderer."""
+    """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
 
     latency: float = 0.0
     """Time from the taking of a reading to its arrival at guide and controller [s]."""

@@ -14,7 +14,7 @@ from seals.sensors.onboard import OnboardState, nothing_aboard
 from seals.sensors.surroundings import Surroundings, no_surroundings
 
 if TYPE_CHECKING:
-    from seals.rendering.eye import Eye
+    from seals.rendering.camera_view import CameraView
 
 __getattr__ = renamed_members(__name__, {"Felt": "SensorInput"})
 
@@ -44,7 +44,7 @@ class SensorInput(NamedTuple):
         around: water, ground and other bodies, to be asked.
         board: joints, rotors and battery of the robot, to be asked.
         axis_misalignment: turn of a sensor's axes against the stated ones, shape (3, 3), or None.
-        eye: through which a camera sees the scene, None for other sensors.
+        camera: view of the scene of a camera, None for other sensors.
     """
 
     time: float
@@ -61,12 +61,17 @@ class SensorInput(NamedTuple):
     around: Surroundings = NOWHERE
     board: OnboardState = NOTHING_ABOARD
     axis_misalignment: Floats | None = None
-    eye: Eye | None = None
+    camera: CameraView | None = None
 
 
 add_former_names(
     SensorInput,
-    {"spin": "angular_velocity", "spin_rate": "angular_acceleration", "askew": "axis_misalignment"},
+    {
+        "spin": "angular_velocity",
+        "spin_rate": "angular_acceleration",
+        "askew": "axis_misalignment",
+        "eye": "camera",
+    },
 )
 
 

@@ -29,18 +29,18 @@ def goes_on(
     """
     if "resume" not in config:
         return False
-    keeper = _keeper(str(hydra.job.config_name))
-    if not keeper.has_checkpoint(folder):
+    checkpoints = _checkpoints(str(hydra.job.config_name))
+    if not checkpoints.has_checkpoint(folder):
         return False
     kept = (DiskFull.__name__, ConfigError.__name__)
     cut_off = before is None or before.message.startswith(kept)
     if cut_off and _is_own(folder, hydra, words):
         return True
-    keeper.remove_checkpoint(folder)
+    checkpoints.remove_checkpoint(folder)
     return False
 
 
-def _keeper(verb: str) -> Any:
+def _checkpoints(verb: str) -> Any:
     """Return the module that knows the checkpoints of a verb."""
     if verb == "train":
         from seals.learn.training import checkpoint as of_trainings

@@ -111,8 +111,8 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
 
 def _check_actuator(name: str, actuator: Any) -> None:
     """Check that an actuator tells its columns, lags and limits."""
-    told = ("first", "count", "lag", "limit")
-    missing = [key for key in told if not hasattr(actuator, key)]
+    stated = ("first", "count", "lag", "limit")
+    missing = [key for key in stated if not hasattr(actuator, key)]
     require(
         not missing,
         name,
@@ -143,11 +143,11 @@ def _check_docstring(name: str, cls: type) -> None:
     body = " ".join(" ".join(parts).split())
     for parameter, meta in parameters_of(cls).items():
         entry = re.search(rf"\b{parameter}: (.*?)(?= \w+: |$)", body)
-        told = entry is not None and (
+        stated = entry is not None and (
             meta.unit == "1" or f"[{meta.unit}" in entry[1] or f"{meta.unit}]" in entry[1]
         )
         require(
-            told,
+            stated,
             name,
             f"its docstring does not say what {parameter} is, in [{meta.unit}]",
             f"Add the line '{parameter}: what it is [{meta.unit}].' under Args.",

@@ -37,8 +37,8 @@ class LearnerReport:
 
     def table(self) -> str:
         """Return the figures as text."""
-        told = ", ".join(f"{key} {value:.3g}" for key, value in self.figures.items())
-        return f"{self.name}: {self.updates} updates, {told}"
+        stated = ", ".join(f"{key} {value:.3g}" for key, value in self.figures.items())
+        return f"{self.name}: {self.updates} updates, {stated}"
 
 
 def check_learner(
@@ -152,10 +152,10 @@ class _LearnerCheck:
 
     def repeats(self, agent: Any) -> None:
         """Run the course again from the same seed."""
-        told = self.course_told
+        stated = self.course_told
         self.course(STEPS if agent.interactive else 0)
         require(
-            told == self.course_told,
+            stated == self.course_told,
             self.name,
             "tells other losses the second time",
             "Draw from generators made of the seed only.",

@@ -61,11 +61,11 @@ def check_reader(
     """
     name, cls = class_of("reader", reader)
     check_declaration(name, cls, headings=False)
-    told = [h for h in HEADINGS if h in (inspect.getdoc(cls) or "")]
+    stated = [h for h in HEADINGS if h in (inspect.getdoc(cls) or "")]
     require(
-        len(told) == len(HEADINGS),
+        len(stated) == len(HEADINGS),
         name,
-        f"its docstring tells {told}",
+        f"its docstring tells {stated}",
         f"Tell: {', '.join(HEADINGS)}",
     )
     made = cls(**(values or {}))

@@ -18,7 +18,7 @@ from seals.sensors.surroundings import Surroundings
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
-from seals.testing.lateness import check_delivery
+from seals.testing.sensor_delay import check_delivery
 
 INERTIAL = {"specific_force": 3, "angular_velocity": 3}
 """Channels of a sensor that is checked as an inertial one."""

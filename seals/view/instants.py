@@ -34,7 +34,7 @@ class Instants:
         return self.files[max(k, 0)][1]
 
 
-class Drops:
+class ParticleSnapshots:
     """The particles that a run has kept of its water.
 
     Args:

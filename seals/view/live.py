@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from seals.child_process import command, environment
 from seals.errors import SealsError
 from seals.rendering.scene import Poses
-from seals.run.particle_snapshots import thinned
+from seals.run.particle_snapshots import subsampled
 
 RATE = 30.0
 """Frames sent in one second of simulated time [Hz]."""
@@ -165,7 +165,7 @@ class Broadcast:
     def _particles(self, fluid: Any) -> NDArray[np.float32] | None:
         if fluid is None:
             return None
-        return thinned(fluid.particles()[0])
+        return subsampled(fluid.particles()[0])
 
 
 def simulate_into(folder: str, mouth: Connection) -> None:

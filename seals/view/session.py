@@ -18,7 +18,7 @@ from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.replay_config import recalled
 from seals.view.forces import Forces
-from seals.view.instants import Drops
+from seals.view.instants import ParticleSnapshots
 from seals.view.live import Frame, Live
 from seals.view.replay import Replay, open_replay
 from seals.view.shots import Shots
@@ -66,7 +66,7 @@ class Session:
     water: Water
     forces: Forces
     shots: Shots
-    drops: Drops
+    drops: ParticleSnapshots
 
     def __init__(self, config: Any, sliders: Sequence[Slider], folder: Path) -> None:
         """Prepare; `start` or `open` puts a run on show."""
@@ -84,7 +84,7 @@ class Session:
         self.stage, folder = replay.stage, replay.folder
         self.water = Water(self.stage.settings, folder)
         self.forces, self.shots = Forces(self.stage, folder), Shots(folder)
-        self.drops = Drops(folder)
+        self.drops = ParticleSnapshots(folder)
         self.shown += 1
 
     def start(self) -> None:
@@ -106,7 +106,7 @@ class Session:
         self.stage, self.replay, self._frames, self._wet = stage, None, [], []
         self.water = Water(stage.settings)
         self.forces, self.shots = Forces(stage, None), Shots(None)
-        self.drops = Drops(None)
+        self.drops = ParticleSnapshots(None)
         self.live = Live(folder)
         self.shown += 1
         self.note = f"run {len(self.made)} is going on"

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.backend import Backend, BodyOptions, Configuration, Dynamics
 from seals.control import ActuatorCommand
+from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.environment.build import build_surroundings, exact_of
@@ -62,7 +63,7 @@ class Actor:
         drive: states of all drives, in the unit of the command, shape (1, n); None for none.
         drive_at_start: what ``drive`` is after a reset, None for standstill.
         voltage: of the battery [V], shape (1, 1); None when not known.
-        senses: its sensors.
+        sensor_suite: its sensors, their memory and readings.
         pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
@@ -112,7 +113,7 @@ class Actor:
         self.pilot: Pilot | None = None
         self._speeds: Mapping[str, Any] = {}
         self._solid: list[tuple[int, Shape]] | None = None
-        self.senses = SensorSuite(
+        self.sensor_suite = SensorSuite(
             robot,
             effects,
             sensors,
@@ -131,7 +132,7 @@ class Actor:
     @property
     def readings(self) -> Mapping[str, Any]:
         """Return what every sensor reported at the last instant, by channel, or None."""
-        return self.senses.readings
+        return self.sensor_suite.readings
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
         """Place the robot, clear all memory."""
@@ -145,7 +146,7 @@ class Actor:
             self.pilot.reset()
         self._speeds = {}
         self.ledger.rewind(0)
-        self.senses.reset(rng)
+        self.sensor_suite.reset(rng)
         self._before, self._now, self._due = None, None, None
 
     def load(self, time: float, step: float) -> None:
@@ -246,9 +247,9 @@ class Actor:
         """Take the readings that are due at the new time, and let the pilot hear what arrives."""
         if not self.sensors:
             return
-        self.senses.take(Instant(time, step, *self.look(), self._before), rng)
+        self.sensor_suite.take(Instant(time, step, *self.look(), self._before), rng)
         if self.pilot is not None:
-            for taken, readings in self.senses.heard().items():
+            for taken, readings in self.sensor_suite.heard().items():
                 self.pilot.hear(taken, readings)
 
     def shapes(self) -> list[Shape]:
@@ -270,7 +271,7 @@ class Actor:
     def snapshot(self) -> Any:
         """Return memory of effects and sensors, commands, and the length of the ledger."""
         commands = [_copy(getattr(self, name)) for name in _COMMANDS]
-        memory = (self.memory, self.senses.snapshot(), self._speeds)
+        memory = (self.memory, self.sensor_suite.snapshot(), self._speeds)
         pilot = None if self.pilot is None else self.pilot.snapshot()
         train = (self.drivetrain.snapshot(), pilot)
         return memory, commands, train, self.ledger.rows, self._before
@@ -279,7 +280,7 @@ class Actor:
         """Put a snapshot back; the ledger forgets later rows."""
         memory, commands, train, rows, self._before = kept
         self.memory, sensing, self._speeds = memory
-        self.senses.restore(sensing)
+        self.sensor_suite.restore(sensing)
         for name, value in zip(_COMMANDS, commands, strict=True):
             setattr(self, name, _copy(value))
         self.drivetrain.restore(train[0])
@@ -287,6 +288,9 @@ class Actor:
             self.pilot.restore(train[1])
         self._now = None
         self.ledger.rewind(rows)
+
+
+add_former_names(Actor, {"senses": "sensor_suite"})
 
 
 def _copy(values: Floats | None) -> Floats | None:

@@ -9,11 +9,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import RigidBody
+from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
-from seals.rendering.eye import Eye, Watch
+from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
 from seals.sensors.delivery import NEW, Delivery, Line, Values
 from seals.sensors.onboard import OnboardState, equipment_of
@@ -59,7 +60,7 @@ class SensorSuite:
     Attributes:
         readings: what every sensor reported at the last instant, None for nothing.
         arrived: readings that came in then, with the time each was taken [s], by sensor.
-        eyes: views of the scene of the cameras, by name; empty without a renderer.
+        cameras: views of the scene, by name of the camera; empty without a renderer.
 
     Raises:
         ConfigError: the robot lacks a link, or what a sensor reads.
@@ -88,7 +89,7 @@ class SensorSuite:
         # accelerations are found for those that do not say they need none
         self._inertial = {n: o.inertial for n, o in options.items()}
         self._idles = {n: o.idles for n, o in options.items()}
-        self.eyes: dict[str, Eye] = {}
+        self.cameras: dict[str, CameraView] = {}
         faults = Faults(effects, self.sensors)
         self._chains, self._askew = faults.chains, faults.turns
         self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
@@ -108,14 +109,14 @@ class SensorSuite:
         self.others = others
         self.around.bodies = lambda: [shape for body in shapes for shape in body()]
 
-    def open_eyes(self, watch: Watch) -> None:
+    def open_cameras(self, scene: SceneView) -> None:
         """Give every camera its view of the scene."""
-        seeing = (n for n, s in self.sensors.items() if options_of(s, SensorOptions).sees)
-        self.eyes = {n: Eye(watch) for n in seeing}
+        with_cameras = (n for n, s in self.sensors.items() if options_of(s, SensorOptions).sees)
+        self.cameras = {n: CameraView(scene) for n in with_cameras}
 
     def _forget(self) -> None:
-        for eye in self.eyes.values():
-            eye.shot = None
+        for view in self.cameras.values():
+            view.shot = None
         self.readings: dict[str, Any] = dict.fromkeys(self.sensors)
         self.arrived: list[tuple[float, str, Values]] = []
         self._memory: dict[str, Any] = {}
@@ -204,13 +205,13 @@ class SensorSuite:
             self.around,
             self.board,
             self._askew[name],
-            self.eyes.get(name),
+            self.cameras.get(name),
         )
 
     def snapshot(self) -> Any:
         """Return all memory."""
         parts = (self._memory, self._next, self.readings, self._past, self._lines)
-        shots = {name: eye.shot for name, eye in self.eyes.items()}
+        shots = {name: view.shot for name, view in self.cameras.items()}
         return tuple(dict(part) for part in parts), list(self.arrived), shots
 
     def restore(self, kept: Any) -> None:
@@ -218,8 +219,11 @@ class SensorSuite:
         parts, arrived, shots = kept
         self._memory, self._next, self.readings, self._past, self._lines = (dict(x) for x in parts)
         self.arrived = list(arrived)
-        for name, eye in self.eyes.items():
-            eye.shot = shots.get(name)
+        for name, view in self.cameras.items():
+            view.shot = shots.get(name)
+
+
+add_former_names(SensorSuite, {"eyes": "cameras"})
 
 
 def _turned(vector: Floats, spin: Floats, time: float) -> Floats:

@@ -12,7 +12,7 @@ from seals.backend import Backend, Configuration
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.fluid import Fluid
-from seals.rendering.eye import Watch
+from seals.rendering.camera_view import SceneView
 from seals.world.actor import Actor
 from seals.world.immersion import joined
 
@@ -79,7 +79,7 @@ class World:
         step: float,
         seed: int,
         fluid: Fluid | None = None,
-        watch: Watch | None = None,
+        watch: SceneView | None = None,
     ) -> None:
         """Keep the parts; call `reset` before the first step."""
         self.backend, self.actors, self.environment = backend, dict(actors), environment
@@ -88,7 +88,7 @@ class World:
         self.rng = np.random.default_rng(seed)
         for name, actor in self.actors.items():
             others = {n: a for n, a in self.actors.items() if n != name}
-            actor.senses.meet(Others(others), [a.shapes for a in others.values()])
+            actor.sensor_suite.meet(Others(others), [a.shapes for a in others.values()])
             if actor.pilot is not None:
                 actor.pilot.bodies = Others(others)
 

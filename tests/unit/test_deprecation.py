@@ -48,6 +48,7 @@ def test_a_former_hook_of_an_effect_is_taken_over() -> None:
 
         class Heavier(Effect):
             dries: ClassVar[bool] = True
+            twins: ClassVar[tuple[str, ...]] = ("buoyancy",)
 
             @staticmethod
             def nominal(body: Body, params: Parameters) -> Array:
@@ -55,10 +56,12 @@ def test_a_former_hook_of_an_effect_is_taken_over() -> None:
 
     assert {str(w.message) for w in caught} == {
         "Heavier.dries is now zero_when_dry; use the new name.",
+        "Heavier.twins is now identification.confounders; use the new name.",
         "Heavier.nominal is now inertia_change; use the new name.",
     }
     effect: Any = Heavier()
     assert effect.zero_when_dry
+    assert effect.identification.confounders == ("buoyancy",)
     assert effect.inertia_change is effect.nominal
     assert has_hook(effect, InertiaChange)
 

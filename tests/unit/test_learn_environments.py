@@ -14,9 +14,9 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.episodes import Episodes
 from seals.learn.task import Instant
+from seals.plugins.tasks.observation import quaternion, seen
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, paper_reward
-from seals.plugins.tasks.seeing import quaternion, seen
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 

@@ -12,8 +12,8 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import ended
 from seals.run.build import build_run
-from seals.run.conflicting_settings import contradictions
-from seals.run.unused_settings import oversights
+from seals.run.conflicting_settings import find_conflicts
+from seals.run.unused_settings import find_unused
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ from seals.run.unused_settings import oversights
 )
 def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
     """A controller without a guide and a wave without water; nothing else."""
-    found = oversights(build_run(compose(words)), words)
+    found = find_unused(build_run(compose(words)), words)
     assert [remark.split(":")[0] for remark in found] == said
     assert all(len(remark.splitlines()) == 2 for remark in found)
 
@@ -64,7 +64,7 @@ def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
 )
 def test_what_is_told_twice_and_differently_is_said(words: list[str], said: list[str]) -> None:
     """Gravity, levels and depth of the water stand in two places; what to write follows."""
-    found = contradictions(build_run(compose(["robot=ball", "water=fossen", *words])))
+    found = find_conflicts(build_run(compose(["robot=ball", "water=fossen", *words])))
     assert [remark.splitlines()[1].split(", or")[0] for remark in found] == [
         f"Say {words}" for words in said
     ]

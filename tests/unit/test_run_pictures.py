@@ -159,12 +159,12 @@ def test_latency_and_losses_are_those_of_every_sensor() -> None:
     """A late picture stands in the log when taken and arrives later; a lost one in neither."""
     words = ["robot=aam", "+sensor@sensors.eye=camera", "sensors.eye.latency=0.04"]
     world, _ = stepped([*words, "sensors.eye.rate=50"], 5)
-    senses = world.actors["robot"].senses
-    assert senses.readings["eye"]["picture"].tolist() == [0.0]
-    assert [name for _, name, _ in senses.arrived if name == "eye"] == []
+    suite = world.actors["robot"].sensor_suite
+    assert suite.readings["eye"]["picture"].tolist() == [0.0]
+    assert [name for _, name, _ in suite.arrived if name == "eye"] == []
     for _ in range(10):
         world.step()
-    assert [round(t, 6) for t, name, _ in senses.arrived if name == "eye"] == [0.02]
+    assert [round(t, 6) for t, name, _ in suite.arrived if name == "eye"] == [0.02]
     world.close()
     world, _ = stepped([*words[:2], "sensors.eye.dropout=1.0", "sensors.eye.rate=250"], 10)
     assert world.actors["robot"].readings["eye"] is None
@@ -174,7 +174,7 @@ def test_latency_and_losses_are_those_of_every_sensor() -> None:
 def test_a_snapshot_brings_the_picture_back() -> None:
     """After a restore the eye holds the picture of that time, and goes on with the same numbers."""
     world, _ = stepped(["robot=aam", "+sensor@sensors.eye=camera", "sensors.eye.rate=250"], 3)
-    eye = world.actors["robot"].senses.eyes["eye"]
+    eye = world.actors["robot"].sensor_suite.cameras["eye"]
     kept, shot = world.snapshot(), eye.shot
     world.step()
     after = eye.shot
@@ -194,7 +194,7 @@ def test_water_colours_what_a_camera_sees() -> None:
         words = ["robot=aam", "water=fossen", "+sensor@sensors.eye=camera", f"water_type={water}"]
         words += ["sensors.eye.rate=250", "optics.noise=false", "optics.caustics=false"]
         world, _ = stepped([*words, f"initial.position=[0,0,{height}]"], 1)
-        shot = world.actors["robot"].senses.eyes["eye"].shot
+        shot = world.actors["robot"].sensor_suite.cameras["eye"].shot
         world.close()
         mean = shot.picture.colour.reshape(-1, 3).mean(axis=0)
         return float(mean[0] / mean[1])

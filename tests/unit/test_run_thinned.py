@@ -10,10 +10,10 @@ import pytest
 
 from seals.cli.main import main
 from seals.errors import ConfigError
-from seals.run.particle_snapshots import MOST, Thinned, thinned
+from seals.run.particle_snapshots import MOST, Thinned, subsampled
 from seals.run.replay_config import recalled
 from seals.view import open_replay
-from seals.view.instants import Drops
+from seals.view.instants import ParticleSnapshots
 from seals.view.session import Session
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")
@@ -43,10 +43,10 @@ class Clock:
 def test_a_thinned_set_comes_from_all_of_the_water() -> None:
     """Few particles stay as they are; of one too many every second is kept, the ends among them."""
     few = np.arange(30.0).reshape(-1, 3)
-    assert np.array_equal(thinned(few), few)
-    assert len(thinned(np.zeros((MOST, 3)))) == MOST
+    assert np.array_equal(subsampled(few), few)
+    assert len(subsampled(np.zeros((MOST, 3)))) == MOST
     many = np.arange(3.0 * (MOST + 1)).reshape(-1, 3)
-    kept = thinned(many)
+    kept = subsampled(many)
     assert len(kept) == MOST // 2 + 1
     assert np.array_equal(kept[[0, 1, -1]], many[[0, 2, MOST]].astype(np.float32))
 
@@ -60,13 +60,13 @@ def test_one_set_for_every_interval_goes_by_its_time(tmp_path: Path) -> None:
         keeper.tick(world, None)
     names = sorted(path.name for path in (tmp_path / "particles").iterdir())
     assert names == [f"t_{t:08.4f}.npy" for t in (0.12, 0.2, 0.32, 0.4)]
-    drops = Drops(tmp_path)
+    drops = ParticleSnapshots(tmp_path)
     for time, written in ((0.0, 0.12), (0.199, 0.12), (0.2, 0.2), (9.0, 0.4)):
         places = drops.last(time)
         assert places is not None
         assert places[0] == pytest.approx([0.0, 1.0, 2.0 + written])
-    assert Drops(None).last(0.0) is None
-    assert Drops(tmp_path / "other").last(0.0) is None
+    assert ParticleSnapshots(None).last(0.0) is None
+    assert ParticleSnapshots(tmp_path / "other").last(0.0) is None
 
 
 @pytest.mark.parametrize(
@@ -80,14 +80,14 @@ def test_what_is_no_set_of_places_is_refused(
     file = tmp_path / "particles" / "t_000.1000.npy"
     np.save(file, content)
     with pytest.raises(ConfigError, match=words):
-        Drops(tmp_path).last(0.1)
+        ParticleSnapshots(tmp_path).last(0.1)
     other = file.with_name("t_000.2000.npy")
     other.write_bytes(file.read_bytes()[:40])
     with pytest.raises(ConfigError, match="cannot be read"):
-        Drops(tmp_path).last(0.2)
+        ParticleSnapshots(tmp_path).last(0.2)
     file.rename(file.with_name("t_soon.npy"))
     with pytest.raises(ConfigError, match="no time in its name"):
-        Drops(tmp_path)
+        ParticleSnapshots(tmp_path)
 
 
 def test_a_run_of_particles_shows_its_water_again(tmp_path: Path) -> None:

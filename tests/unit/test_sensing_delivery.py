@@ -196,13 +196,13 @@ def test_memory_of_sensors_can_be_pickled() -> None:
     """A checkpoint holds it: what is read back continues alike."""
     world = world_of(*SUITE)
     advance(world, 60)
-    senses = world.actors["robot"].senses
-    kept, state = senses.snapshot(), world.rng.bit_generator.state
+    suite = world.actors["robot"].sensor_suite
+    kept, state = suite.snapshot(), world.rng.bit_generator.state
     copy = pickle.loads(pickle.dumps(kept))
     first = advance(world, 1)
-    senses.restore(copy)
+    suite.restore(copy)
     world.rng.bit_generator.state = state
-    assert len(senses.heard()) == len({taken for taken, _, _ in copy[1]})
+    assert len(suite.heard()) == len({taken for taken, _, _ in copy[1]})
     assert all(same(kept[0][2][n], copy[0][2][n]) for n in first[0])
     world.close()
 

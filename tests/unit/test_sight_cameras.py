@@ -122,7 +122,7 @@ def test_depth_noise_grows_with_the_square_of_the_distance() -> None:
         force=(0, 0, 9.81), angular_velocity=(0, 0, 0), angular_acceleration=(0, 0, 0), time=0.1
     )
     rng = np.random.default_rng(0)
-    reading, memory = camera.sense(instant._replace(eye=wall), 7, rng, due=True)
+    reading, memory = camera.sense(instant._replace(camera=wall), 7, rng, due=True)
     assert reading is not None
     assert (reading["picture"].tolist(), memory, wall.shot.number) == ([7.0], 8, 7)
     depth = wall.shot.picture.depth

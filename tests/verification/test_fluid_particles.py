@@ -15,7 +15,7 @@ from seals.errors import ConfigError, PhysicsError
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
-from seals.run.unused_settings import oversights
+from seals.run.unused_settings import find_unused
 from seals.world import World
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")
@@ -115,7 +115,7 @@ def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     """Coefficients of the robot's folder rest, the user is told, figures of the fluid are kept."""
     words = [*TANK, "robot=ball", "time.duration=0.02", "+fluid.gauges.side=[0.2,0.2]"]
     settings = build_run(compose(words))
-    (remark,) = oversights(settings, words)
+    (remark,) = find_unused(settings, words)
     assert "water_drag, spin_drag, added_mass, slamming of ball rest" in remark
     record = simulate(settings)
     assert record.error is None

@@ -306,7 +306,7 @@ def test_the_cameras_of_the_manipulator_are_those_of_its_urdf(name: str) -> None
     settings = build_run(compose([*words, *camera, *marks, "time.step=1e-5"]))
     world = build_world(settings)
     try:
-        eye = world.actors["robot"].senses.eyes["eye"]
+        eye = world.actors["robot"].sensor_suite.cameras["eye"]
         pose = world.actors["robot"].body.poses()
         link = world.actors["robot"].robot.links.index(name)
         np.testing.assert_allclose(
@@ -317,7 +317,7 @@ def test_the_cameras_of_the_manipulator_are_those_of_its_urdf(name: str) -> None
         axes = np.stack([-turn[:, 1], -turn[:, 2], turn[:, 0]], axis=1)
         camera_pose = np.asarray(pose.origins[0, link]), axes
         picture = eye.see(camera_pose, Lens(fov=1.2), 0.0, world.rng)
-        rows, columns = np.nonzero(picture.parts == eye.watch.scene.part("mark/base"))
+        rows, columns = np.nonzero(picture.parts == eye.view.scene.part("mark/base"))
         focal = 64.0 / math.tan(0.6)
         assert columns.mean() + 0.5 == pytest.approx(64.0, abs=0.5)
         # a ball above the axis appears in the upper half; its outline is an ellipse about the axis

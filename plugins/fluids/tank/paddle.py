@@ -141,7 +141,7 @@ def _ramped(place: float, speed: float, t: float, ramp: float) -> Stroke:
     return Stroke(share * place, share * speed + rate * place)
 
 
-class Board(NamedTuple):
+class PaddlePlate(NamedTuple):
     """The paddle as a body: place, attitude, velocity and spin, shapes (3,), (3, 3), (3,), (3,)."""
 
     position: Floats
@@ -150,7 +150,7 @@ class Board(NamedTuple):
     spin: Floats
 
 
-def board_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> Board:
+def plate_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
     """Return the paddle that stands at a stroke.
 
     Args:
@@ -162,10 +162,10 @@ def board_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> Board:
     still = np.zeros(3)
     if kind is not Maker.flap:
         push = np.array([stroke.place, 0.0, 0.0])
-        return Board(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
+        return PaddlePlate(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
     tangent = stroke.place / depth
     angle = math.atan(tangent)
     rate = stroke.speed / depth / (1.0 + tangent * tangent)
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return Board(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))
+    return PaddlePlate(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))

@@ -17,7 +17,7 @@ from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.tank.basin import Basin
 from seals.plugins.fluids.tank.forcing import apply_beach, apply_wind
-from seals.plugins.fluids.tank.paddle import Board, Paddle, board_of
+from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate, plate_of
 from seals.plugins.fluids.tank.settings import Maker
 
 if TYPE_CHECKING:
@@ -120,18 +120,20 @@ class TankSimulation(Simulation):
             acceleration=np.concatenate([s.acceleration, still]),
         )
 
-    def _boards(self, time: float) -> list[Board]:
+    def _boards(self, time: float) -> list[PaddlePlate]:
         """Poses of paddle and moving floor."""
         out = []
         if self.paddle is not None:
             kind, depth = self.settings.maker.kind, self.basin.depth
-            out.append(board_of(kind, self.paddle.stroke(time), self.basin.foot, depth))
+            out.append(plate_of(kind, self.paddle.stroke(time), self.basin.foot, depth))
         if self._tidal:
             tide = self.settings.tide
             rate = 2.0 * math.pi / tide.period
             up = np.array([0.0, 0.0, tide.amplitude])
             place = self.basin.middle + up * math.sin(rate * time)
-            out.append(Board(place, np.eye(3), up * rate * math.cos(rate * time), np.zeros(3)))
+            out.append(
+                PaddlePlate(place, np.eye(3), up * rate * math.cos(rate * time), np.zeros(3))
+            )
         return out
 
     def _treat(self, states: BodyStates, time: float, step: float) -> None:

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from seals.rendering import Poses, Renderer, Scene, Watch
+from seals.rendering import Poses, Renderer, Scene, SceneView
 from seals.rendering.optics import Optics
 from seals.view.films.frame import Frame, Image
 from seals.view.films.settings import Quality
@@ -22,7 +22,7 @@ class Drawn:
     def __init__(self, renderer: Renderer) -> None:
         """Keep the renderer closed."""
         self.renderer = renderer
-        self._watch: Watch | None = None
+        self._watch: SceneView | None = None
         self._dry: Optics | None = None
         self._poses: Poses | None = None
 
@@ -30,7 +30,7 @@ class Drawn:
         """Open the renderer; the camera of a film has no noise."""
         clean = dataclasses.replace(optics, noise=False)
         self._dry = dataclasses.replace(clean, water_type="none")
-        self._watch = Watch(self.renderer, scene, self._now, optics=clean, surface=None)
+        self._watch = SceneView(self.renderer, scene, self._now, optics=clean, surface=None)
         self._watch.optics = clean
 
     def _now(self) -> Poses:

@@ -1,4 +1,4 @@
-"""What a camera of a run looks through: the scene as it stands, drawn, with water before it."""
+"""Camera views of the scene of a run: drawn by a renderer, seen through water."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Shot(NamedTuple):
     axes: Floats
 
 
-class Watch:
+class SceneView:
     """The scene of a run as its cameras see it; nothing is drawn until one asks.
 
     Args:
@@ -118,24 +118,24 @@ class Watch:
         self.renderer.close()
 
 
-class Eye:
+class CameraView:
     """One camera's view of the scene; it keeps the last picture for whoever wants it.
 
     Args:
-        watch: scene and renderer.
+        scene: of the run, with its renderer.
 
     Attributes:
         shot: the last picture, None before the first.
     """
 
-    def __init__(self, watch: Watch) -> None:
+    def __init__(self, scene: SceneView) -> None:
         """Begin without a picture."""
-        self.watch = watch
+        self.view = scene
         self.shot: Shot | None = None
 
     def see(self, *camera: Any, normals: bool = False) -> Picture:
-        """Return what `Watch.see` does."""
-        return self.watch.see(*camera, normals=normals)
+        """Return what `SceneView.see` does."""
+        return self.view.see(*camera, normals=normals)
 
     def keep(self, shot: Shot) -> None:
         """Keep a picture until the next."""
