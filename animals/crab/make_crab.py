@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from seals.animals.workshop.legs import Plan, leg
+from seals.animals.workshop.legs import Plan, cylinders, legs
 from seals.animals.workshop.shapes import shell, tube
-from seals.robots.workshop.files import hulls, table, write
+from seals.robots.workshop.files import publish
 from seals.robots.workshop.links import Link, Machine
 from seals.robots.workshop.pieces import Piece, box, rod
 
@@ -46,21 +46,15 @@ FANNED = (0.45, 0.0, -0.45)
 
 def machine() -> Machine:
     """Return links and joints of the animal."""
-    links, joints = [_body()], []
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        for k, (x, y, z) in enumerate(HIPS):
-            yaw = sign * (0.5 * math.pi - FANNED[k])
-            found = leg(PLAN, f"{side}_{k + 1}", at=(x, sign * y, z), yaw=yaw, pieces=_segments())
-            links += found[0]
-            joints += found[1]
-    return Machine(name="crab", links=links, joints=joints, colours=COLOURS)
+    links, joints = legs(PLAN, HIPS, FANNED, _segments)
+    return Machine(name="crab", links=[_body(), *links], joints=joints, colours=COLOURS)
 
 
 def _body() -> Link:
     """Carapace, claws and the folded last legs, as one body."""
     edges = [EDGE * size for size in (LENGTH, WIDTH, HEIGHT)]
     pieces: list[Piece] = [
-        _weighed(box(edges, (0.0, 0.0, 0.0), wet=True)),
+        box(edges, (0.0, 0.0, 0.0), wet=True).weighed(DENSITY),
         shell(_rim, top=0.45 * HEIGHT, bottom=0.25 * HEIGHT, colour="shell", corners=CORNERS),
         shell(_belly, top=0.1 * HEIGHT, bottom=0.5 * HEIGHT, colour="pale", corners=20),
     ]
@@ -130,7 +124,7 @@ def _claw(sign: float) -> list[Piece]:
         rod(0.0055, shoulder, elbow, wet=True),
         rod(0.0080, wrist, (0.063, sign * 0.002, -0.004), wet=True),
     ]
-    return [*(_weighed(piece) for piece in solids), arm, hand, *fingers]
+    return [*(piece.weighed(DENSITY) for piece in solids), arm, hand, *fingers]
 
 
 def _last_leg(sign: float) -> list[Piece]:
@@ -139,16 +133,13 @@ def _last_leg(sign: float) -> list[Piece]:
     heel, toe = (-0.052, sign * 0.052, 0.002), (-0.064, sign * 0.052, -0.003)
     drawn = tube((hip, knee), (0.0030, 0.0027), colour="limb")
     lower = tube((knee, heel, toe), (0.0025, 0.0024, 0.0006), colour="limb")
-    return [_weighed(rod(0.0024, hip, knee, wet=True)), drawn, lower]
+    return [rod(0.0024, hip, knee, wet=True).weighed(DENSITY), drawn, lower]
 
 
 def _segments() -> list[list[Piece]]:
     """Pieces of the three links of a leg."""
     first, second, third = PLAN.lengths
-    solids = [
-        _weighed(rod(radius, (0, 0, 0), (length, 0, 0), wet=True))
-        for radius, length in zip(RADII, PLAN.lengths, strict=True)
-    ]
+    solids = cylinders(PLAN, RADII, DENSITY)
     coxa = tube(((-0.004, 0, 0), (first, 0, 0)), (0.0046, 0.0042), colour="limb")
     merus = tube(
         ((0, 0, 0), (0.3 * second, 0, 0.0006), (0.7 * second, 0, 0.0008), (second, 0, 0)),
@@ -171,22 +162,8 @@ def _segments() -> list[list[Piece]]:
     return [[solids[0], coxa], [solids[1], merus], [solids[2], carpus, claw]]
 
 
-def _weighed(piece: Piece) -> Piece:
-    """Give a piece the mass of its volume."""
-    return Piece(
-        kind=piece.kind,
-        size=piece.size,
-        mass=DENSITY * piece.volume,
-        centre=piece.centre,
-        turn=piece.turn,
-        wet=True,
-    )
-
-
 if __name__ == "__main__":
     made = machine()
-    write(made, Path(__file__).parent)
-    print(hulls(made))
-    print(table(made))
+    publish(made, Path(__file__).parent)
     print("stance", [round(angle, 4) for angle in PLAN.posture()])
     print("mass", sum(link.mass for link in made.links))

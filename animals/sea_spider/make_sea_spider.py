@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
-from seals.animals.workshop.legs import Plan, leg
+from seals.animals.workshop.legs import Plan, cylinders, legs
 from seals.animals.workshop.shapes import tube
-from seals.robots.workshop.files import hulls, table, write
+from seals.robots.workshop.files import publish
 from seals.robots.workshop.links import Link, Machine
 from seals.robots.workshop.pieces import Piece, rod
 
@@ -46,14 +45,8 @@ FANNED = (0.90, 0.30, -0.30, -0.90)
 
 def machine() -> Machine:
     """Return links and joints of the animal."""
-    links, joints = [_body()], []
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        for k, (x, y, z) in enumerate(HIPS):
-            yaw = sign * (0.5 * math.pi - FANNED[k])
-            found = leg(PLAN, f"{side}_{k + 1}", at=(x, sign * y, z), yaw=yaw, pieces=_segments())
-            links += found[0]
-            joints += found[1]
-    return Machine(name="sea_spider", links=links, joints=joints, colours=COLOURS)
+    links, joints = legs(PLAN, HIPS, FANNED, _segments)
+    return Machine(name="sea_spider", links=[_body(), *links], joints=joints, colours=COLOURS)
 
 
 def _body() -> Link:
@@ -63,7 +56,7 @@ def _body() -> Link:
         rod(TRUNK[0], (-half, 0, 0), (half, 0, 0), wet=True, solid=True),
         rod(PROBOSCIS[0], (half, 0, 0), (front, 0, 0), wet=True, solid=True),
     ]
-    pieces: list[Piece] = [_weighed(piece) for piece in solids]
+    pieces: list[Piece] = [piece.weighed(DENSITY) for piece in solids]
     rings = [(-half + 0.25 * k * TRUNK[1] / 2.25, 0.0, 0.0) for k in range(10)]
     swells = [0.0050 if k % 2 else 0.0062 for k in range(10)]
     pieces.append(tube(rings, swells, colour="trunk", corners=10))
@@ -91,10 +84,7 @@ def _body() -> Link:
 def _segments() -> list[list[Piece]]:
     """Pieces of the three links of a leg."""
     first, second, third = PLAN.lengths
-    solids = [
-        _weighed(rod(radius, (0, 0, 0), (length, 0, 0), wet=True))
-        for radius, length in zip(RADII, PLAN.lengths, strict=True)
-    ]
+    solids = cylinders(PLAN, RADII, DENSITY)
     coxa = tube(
         ((0, 0, 0), (0.5 * first, 0, 0), (first, 0, 0)), (0.0034, 0.0026, 0.0032), colour="limb"
     )
@@ -116,23 +106,8 @@ def _segments() -> list[list[Piece]]:
     return [[solids[0], coxa], [solids[1], femur, knee], [solids[2], tibia, ankle]]
 
 
-def _weighed(piece: Piece) -> Piece:
-    """Give a piece the mass of its volume."""
-    return Piece(
-        kind=piece.kind,
-        size=piece.size,
-        mass=DENSITY * piece.volume,
-        centre=piece.centre,
-        turn=piece.turn,
-        wet=True,
-        solid=piece.solid,
-    )
-
-
 if __name__ == "__main__":
     made = machine()
-    write(made, Path(__file__).parent)
-    print(hulls(made))
-    print(table(made))
+    publish(made, Path(__file__).parent)
     print("stance", [round(angle, 4) for angle in PLAN.posture()])
     print("mass", sum(link.mass for link in made.links))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from seals.robots.workshop.links import Joint, Link
-from seals.robots.workshop.pieces import Piece, ball
+from seals.robots.workshop.pieces import Piece, ball, rod
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 """Axes of the hip and of the hinges: positive hinges turn the leg, which points along x, down."""
@@ -48,6 +48,45 @@ class Plan:
         bend = math.acos(cosine)
         lead = math.atan2(third * math.sin(bend), second + third * math.cos(bend))
         return 0.0, math.atan2(drop, reach) - lead, bend
+
+
+def legs(
+    plan: Plan,
+    hips: Sequence[tuple[float, float, float]],
+    fanned: Sequence[float],
+    segments: Callable[[], Sequence[Sequence[Piece]]],
+) -> tuple[list[Link], list[Joint]]:
+    """Return links and joints of the legs of both sides, ``left_1`` being the foremost left one.
+
+    Args:
+        plan: of the animal.
+        hips: of the left side in the body, from front to rear [m].
+        fanned: angle of each leg forwards of straight sideways [rad].
+        segments: makes the pieces of the three links of a leg, along x.
+    """
+    links, joints = [], []
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for k, (x, y, z) in enumerate(hips):
+            yaw = sign * (0.5 * math.pi - fanned[k])
+            name = f"{side}_{k + 1}"
+            found = leg(plan, name, at=(x, sign * y, z), yaw=yaw, pieces=segments())
+            links += found[0]
+            joints += found[1]
+    return links, joints
+
+
+def cylinders(plan: Plan, radii: Sequence[float], density: float) -> list[Piece]:
+    """Return the links of a leg as full cylinders along x.
+
+    Args:
+        plan: of the animal.
+        radii: of the links [m].
+        density: of their material [kg/m^3].
+    """
+    return [
+        rod(radius, (0, 0, 0), (length, 0, 0)).weighed(density)
+        for radius, length in zip(radii, plan.lengths, strict=True)
+    ]
 
 
 def leg(

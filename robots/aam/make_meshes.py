@@ -6,7 +6,7 @@ from pathlib import Path
 
 from seals.robots.workshop import arm
 from seals.robots.workshop.airframe import COLOURS, Airframe
-from seals.robots.workshop.files import hulls, table, write
+from seals.robots.workshop.files import publish
 from seals.robots.workshop.links import Machine
 
 FRAME = Airframe()
@@ -25,8 +25,5 @@ def machine() -> Machine:
 
 
 if __name__ == "__main__":
-    made = machine()
-    write(made, Path(__file__).parent)
-    print(hulls(made))
-    print(table(made))
+    publish(machine(), Path(__file__).parent)
     print("hubs", FRAME.hubs())

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seals.robots.workshop import arm
 from seals.robots.workshop.airframe import COLOURS, Airframe
-from seals.robots.workshop.files import hulls, table, write
+from seals.robots.workshop.files import publish
 from seals.robots.workshop.links import Machine
 
 FRAME = Airframe(
@@ -36,8 +36,5 @@ def machine() -> Machine:
 
 
 if __name__ == "__main__":
-    made = machine()
-    write(made, Path(__file__).parent, shared=Path(__file__).parents[1] / "aam")
-    print(hulls(made))
-    print(table(made))
+    publish(machine(), Path(__file__).parent, shared=Path(__file__).parents[1] / "aam")
     print("hubs", FRAME.hubs())

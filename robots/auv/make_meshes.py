@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.robots.workshop.airframe import COLOURS, WATER
-from seals.robots.workshop.files import hulls, table, write
+from seals.robots.workshop.files import publish
 from seals.robots.workshop.links import Joint, Link, Machine
 from seals.robots.workshop.pieces import Piece, box, rod
 
@@ -80,9 +80,6 @@ def machine() -> Machine:
 
 
 if __name__ == "__main__":
-    made = machine()
-    write(made, Path(__file__).parent)
-    print(hulls(made))
-    print(table(made))
+    publish(machine(), Path(__file__).parent)
     for place, axis in thrusters():
         print([round(v, 4) for v in place], [round(v, 4) for v in axis])

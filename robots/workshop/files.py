@@ -40,6 +40,13 @@ def write(machine: Machine, folder: Path, shared: Path | None = None) -> None:
     (folder / f"{machine.name}.urdf").write_text(text, encoding="utf-8")
 
 
+def publish(machine: Machine, folder: Path, shared: Path | None = None) -> None:
+    """Write the files of a machine as :func:`write` does, and print its hulls and masses."""
+    write(machine, folder, shared)
+    print(hulls(machine))
+    print(table(machine))
+
+
 def hulls(machine: Machine) -> str:
     """Return the section ``hulls`` of a robot.yaml: one shape for every wet piece."""
     lines = ["hulls:"]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from seals.arrays import Floats
 
@@ -52,6 +54,14 @@ class Piece:
         if self.kind == "ball":
             return 4.0 / 3.0 * math.pi * self.size[0] ** 3
         return math.pi * self.size[0] ** 2 * self.size[1]
+
+    def weighed(self, density: float) -> Piece:
+        """Return the piece with the mass of its volume, displacing water.
+
+        Args:
+            density: of its material [kg/m^3].
+        """
+        return dataclasses.replace(self, mass=density * self.volume, wet=True)
 
     def inertia(self) -> Floats:
         """Inertia about the piece's own centre, link axes [kg m^2], shape (3, 3)."""
@@ -140,13 +150,8 @@ def along(axis: Floats) -> Floats:
 
 def turned(axis: str, angle: float) -> Floats:
     """Return the rotation about a link axis x, y or z by an angle [rad], shape (3, 3)."""
-    c, s = math.cos(angle), math.sin(angle)
-    rows = {
-        "x": [[1, 0, 0], [0, c, -s], [0, s, c]],
-        "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
-        "z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
-    }
-    return np.array(rows[axis], dtype=float)
+    turn: Floats = Rotation.from_euler(axis, angle).as_matrix()
+    return turn
 
 
 def angles(turn: Floats) -> tuple[float, float, float]:
