@@ -78,7 +78,7 @@ class Piece:
         if self.kind in ("box", "blade"):
             made = box(extents=self.size)
         elif self.kind == "ball":
-            made = icosphere(subdivisions=2, radius=self.size[0])
+            made = icosphere(subdivisions=1, radius=self.size[0])
         elif self.kind == "ring":
             outer, length = self.size
             made = annulus(r_min=0.85 * outer, r_max=outer, height=length, sections=ROUND)
