@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import datetime
 import importlib.util
-import json
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.config.overrides import refuse_dangerous
-from seals.errors import ConfigError, MissingExtra, suggestion
+from seals.errors import ConfigError, LogError, MissingExtra, suggestion
 from seals.sweep.book import NOTE
+from seals.untrusted_io import read_json
 
 RESUME = "--resume"
 MULTIRUN = ("--multirun", "-m")
@@ -137,7 +138,9 @@ def _newest(root: str, words: Sequence[str]) -> Path:
 def _note(folder: Path) -> dict[str, Any]:
     """Return what a sweep noted of itself when it began."""
     try:
-        note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
+        if not os.path.lexists(folder / NOTE):
+            raise FileNotFoundError(folder / NOTE)
+        note = read_json(folder / NOTE)
         verb, words = str(note["verb"]), [str(word) for word in note["words"]]
         started = _in_utc(str(note.get("started", "")))
     except FileNotFoundError as cause:
@@ -145,7 +148,7 @@ def _note(folder: Path) -> dict[str, Any]:
             f"{folder}: there is no sweep in this folder.\n"
             f"Give the folder of one; it holds {NOTE} and jobs.csv."
         ) from cause
-    except (OSError, ValueError, KeyError, TypeError) as cause:
+    except (LogError, OSError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(
             f"{folder / NOTE} is damaged: {cause}.\nRestore it, or begin anew."
         ) from (cause)

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.lookups import lookup_in
 from seals.config.targets import SPECIAL, TARGET
 from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
@@ -54,7 +55,7 @@ def refuse_commands(folder: Path) -> None:
 
     Raises:
         ConfigError: a file in it turns to Hydra, names a class that is not an installed plug-in,
-            leads out of the folder, or cannot be read.
+            looks something up, leads out of the folder, or cannot be read.
     """
     for place in _files(folder):
         text = _text(place)
@@ -66,6 +67,9 @@ def refuse_commands(folder: Path) -> None:
         if isinstance(content, Mapping):
             _refuse_head(place, content)
         _refuse_classes(place, content)
+        found = lookup_in(content)
+        if found is not None:
+            raise _distrust(place, f"looks something up by '{' '.join(found.split()):.80}'")
 
 
 def _folders(words: Sequence[str]) -> Iterator[Path]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seals.config.lookups import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run
@@ -42,6 +43,7 @@ def execute(config: Any) -> int | None:
         KeyboardInterrupt: the run was interrupted; what there is has been written.
     """
     from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
 
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
@@ -56,6 +58,9 @@ def execute(config: Any) -> int | None:
             _refuse_company(overrides, key)
         config = recalled(source, key=key)
     settings = build_run(config)
+    if original is None and cut is None and lookup_in(OmegaConf.to_container(config)) is not None:
+        # what it looked up is part of what ran: a repeat finds it even where it has changed
+        write_config(folder, OmegaConf.create(OmegaConf.to_container(config, resolve=True)))
     if original is not None or cut is not None:
         write_config(folder, config)
     record = run_into(folder, settings, overrides=overrides, original=original, cut=cut)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from seals.logs.table import read_parquet
 from seals.run.provenance import versions
+from seals.untrusted_io import read_json
 
 TABLES = ("log.parquet", "ledger.parquet")
 
@@ -38,7 +38,7 @@ def version_changes(original: Path) -> list[str]:
     path = original / "run.json"
     if not path.is_file():
         return []
-    noted: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")).get("versions", {})
+    noted: dict[str, Any] = read_json(path).get("versions", {})
     now = versions()
     return [
         f"{name} {noted.get(name, 'absent')} then, {now.get(name, 'absent')} now"

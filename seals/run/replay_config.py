@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import json
+import os
 from pathlib import Path
 from typing import Any
 
 from seals.config.derive import schema_of
+from seals.config.lookups import refuse_lookups
 from seals.config.plugin_lookup import plugin_at
 from seals.config.refusal import refusals
-from seals.errors import ConfigError, RobotError
+from seals.errors import ConfigError, LogError, RobotError
 from seals.run.provenance import digest
 from seals.run.settings import RunSettings
-from seals.untrusted_io import read_plain_yaml
+from seals.untrusted_io import read_json, read_plain_yaml
 
 _SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
@@ -68,6 +69,11 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
         raise ConfigError(f"{path} was cut short.\nRestore it, or start anew with the same words.")
     if not isinstance(raw, dict):
         raise ConfigError(f"{path} is no mapping.\nGive the folder of a run.")
+    refuse_lookups(
+        raw,
+        where=str(path),
+        remedy="A run keeps the values it found: write the value itself, or start the run anew.",
+    )
     return raw
 
 
@@ -121,14 +127,15 @@ def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
 def _facts(folder: Path) -> dict[str, Any]:
     """Return what a run noted of itself; nothing when it was cut off."""
     path = folder / "run.json"
-    try:
-        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        facts.get("objects")
-        return facts
-    except FileNotFoundError:
+    if not os.path.lexists(path):
         return {}
-    except (OSError, ValueError, AttributeError) as cause:
-        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause
+    try:
+        facts = read_json(path)
+        if not isinstance(facts, dict) or not isinstance(facts.get("objects", {}), dict):
+            raise LogError("it holds no mapping of names to values")
+    except LogError as cause:
+        raise ConfigError(f"{path} is damaged: {cause}") from cause
+    return facts
 
 
 def _noted_files(folder: Path, facts: dict[str, Any]) -> dict[str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.table import read_csv_columns, read_parquet
 from seals.sweep.rows import RUN, Row
-from seals.untrusted_io import read_bytes
+from seals.untrusted_io import read_json
 
 STATISTICS: Mapping[str, Callable[[Floats], float]] = {
     "first": lambda x: float(x[0]),
@@ -29,7 +28,6 @@ STATISTICS: Mapping[str, Callable[[Floats], float]] = {
 USUAL = ("simulated_seconds", "step", "success")
 """Numbers of ``run.json`` that are shown when nothing is asked for."""
 _LOG = "log"
-_MOST = 1 << 28
 
 
 class Measures:
@@ -66,9 +64,9 @@ class Measures:
         path = self._row.folder / f"{file}.json"
         if key and _plain(file) and path.is_file():
             try:
-                found.append((json.loads(read_bytes(path, most=_MOST)), key))
-            except ValueError as cause:
-                raise ConfigError(f"{path} is damaged: {cause}.\nRestore or remove it.") from cause
+                found.append((read_json(path), key))
+            except LogError as cause:
+                raise ConfigError(str(cause)) from cause
         return found
 
     def _statistic(self, name: str) -> float | None:

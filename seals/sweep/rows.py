@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from seals.errors import ConfigError, SealsError
 from seals.logs.run_folder import MOVING, alive, foreign_log, lockable
 from seals.sweep.book import NOTE, Job, read_jobs
 from seals.sweep.lists import at_place
-from seals.untrusted_io import plain_yaml, read_bytes
+from seals.untrusted_io import plain_yaml, read_bytes, read_json
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
 FIXED = (RUN, STATE, SECONDS)
@@ -115,12 +115,9 @@ def _state(place: Path, facts: Mapping[str, Any]) -> str:
 
 def _facts(place: Path) -> dict[str, Any]:
     path = place / "run.json"
-    if not path.is_file():
+    if not os.path.lexists(path):
         return {}
-    try:
-        facts = json.loads(read_bytes(path, most=_MOST))
-    except ValueError as cause:
-        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause
+    facts = read_json(path, most=_MOST)
     return facts if isinstance(facts, dict) else {}
 
 

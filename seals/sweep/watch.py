@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import json
 import math
 import sys
 import threading
@@ -23,7 +22,7 @@ from seals.logs.run_folder import Claim
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
 from seals.sweep.place import place, same_place
-from seals.untrusted_io import read_bytes
+from seals.untrusted_io import read_json
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""
@@ -93,7 +92,7 @@ class Sweep:
         note = folder / NOTE
         with opened(folder):
             if self.resumed:
-                return str(json.loads(read_bytes(note)).get("started", ""))
+                return str(read_json(note).get("started", ""))
             if note.exists():
                 raise ConfigError(
                     f"hydra.sweep.dir={folder} holds a sweep already.\n"

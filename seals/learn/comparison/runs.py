@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import glob
-import json
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +16,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, LogError, suggestion
 from seals.learn.statistics.curve import Curve, curve
+from seals.untrusted_io import read_json
 
 EVALUATION = "evaluation.csv"
 FACTS = "run.json"
@@ -178,10 +179,7 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Floats:
 
 
 def _facts(path: Path) -> dict[str, Any]:
-    if not path.is_file() or path.stat().st_size > _MOST_BYTES:
+    if not os.path.lexists(path):
         return {}
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as cause:
-        raise LogError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
+    found = read_json(path)
     return found if isinstance(found, dict) else {}

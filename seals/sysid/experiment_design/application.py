@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from seals.sysid.experiment_design.plan import STAGES, Plan, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.experiment_design.words import proposal, table
 from seals.sysid.predictors.problem import prepare
+from seals.untrusted_io import read_json
 
 ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
 _DIAGNOSIS = "diagnosis.json"
@@ -86,8 +86,8 @@ def read_diagnosis(place: Path) -> dict[str, Any]:
     """
     path = place / _DIAGNOSIS if place.is_dir() else place
     try:
-        answer = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        answer = read_json(path)
+    except LogError as error:
         raise ConfigError(
             f"diagnosis={place} cannot be read: {error}.\n"
             "Give the folder of an answer: seals diagnose log=FOLDER out=FOLDER writes one."

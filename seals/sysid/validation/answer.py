@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
+from seals.untrusted_io import read_json
 
 ANSWER = "diagnosis.json"
 KEY = "diagnosis"
@@ -82,9 +82,9 @@ def read_answer(
             "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
         )
     try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
+        raw = read_json(path)
         verdict, effects = str(raw["verdict"]), list(raw["effects"])
-    except (OSError, ValueError, KeyError, TypeError) as cause:
+    except (LogError, OSError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
     law = _formula(path, raw, verdict, accept)
     if verdict in _REFUSED and law is None:

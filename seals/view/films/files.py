@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
 from seals.logs.atomic import plain, write_bytes, write_json
 from seals.rendering.files import png
 from seals.rendering.optics import to_bytes
+from seals.untrusted_io import read_json
 from seals.view.films.frame import Image
 
 CARD = "render.json"
@@ -74,11 +75,11 @@ class Frames:
 
 
 def _card(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
+    if not os.path.lexists(path):
         return None
-    except (OSError, ValueError):
+    try:
+        return read_json(path)
+    except LogError:
         return {}
 
 
