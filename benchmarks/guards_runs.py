@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 LOCKS, CHILDREN = "tests/unit/test_run_lock.py", "tests/unit/test_child_process.py"
+STRANGE, CACHES = "tests/unit/test_hostile_runs.py", "tests/unit/test_caches.py"
 _FOLDER = "seals.logs.run_folder"
 
 RUN_FOLDERS: dict[str, Guard] = {
@@ -73,6 +74,49 @@ RUN_FOLDERS: dict[str, Guard] = {
         '"/"}',
         CHILDREN,
         "repository",
+    ),
+    "lookups of a recipe": Guard(
+        "seals.config.strangers", "found = lookup_in(content)", "found = None", STRANGE, "recipe"
+    ),
+    "lookups of a run": Guard(
+        "seals.run.replay_config",
+        "    refuse_lookups(\n",
+        "    (lambda *_, **__: None)(\n",
+        STRANGE,
+        "strangers_run_looks",
+    ),
+    "names of runs": Guard(
+        "seals.sweep.place",
+        'if ".." in Path(hydra[kind].dir).parts:',
+        "if False:",
+        STRANGE,
+        "leads_nowhere",
+    ),
+    "notes of a run that is listed": Guard(
+        "seals.sweep.rows",
+        "facts = read_json(path, most=_MOST)",
+        "import json; facts = json.loads(path.read_text())",
+        STRANGE,
+        "strange_notes and (deep or huge)",
+    ),
+    "notes of a run that is repeated": Guard(
+        "seals.run.replay_config",
+        "facts = read_json(path)",
+        "import json; facts = json.loads(path.read_text())",
+        STRANGE,
+        "strange_notes and (deep or huge)",
+    ),
+    "owner of a cache": Guard(
+        "seals.caches", "found.st_uid != os.getuid()", "False", CACHES, "not_ours"
+    ),
+    "links in place of a cache": Guard(
+        "seals.caches", "found = folder.lstat()", "found = folder.stat()", CACHES, "not_ours"
+    ),
+    "mode of a cache": Guard(
+        "seals.caches", "if stat.S_IMODE(found.st_mode) & 0o077:", "if False:", CACHES, "alone"
+    ),
+    "relative homes of caches": Guard(
+        "seals.caches", "if os.path.isabs(given)", "if given", CACHES, "relative"
     ),
 }
 """Every one of them by name."""

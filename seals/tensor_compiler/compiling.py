@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
     Raises:
         ConfigError: PyTorch's compiler finds no C++ compiler, or does not run.
     """
+    use_private_compiler_cache()
     from torch._inductor import compile as inductor
 
     try:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError, MissingExtra, PhysicsError, suggestion
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
 from seals.plugins.viewers.raycast.solids import Tables, tables_of
@@ -160,6 +161,7 @@ class RendererRaycast:
         if setting not in self._programs:
             import torch
 
+            use_private_compiler_cache()
             self._programs[setting] = torch.compile(trace, dynamic=False)
         return self._programs[setting]
 

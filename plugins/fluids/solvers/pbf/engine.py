@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from seals.caches import cache_folder
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.solvers.pbf.language import ti
 
@@ -80,6 +81,7 @@ class Engine:
             default_ip=ti.i32,
             fast_math=True,
             offline_cache=self.cache,
+            **({"offline_cache_file_path": str(cache_folder("taichi"))} if self.cache else {}),
             log_level=ti.ERROR,
             random_seed=0,
         )

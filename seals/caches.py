@@ -1,0 +1,84 @@
+"""Folders for compiled code that nobody else can write to.
+
+What lies in such a folder is loaded and run: in a folder of a predictable name in the system's
+temporary folder, another user of the machine may have put it there first.
+"""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+HOME = "XDG_CACHE_HOME"
+TORCH = {"TORCHINDUCTOR_CACHE_DIR": "inductor", "TRITON_CACHE_DIR": "triton"}
+"""Environment variables by which PyTorch's compiler is told where it keeps its results."""
+
+
+@functools.cache
+def cache_folder(name: str) -> Path:
+    """Return a folder of the user's own, made when it is not there, that no other may write to.
+
+    It lies in ``$XDG_CACHE_HOME/seals``, or ``~/.cache/seals``. Where that cannot be made, or is
+    not the user's alone, a note says so and a fresh temporary folder takes its place, which goes
+    with the process.
+
+    Args:
+        name: of the cache, a word.
+    """
+    try:
+        return _private(_home() / "seals", name)
+    except (OSError, RuntimeError) as cause:
+        folder = tempfile.mkdtemp(prefix="seals-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        said = " ".join(str(cause).split())
+        print(
+            f"note: the cache '{name}' is kept for this process alone ({said}); "
+            f"{HOME}=FOLDER names a folder for it",
+            file=sys.stderr,
+        )
+        return Path(folder)
+
+
+def use_private_compiler_cache() -> None:
+    """Tell PyTorch's compiler to keep its results in a private folder, unless the user says where.
+
+    Called before a compiler starts: by default it takes ``/tmp/torchinductor_USER``.
+    """
+    for variable, name in TORCH.items():
+        if not os.environ.get(variable):
+            os.environ[variable] = str(cache_folder(name))
+
+
+def _home() -> Path:
+    given = os.environ.get(HOME, "")
+    # the standard has relative paths ignored: they would lie in the working directory
+    return Path(given) if os.path.isabs(given) else Path.home() / ".cache"
+
+
+def _private(base: Path, name: str) -> Path:
+    """Make a folder below another, each the user's alone.
+
+    Raises:
+        OSError: it cannot be made, is a link, or another's.
+    """
+    base.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    for folder in (base, base / name):
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        if not stat.S_ISDIR(found.st_mode):
+            raise NotADirectoryError(f"{folder} is a link or a file")
+        if hasattr(os, "getuid") and found.st_uid != os.getuid():
+            raise PermissionError(f"{folder} belongs to another user")
+        if stat.S_IMODE(found.st_mode) & 0o077:
+            folder.chmod(0o700)
+    if not os.access(base / name, os.W_OK | os.X_OK):
+        raise PermissionError(f"{base / name} cannot be written to")
+    with tempfile.TemporaryFile(dir=base / name):
+        pass  # a disk that is read-only or full says so here, and not to a compiler
+    return base / name

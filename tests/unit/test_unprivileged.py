@@ -1,0 +1,124 @@
+"""An ordinary user, an installation and a home that cannot be written to: everything runs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import seals
+from seals.caches import HOME, TORCH
+from seals.child_process import command, environment
+
+NOBODY = 65534
+PARTICLES = [
+    "robot=ball",
+    "water=particles",
+    "fluid.spacing=0.05",
+    "fluid.size=[0.5,0.5,0.35]",
+]
+SHORT = ["time.step=0.01", "time.duration=0.05", "initial.position=[0,0,0.3]"]
+
+
+USER = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+READS = [f"--{kind}=-all,+dac_read_search" for kind in ("inh-caps", "ambient-caps", "bounding-set")]
+"""The right to read everything and no other: the interpreter may lie in root's own home."""
+
+
+@pytest.fixture(scope="module")
+def place() -> Iterator[Place]:
+    """A working folder of a user who owns nothing else; its home is read-only."""
+    if not hasattr(os, "geteuid") or os.geteuid() != 0 or shutil.which(USER[0]) is None:
+        pytest.skip("only root, with setpriv, can become another user here")
+    root = Path(tempfile.mkdtemp(prefix="unprivileged-"))
+    root.chmod(0o755)
+    for name in ("home", "work"):
+        (root / name).mkdir()
+    os.chown(root / "work", NOBODY, NOBODY)
+    (root / "home").chmod(0o555)
+    try:
+        probes = [Place(root, [*USER, *more]) for more in ([], READS)]
+        found = [probe for probe in probes if probe.start("--version").returncode == 0]
+        if not found:
+            pytest.skip("another user can neither read this installation nor be given the right")
+        yield found[0]
+    finally:
+        shutil.rmtree(root)
+
+
+class Place(NamedTuple):
+    """Where another user works, and the words that make one.
+
+    Args:
+        root: folder with ``home`` and ``work``.
+        user: command in front of another.
+    """
+
+    root: Path
+    user: list[str]
+
+    def start(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """Run a verb to its end."""
+        return self.python(Path(seals.__file__).parent / "cli" / "__main__.py", *words)
+
+    def python(self, file: Path, *words: str) -> subprocess.CompletedProcess[str]:
+        """Run a file to its end."""
+        surroundings = {**environment(), "HOME": str(self.root / "home")}
+        surroundings |= {"PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1"}
+        for name in (HOME, *TORCH, "MPLCONFIGDIR"):
+            surroundings.pop(name, None)
+        return subprocess.run(
+            [*self.user, *command(file, *words)],
+            cwd=self.root / "work",
+            env=surroundings,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=500,
+        )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["list"],
+        ["check", "robot=ball"],
+        ["run", "robot=ball", *SHORT, "hydra.run.dir=a"],
+        ["runs", "a"],
+        ["run", "robot=ball", "seed=1,2", *SHORT, "hydra.sweep.dir=s", "--multirun"],
+    ],
+    ids=lambda words: words[0] + ("_sweep" if "--multirun" in words else ""),
+)
+def test_verbs_of_an_ordinary_user(place: Place, words: list[str]) -> None:
+    """Nothing but the working folder is written to."""
+    done = place.start(*words)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "Traceback" not in done.stderr
+    assert not list((place.root / "home").iterdir())
+
+
+def test_particles_of_an_ordinary_user(place: Place) -> None:
+    """Compiled code finds a folder; that it is not kept is said once."""
+    if find_spec("taichi") is None:
+        pytest.skip("taichi is not installed")
+    done = place.start("run", *PARTICLES, *SHORT, "hydra.run.dir=p")
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stderr.count("the cache 'taichi' is kept for this process alone") == 1
+    assert (place.root / "work" / "p" / "log.parquet").is_file()
+    assert not list((place.root / "home").iterdir())
+
+
+def test_the_user_of_these_tests_is_another(place: Place) -> None:
+    """The switch is one: what the test may write, its child may not."""
+    file = place.root / "work" / "file.py"
+    file.write_text("import os\nprint(os.getuid())\nopen('../home/a', 'w')\n")
+    done = place.python(file)
+    assert done.stdout == f"{NOBODY}\n"
+    assert "PermissionError" in done.stderr
