@@ -118,7 +118,7 @@ def test_particles_of_an_ordinary_user(place: Place) -> None:
 def test_the_user_of_these_tests_is_another(place: Place) -> None:
     """The switch is one: what the test may write, its child may not."""
     file = place.root / "work" / "file.py"
-    file.write_text("import os\nprint(os.getuid())\nopen('../home/a', 'w')\n")
+    file.write_text("import os\nprint(os.getuid())\nos.chdir('../home')\nopen('a', 'w')\n")
     done = place.python(file)
     assert done.stdout == f"{NOBODY}\n"
     assert "PermissionError" in done.stderr
