@@ -10,6 +10,7 @@ READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session
 PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
 CLOCK = "tests/unit/test_logs_clock.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
+MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -30,8 +31,47 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     "entities of a manifest": Guard(
         "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
     ),
-    "macros": Guard(
-        "seals.robot.macros", "_INSIDE.match(name)", "False", CLASSES, "macro", "xacro"
+    "macros": Guard(_CHILD, "_INSIDE.match(name)", "False", MACROS, "inner_names_are", "xacro"),
+    "functions in macros": Guard(
+        _CHILD, '{"__builtins__": {}}', "{}", MACROS, "no_functions", "xacro"
+    ),
+    "environment of macros": Guard(
+        "seals.robot.macros", "if key in _KEPT", "if True", MACROS, "no_environment", "xacro"
+    ),
+    "files of macros": Guard(
+        _CHILD,
+        "if not target.is_relative_to(near) or any(",
+        "if any(",
+        MACROS,
+        "near_files",
+        "xacro",
+    ),
+    "pipes in macros": Guard(
+        _CHILD,
+        "if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:",
+        "if False:",
+        MACROS,
+        "near_files",
+        "xacro",
+    ),
+    "acts of macros": Guard(
+        _CHILD,
+        "elif event.startswith(_ACTING) or event in _CHANGING:",
+        "elif False:",
+        MACROS,
+        "may_not_act",
+        "xacro",
+    ),
+    "bounds of macros": Guard(
+        _CHILD, "resource.setrlimit(what, (most, most))", "pass", MACROS, "is_bounded", "xacro"
+    ),
+    "answer of macros": Guard(
+        "seals.robot.macros",
+        "plain_json(done.stdout)",
+        "__import__('json').loads(done.stdout)",
+        MACROS,
+        "answer",
+        "xacro",
     ),
     "formats of meshes": Guard(
         "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"

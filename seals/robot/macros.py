@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import ast
-import contextlib
+import os
 import re
-from collections.abc import Iterator
+import signal
+import subprocess
+from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
-from xml.parsers.expat import ExpatError
 
+from seals.child_process import command, environment
 from seals.errors import MissingExtra, RobotError
+from seals.untrusted_io import plain_json
 
-_INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
-"""Names through which an expression would get at the interpreter that evaluates it."""
+PATIENCE = 30.0
+"""Time after which the process that expands macros is ended [s]."""
+_KEPT = ("PYTHONPATH", "PYTHONSAFEPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "SYSTEMROOT")
+"""Variables without which no Python starts; the process forgets them as well."""
 
 
 def holds_macros(text: str) -> bool:
@@ -29,50 +33,61 @@ def holds_macros(text: str) -> bool:
 def expanded(path: Path) -> str:
     """Return the URDF that a xacro file stands for.
 
+    The package xacro runs in a process of its own, with little time and memory, without the
+    environment of this one; it opens ordinary files near the given one only, and writes none.
+
     Args:
-        path: of the file; files that it includes are found as xacro finds them.
+        path: of the file; files that it includes lie in its folder, or in a package beside its own.
 
     Raises:
         MissingExtra: the package xacro is not installed.
         RobotError: the macros cannot be expanded.
     """
-    try:
-        import xacro
-    except ImportError as cause:
+    if not _installed():
         raise MissingExtra(
             f"URDF {path} holds xacro macros, which need the package xacro; it is not installed.\n"
             "Install it: pip install xacro. Or expand the file where it is: "
             "xacro model.urdf.xacro > model.urdf"
-        ) from cause
+        )
+    child = Path(str(files("seals.robot"))) / "macros_child.py"
     try:
-        with _arithmetic_only(xacro):
-            return str(xacro.process_file(str(path)).toxml())
-    except (xacro.XacroException, ExpatError, OSError) as cause:
-        text = " ".join(str(cause).split())[:300]
-        raise RobotError(
-            f"URDF {path}: xacro cannot expand it: {text}.\n"
-            "Arguments without a default and packages of ROS are not known here: "
-            "expand it where they are."
-        ) from cause
-
-
-@contextlib.contextmanager
-def _arithmetic_only(xacro: Any) -> Iterator[None]:
-    """Let xacro evaluate no expression that reaches for the interpreter.
-
-    The package itself looks at the outermost names only, and hands out ``vars`` and ``type``.
-    """
-    evaluate = xacro.safe_eval
-
-    def checked(expression: str, *symbols: Any) -> Any:
-        for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
-            name = getattr(node, "attr", getattr(node, "id", ""))
-            if isinstance(node, ast.Attribute | ast.Name) and _INSIDE.match(name):
-                raise xacro.XacroException(f"'{name}' is not a valid name in an expression")
-        return evaluate(expression, *symbols)
-
-    xacro.safe_eval = checked
+        done = subprocess.run(
+            command(child, str(path.resolve())),
+            env={key: value for key, value in environment().items() if key in _KEPT},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=PATIENCE,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as cause:
+        raise _refused(path, f"it takes longer than {PATIENCE:g} s") from cause
     try:
-        yield
-    finally:
-        xacro.safe_eval = evaluate
+        answer = plain_json(done.stdout)
+        text = answer.get("urdf")
+    except (ValueError, AttributeError) as cause:
+        raise _refused(path, _ended(done.returncode)) from cause
+    if not isinstance(text, str):
+        raise _refused(path, str(answer.get("refused")))
+    return text
+
+
+def _installed() -> bool:
+    try:
+        return find_spec("xacro") is not None
+    except ValueError:
+        return False
+
+
+def _ended(code: int) -> str:
+    if -code in (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0):
+        return "its macros compute too long"
+    return f"the process that expands them ended with code {code}"
+
+
+def _refused(path: Path, why: str) -> RobotError:
+    return RobotError(
+        f"URDF {path}: xacro cannot expand it: {why}.\n"
+        "Arguments without a default, the environment and packages of ROS are not known here: "
+        "expand it where they are."
+    )

@@ -1,0 +1,182 @@
+"""Program that expands the macros of one file, run in a process of its own and without rights.
+
+    python macros_child.py FILE
+
+It writes one JSON object to the standard output: ``urdf``, or ``refused`` with the reason. Time,
+memory and the files that it may open are bounded; it has no environment and may start nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+
+if sys.path and not getattr(sys.flags, "safe_path", False):
+    # before Python 3.11 the folder of this file comes first, and its modules before the others
+    del sys.path[0]
+
+import ast
+import contextlib
+import errno
+import json
+import os
+import re
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+SECONDS = 5
+"""Time that the macros of one file may compute [s]."""
+MOST_MEMORY = 1 << 30
+"""Memory that they may take [byte]."""
+MOST_BYTES = 5_000_000
+"""Largest file that is included, and largest result [byte]."""
+_INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
+"""Names through which an expression would get at the interpreter that evaluates it."""
+_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+_ACTING = ("subprocess.", "socket.", "ctypes.", "shutil.", "ftplib.", "urllib.", "pty.", "os.exec")
+_CHANGING = (
+    *("os.system", "os.fork", "os.forkpty", "os.spawn", "os.posix_spawn", "os.kill", "os.remove"),
+    *("os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod"),
+    *("os.chown", "os.utime", "os.putenv", "os.setxattr", "os.startfile", "signal.pthread_kill"),
+)
+
+
+def main(path: str) -> str:
+    """Return the answer for one file, as JSON."""
+    try:
+        import xacro
+        import xacro.substitution_args as substitution
+        import yaml
+
+        del yaml  # imported before the bounds stand
+    except ImportError as cause:
+        return json.dumps({"refused": f"the package xacro is not sound: {cause}"})
+    home = Path(path).resolve()
+    os.environ.clear()
+    _bound()
+    code = tuple(os.path.realpath(entry) for entry in sys.path if entry)
+    sys.addaudithook(lambda event, words: _watch(event, words, _surroundings(home), code))
+    _arithmetic_only(xacro, substitution)
+    try:
+        text = str(xacro.process_file(str(home)).toxml())
+    except Exception as cause:  # whatever its expressions raise, which are a stranger's
+        return json.dumps({"refused": _words(cause)})
+    if len(text) > MOST_BYTES:
+        return json.dumps({"refused": f"it expands to {len(text):,} signs"})
+    return json.dumps({"urdf": text})
+
+
+def _words(cause: BaseException) -> str:
+    """Return in words what ended the expansion."""
+    behind = getattr(cause, "exc", None) or cause
+    if isinstance(behind, RecursionError):
+        return "a macro or a file includes itself, or is nested too deep"
+    if isinstance(behind, MemoryError):
+        return f"its macros take more than {MOST_MEMORY >> 20} MB"
+    return (" ".join(str(cause).split()) or type(cause).__name__)[:300]
+
+
+def _bound() -> None:
+    """Bound time, memory and what may be written, where the system can."""
+    try:
+        import resource
+    except ImportError:
+        return
+    for what, most in (
+        (resource.RLIMIT_CPU, SECONDS),
+        (resource.RLIMIT_AS, MOST_MEMORY),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(what, (most, most))
+
+
+def _surroundings(home: Path) -> Path:
+    """Return the folder whose files may be included: packages beside each other, or its own."""
+    for folder in list(home.parents)[:6]:
+        if (folder / "package.xml").is_file() and len(folder.parents) > 2:
+            return folder.parent
+    return home.parent
+
+
+def _watch(event: str, words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None:
+    """Refuse what the macros of a stranger may not do; called by the interpreter.
+
+    Raises:
+        PermissionError: it is none of the files that they may read, or no reading.
+    """
+    if event == "open":
+        _may_read(words, near, code)
+    elif event.startswith(_ACTING) or event in _CHANGING:
+        raise PermissionError(f"macros may not do this: {event}")
+
+
+def _may_read(words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None:
+    name, mode, flags = words
+    if isinstance(name, int):
+        return
+    if (isinstance(flags, int) and flags & _WRITING) or set(str(mode or "")) & set("wax+"):
+        raise PermissionError(errno.EACCES, "macros write no file", str(name))
+    place = os.path.realpath(os.fsdecode(name))
+    if any(place.startswith(entry + os.sep) for entry in code):
+        return
+    target = Path(place)
+    if not target.is_relative_to(near) or any(
+        part.startswith(".") for part in target.relative_to(near).parts
+    ):
+        why = f"it lies elsewhere; allowed are files in {near}"
+        raise PermissionError(errno.EACCES, why, str(name))
+    try:
+        status = os.stat(place)
+    except OSError:
+        return  # to be reported by who opens it
+    if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
+        why = f"it is no ordinary file of up to {MOST_BYTES:,} bytes"
+        raise PermissionError(errno.EACCES, why, str(name))
+
+
+def _arithmetic_only(xacro: Any, substitution: Any) -> None:
+    """Let xacro evaluate no expression that reaches for the interpreter.
+
+    The package itself looks at the outermost names only, hands out ``vars`` and ``type``, and
+    evaluates ``$(eval ...)`` with all functions of Python.
+    """
+    evaluate = xacro.safe_eval
+
+    def checked(expression: str, *symbols: Any) -> Any:
+        _refuse_names(expression, xacro.XacroException)
+        return evaluate(expression, *symbols)
+
+    def substituted(expression: str, context: Any) -> str:
+        _refuse_names(expression, xacro.XacroException)
+        known: Mapping[str, Any] = context.get("arg", {})
+        names = {key: substitution.convert_value(value, "auto") for key, value in known.items()}
+        names |= dict(substitution._eval_dict)
+        names |= {
+            "arg": lambda name: names[name],
+            "dirname": lambda: str(Path(context["filename"]).parent),
+        }
+        for key in ("env", "optenv"):
+            names.pop(key, None)
+        return str(eval(expression, {"__builtins__": {}}, names))
+
+    xacro.safe_eval = checked
+    substitution._eval = substituted
+
+
+def _refuse_names(expression: str, refusal: type[Exception]) -> None:
+    for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
+        name = getattr(node, "attr", getattr(node, "id", ""))
+        if isinstance(node, ast.Attribute | ast.Name) and _INSIDE.match(name):
+            raise refusal(f"'{name}' is not a valid name in an expression")
+
+
+if __name__ == "__main__":
+    # what xacro, or an expression, prints is no answer
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    said = main(sys.argv[1]).encode()
+    with open(answer, "wb") as out:
+        out.write(said)
