@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
@@ -81,6 +83,17 @@ class Buoyancy(Effect):
                 order=(Stage.water, 0, 0),
             )
         ]
+
+    @classmethod
+    def of_log(
+        cls,
+        name: str,
+        parameters: Mapping[str, float],
+        medium: str | None,
+        environment: EnvironmentSettings,
+    ) -> tuple[str, Effect]:
+        """Return the lift of the base's hull, the only one that a log states."""
+        return name, cls(links=["root"])
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

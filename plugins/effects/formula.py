@@ -196,6 +196,7 @@ class EffectFormula(Effect):
     # a law that was found already
     identification: ClassVar[Identification] = Identification(
         searched=False,
+        formula=True,
         placed=True,
         compared=None,
     )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Identification
+from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 
@@ -47,6 +49,17 @@ class Gravity(Effect):
         searched=False,
         compared=None,
     )
+
+    @classmethod
+    def of_log(
+        cls,
+        name: str,
+        parameters: Mapping[str, float],
+        medium: str | None,
+        environment: EnvironmentSettings,
+    ) -> tuple[str, Effect]:
+        """Return the weight of all links; its strength is that of the log's environment."""
+        return name, cls()
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

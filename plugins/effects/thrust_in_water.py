@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.environment.disc import wet_share
+from seals.environment.settings import EnvironmentSettings
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -74,6 +76,21 @@ class ThrustInWater(Effect):
         return [
             Addition(instance=name, effect=None, parameters={"ratio_change": ratio}, order=order)
         ]
+
+    @classmethod
+    def of_log(
+        cls,
+        name: str,
+        parameters: Mapping[str, float],
+        medium: str | None,
+        environment: EnvironmentSettings,
+    ) -> tuple[str, Effect]:
+        """Return the effect at the log's own water level."""
+        return name, cls(**{**parameters, "water_level": environment.water_level or 0.0})
+
+    def submerged_thrust(self) -> float:
+        """Return the ratio of the thrusts in water and in air."""
+        return self.ratio
 
     @staticmethod
     def actuation(

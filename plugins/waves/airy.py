@@ -9,7 +9,15 @@ from typing import ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, columns, namespace
-from seals.effects.identification import Identification, Residual
+from seals.effects.discrepancy import WaveMoment
+from seals.effects.identification import (
+    Addition,
+    Freed,
+    Identification,
+    Residual,
+    Stage,
+    Subject,
+)
 from seals.environment.waves import Sea, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
@@ -20,7 +28,7 @@ _KEEP = 2
 
 @dataclass(kw_only=True)
 class WaveAiry:
-    """A regular deep-water wave.
+    """Regular deep-water wave: it moves the surface and the water about a hull.
 
     Equation:
         eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g;
@@ -62,12 +70,30 @@ class WaveAiry:
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False
     )
 
+    candidate: ClassVar[str] = "waves"
     identification: ClassVar[Identification] = Identification(
         scales={"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0},
         guessed=True,
         placed=True,
         approximate=True,
     )
+
+    @classmethod
+    def additions(cls, subject: Subject) -> list[Addition]:
+        """Return the waves, and what takes the moment of their push off a hull's origin."""
+        if not subject.has_water:
+            return []
+        order, bounds = (Stage.water, 0, 5), {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
+        free = (-math.inf, math.inf)
+        parameters = {
+            k: Freed(scale=v, bounds=bounds.get(k, free))
+            for k, v in cls.identification.scales.items()
+        }
+        sea = Addition(instance=cls.candidate, effect=None, parameters=parameters, order=order)
+        moment = Addition(
+            instance="wave_moment", effect=WaveMoment(), parameters={}, named=(), order=order
+        )
+        return [sea, moment]
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:

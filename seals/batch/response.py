@@ -15,6 +15,7 @@ from seals.batch.state import TwinState
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation, Evaluator
+from seals.environment.sample import Sample
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
 from seals.multibody.added import added_terms
@@ -72,6 +73,11 @@ class Response:
             rise = self._tree(body, state)
         # the acceleration of every link's twist, rows link by link
         self._rise: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
+
+    @property
+    def sample(self) -> Sample:
+        """Surroundings of the links, the flows of all effects in them, rows link by link."""
+        return self._found.sample
 
     def _tree(self, body: TreeBody, state: TwinState) -> Floats:
         """Solve the equations of a tree; returns the rates of the links' twists, (B, L, 6)."""

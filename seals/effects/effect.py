@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
 from seals.deprecation import warn_renamed
@@ -29,6 +29,9 @@ from seals.motion import (
     Wrench,
 )
 from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to authors here
+
+if TYPE_CHECKING:
+    from seals.environment.settings import EnvironmentSettings
 
 Parameters: TypeAlias = Mapping[str, Array]
 """Parameter arrays: scalars of shape (1 or N, 1).
@@ -141,9 +144,34 @@ class Effect(EffectOptions):
         """
         return 0.0
 
+    def submerged_thrust(self) -> float:
+        """Return the factor on the thrust of a submerged rotor; one for no change [1]."""
+        return 1.0
+
     def constants(self) -> dict[str, Floats]:
         """Return further arrays for ``params`` that are options rather than physical parameters."""
         return {}
+
+    @classmethod
+    def of_log(
+        cls,
+        name: str,
+        parameters: Mapping[str, float],
+        medium: str | None,
+        environment: EnvironmentSettings,
+    ) -> tuple[str, Effect]:
+        """Return the instance and the effect for which an entry of a log's nominal model stands.
+
+        Args:
+            name: under which the effect is installed.
+            parameters: as the log states them.
+            medium: water, air or any; None where the log states none.
+            environment: of the log.
+        """
+        # a log states a medium for every effect, though some have none
+        own = {} if medium is None or cls.medium is None else {"medium": MediumKind(medium)}
+        options: dict[str, Any] = {**parameters, **own}
+        return name if medium is None else f"{name}_{medium}", cls(**options)
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:

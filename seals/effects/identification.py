@@ -112,6 +112,8 @@ class Identification:
             together mean that neither is the law.
         measurement: a measurement on the ground that would tell, as a sentence.
         words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
+        formula: its parameters are the terms of a formula: a force that no effect explains becomes
+            an instance of it.
         compared: how comparisons of several runs try it; None where they do not.
     """
 
@@ -133,6 +135,7 @@ class Identification:
     family: str = ""
     measurement: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
+    formula: bool = False
     compared: Comparison | None = field(default_factory=Comparison)
 
 

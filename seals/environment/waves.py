@@ -61,7 +61,13 @@ def carried(gradient: Array, velocity: Array) -> Array:
 
 @runtime_checkable
 class Waves(Protocol):
-    """A wave plug-in: a keyword-only dataclass with one pure function."""
+    """Wave plug-in: a keyword-only dataclass with one pure function.
+
+    Waves that a diagnosis may find missing have besides: ``candidate``, the name under which it
+    reports them; ``identification``; the class method ``additions(subject)``, whose addition
+    without an effect holds the parameters of the waves; and the methods ``guesses`` and
+    ``plausible``, each as those of `seals.effects.Effect`.
+    """
 
     def at(self, position: Array, time: Array, level: float) -> Sea:
         """Return the sea at points.

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from seals.sysid.least_squares.normal_equations import Fit
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import sensor_delay
 
 TOP, SIGMA = 0.0214, 4e-4
+DELAY = "sensor_delay.delay"
 
 
 def at(delay: float) -> EvidenceHypothesis:
@@ -30,7 +30,9 @@ def at(delay: float) -> EvidenceHypothesis:
         centre=np.array([delay]),
         penalty=0.0,
     )
-    fitter: Any = SimpleNamespace(windows=SimpleNamespace(delay=delay))
+    fitter: Any = SimpleNamespace(
+        windows=SimpleNamespace(delay=delay), candidate_set=SimpleNamespace(sensor_delay=DELAY)
+    )
     score = 80.0 - ((delay - TOP) / SIGMA) ** 2
     return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=score)
 

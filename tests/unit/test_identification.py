@@ -178,7 +178,7 @@ def test_a_broken_package_does_not_stop_a_diagnosis(monkeypatch: pytest.MonkeyPa
 
     real = registry.Plugin.load
     monkeypatch.setattr(type(plugin), "load", load)
-    with pytest.warns(UserWarning, match="'wind' is no candidate"):
+    with pytest.warns(UserWarning, match="'wind' is not a candidate"):
         found = installed()
     assert "wind" not in found
     assert "linear_drag" in found

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from seals import registry
+from seals.sysid.candidates.vehicle import wave_laws
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "seals" / "sysid"
@@ -31,15 +32,8 @@ OTHER_MEANING = {
     },
 }
 """Words that are also names of effects but mean a key of a log, an answer or a term there."""
-STILL_NAMED: dict[str, set[str]] = {
-    "experiment_design/control.py": {"thrust_in_water"},
-    "experiment_design/flight.py": {"rotor_lag"},
-    "predictors/linearise.py": {"sensor_delay"},
-    "residual_force/conditions.py": {"current", "wind"},
-    "residual_force/formula.py": {"formula"},
-    "data/vehicle.py": {"buoyancy", "thrust_in_water"},
-}
-"""Effects that a file still knows; this list may only shrink."""
+WAVES = {"airy", *(law.candidate for law in wave_laws())}
+"""Names of waves that a diagnosis may find missing, and names under which it reports them."""
 
 
 def literals(path: Path) -> set[str]:
@@ -53,7 +47,7 @@ def literals(path: Path) -> set[str]:
 def known(path: Path) -> set[str]:
     """Return the effects that a source names, alone or as the head of ``instance.parameter``."""
     heads = {text.partition(".")[0] for text in literals(path)}
-    return heads & set(registry.names("effect"))
+    return heads & {*registry.names("effect"), *WAVES}
 
 
 def sources() -> list[str]:
@@ -64,14 +58,14 @@ def sources() -> list[str]:
 @pytest.mark.parametrize("name", sources())
 def test_no_effect_is_known_by_name(name: str) -> None:
     """No source holds the name of an installed effect but where it means something else."""
-    allowed = OTHER_MEANING.get(name, set()) | STILL_NAMED.get(name, set())
+    allowed = OTHER_MEANING.get(name, set())
     assert known(FOLDER / name) - allowed == set()
 
 
-@pytest.mark.parametrize("name", sorted({*OTHER_MEANING, *STILL_NAMED}))
+@pytest.mark.parametrize("name", sorted(OTHER_MEANING))
 def test_the_exceptions_are_needed(name: str) -> None:
     """An exception that a source no longer needs is struck from the lists."""
-    allowed = OTHER_MEANING.get(name, set()) | STILL_NAMED.get(name, set())
+    allowed = OTHER_MEANING.get(name, set())
     assert allowed - known(FOLDER / name) == set()
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from seals.effects.effect import Effect
+from seals.effects.effect import Effect, Timed
 from seals.effects.identification import Addition, Identification
+from seals.schema import parameters_of
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
-
-WAVES, WAVE_MOMENT = "waves", "wave_moment"
-"""Instances of the waves, which no effect holds, and of their moment on a hull."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +118,19 @@ class Candidate:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Waves:
+    """Waves that may be missing: they belong to the water, so their parameters have no effect.
+
+    Args:
+        law: class of the waves.
+        beside: instances that act in these waves alone, such as their moment on a hull.
+    """
+
+    law: Any
+    beside: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class CandidateSet:
     """Nominal model with all parameters and candidate effects.
 
@@ -127,6 +140,7 @@ class CandidateSet:
         candidates: effects that may be missing.
         nominal: instances of the nominal model, where it is a choice of a recipe.
         unobservable: effects that could act but change no reading.
+        waves: that may be missing, by the instance of their parameters.
         policy: thresholds of the decisions.
         budget: limits of the search.
     """
@@ -136,8 +150,21 @@ class CandidateSet:
     candidates: tuple[Candidate, ...]
     nominal: tuple[str, ...] = ()
     unobservable: tuple[Candidate, ...] = ()
+    waves: Mapping[str, Waves] = field(default_factory=dict)
     policy: DecisionPolicy = field(default_factory=DecisionPolicy)
     budget: SearchBudget = field(default_factory=SearchBudget)
+
+    @cached_property
+    def sensor_delay(self) -> str:
+        """Key of the parameter by which the inertial sensors are late; empty for none."""
+        for name, effect in self.effects.items():
+            if not isinstance(effect, Timed):
+                continue
+            for parameter in parameters_of(effect):
+                one = {p: np.full((1, 1), float(p == parameter)) for p in parameters_of(effect)}
+                if np.any(effect.timing(one).sensor_delay):
+                    return f"{name}.{parameter}"
+        return ""
 
     @property
     def tolerances(self) -> tuple[str, ...]:
@@ -190,8 +217,15 @@ class Collector:
                 )
             )
 
-    def candidate_set(self) -> CandidateSet:
-        """Return the candidate set."""
+    def candidate_set(self, waves: Mapping[str, Waves]) -> CandidateSet:
+        """Return the candidate set.
+
+        Args:
+            waves: that may be missing, by instance.
+        """
         return CandidateSet(
-            effects=self.effects, parameters=self.parameters, candidates=tuple(self.candidates)
+            effects=self.effects,
+            parameters=self.parameters,
+            candidates=tuple(self.candidates),
+            waves=waves,
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,11 +10,11 @@ import numpy as np
 
 from seals import registry
 from seals.arrays import Floats
-from seals.effects.discrepancy import SurfaceForce, WaveMoment
+from seals.effects.discrepancy import SurfaceForce
 from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
-from seals.errors import BrokenPlugin, MissingExtra
-from seals.sysid.candidates.parameters import WAVE_MOMENT, WAVES, CandidateSet, Collector
+from seals.errors import BrokenPlugin, MissingExtra, UnknownPlugin
+from seals.sysid.candidates.parameters import CandidateSet, Collector, Waves
 from seals.sysid.data.vehicle import Vehicle
 
 _SURFACE = 0.04
@@ -37,16 +36,20 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
             known = replace(known, in_arm=callable(getattr(law, "joint_loads", None)))
         found += [(name, known, a) for a in law.additions(name, subject)]
     found += [("", Identification(), a) for a in _structure(subject)]
-    found += _waves(subject)
-    made = Collector(vehicle.effects)
+    made, waves = Collector(vehicle.effects), {}
+    for law in wave_laws():
+        additions = law.additions(subject)
+        beside = tuple(a.instance for a in additions if a.effect is not None)
+        waves |= {a.instance: Waves(law=law, beside=beside) for a in additions if a.effect is None}
+        found += [(law.candidate, law.identification, a) for a in additions]
     for name, known, addition in sorted(found, key=lambda f: f[2].order):
         made.take(name, known, addition)
-    return made.candidate_set()
+    return made.candidate_set(waves)
 
 
-def wave_law() -> Any:
-    """Return the class of the waves that may be missing."""
-    return registry.get("wave", "airy").load()
+def wave_laws() -> list[Any]:
+    """Return the classes of the waves that may be missing, see `seals.environment.waves`."""
+    return [law for law in _loaded("wave").values() if hasattr(law, "candidate")]
 
 
 def installed() -> dict[str, type[Effect]]:
@@ -54,18 +57,33 @@ def installed() -> dict[str, type[Effect]]:
 
     One that lacks an optional dependency cannot act in any model and is left out.
     """
+    laws = _loaded("effect").items()
+    return {n: law for n, law in laws if isinstance(law, type) and issubclass(law, Effect)}
+
+
+def _loaded(kind: str) -> dict[str, Any]:
     found = {}
-    for name, plugin in registry.plugins("effect").items():
+    for name, plugin in registry.plugins(kind).items():
         try:
-            law = plugin.load()
+            found[name] = plugin.load()
         except MissingExtra:
             continue
         except BrokenPlugin as broken:
-            warnings.warn(f"'{name}' is no candidate: {broken}", stacklevel=2)
-            continue
-        if isinstance(law, type) and issubclass(law, Effect):
-            found[name] = law
+            warnings.warn(f"'{name}' is not a candidate: {broken}", stacklevel=3)
     return found
+
+
+def formula_effect() -> str:
+    """Return the name of the installed effect that a formula becomes.
+
+    Raises:
+        UnknownPlugin: none is installed.
+    """
+    found = (name for name, law in installed().items() if law.identification.formula)
+    name = next(found, None)
+    if name is None:
+        raise UnknownPlugin("no installed effect takes a formula.\nInstall one: see seals doctor")
+    return name
 
 
 def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
@@ -136,19 +154,3 @@ def _structure(subject: Subject) -> list[Addition]:
             )
         )
     return found
-
-
-def _waves(subject: Subject) -> Sequence[tuple[str, Identification, Addition]]:
-    """Waves as a candidate: they belong to the water, so their parameters have no instance."""
-    if not subject.has_water:
-        return ()
-    order = (Stage.water, 0, 5)
-    known: Identification = wave_law().identification
-    bounds = {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
-    free = (-np.inf, np.inf)
-    parameters = {k: Freed(scale=v, bounds=bounds.get(k, free)) for k, v in known.scales.items()}
-    moment = Addition(
-        instance=WAVE_MOMENT, effect=WaveMoment(), parameters={}, named=(), order=order
-    )
-    sea = Addition(instance=WAVES, effect=None, parameters=parameters, order=order)
-    return ((WAVES, known, sea), ("", known, moment))

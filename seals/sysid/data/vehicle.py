@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.effects.effect import Effect, MediumKind
+from seals.effects.effect import Effect
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
 from seals.hydrostatics import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere
@@ -294,15 +294,6 @@ def _effect(
             each = np.ravel(np.asarray(gains[gain], dtype=float)).tolist()
             options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
         return {"servos": get("actuator", "servos").load()(**options)}
-    if name in ("gravity", "buoyancy"):
-        links = ["*"] if name == "gravity" else ["root"]
-        return {name: get("effect", name).load()(links=links)}
-    law = get("effect", name).load()
-    options = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
-    # a log tells a medium of every effect, though some know of none
-    if "medium" in entry and law.medium is not None:
-        options["medium"] = MediumKind(entry["medium"])
-    if name == "thrust_in_water":
-        options["water_level"] = environment.water_level
-    key = f"{name}_{entry['medium']}" if "medium" in entry else name
-    return {key: law(**options)}
+    law: type[Effect] = get("effect", name).load()
+    parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
+    return dict([law.of_log(name, parameters, entry.get("medium"), environment)])

@@ -8,6 +8,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import TwinState
+from seals.effects.binding import has_hook
+from seals.effects.effect import Inertia
 from seals.frames import matrix_of
 from seals.sysid.data.vehicle import Vehicle
 
@@ -96,13 +98,12 @@ class Controller:
         robot = vehicle.robot
         self.mass = vehicle.mass
         self.inertia = np.diag(robot.inertia[0]).copy()
-        added = vehicle.effects.get("added_mass_water")
+        added = next((e for e in vehicle.effects.values() if has_hook(e, Inertia)), None)
         names = ("mass_x", "mass_y", "mass_z", "inertia_x", "inertia_y", "inertia_z")
         self._added = np.array([float(getattr(added, n, 0.0)) for n in names])
         self._both, self._gain, self._limit = _layout(vehicle)
         self._share = np.linalg.pinv(self._both, rcond=1e-3)
-        water = vehicle.effects.get("thrust_in_water")
-        self._ratio = 1.0 if water is None else float(getattr(water, "ratio", 1.0))
+        self._ratio = float(np.prod([e.submerged_thrust() for e in vehicle.effects.values()]))
         self._level = vehicle.environment.water_level if vehicle.has_water else None
         self._height = 0.0 if vehicle.hull is None else float(vehicle.hull.volume ** (1.0 / 3.0))
         self._sum = np.zeros((batch, 3))

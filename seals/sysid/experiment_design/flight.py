@@ -230,9 +230,7 @@ class _Loop:
         self._joints = _padded([p.joints for p in flights], rows)
         self._twin = problem.plant.twin(values, batch, stiff=False)
         self.control = Controller(vehicle, batch, tilt=scene.tilt)
-        self._lag = np.maximum(
-            vehicle.lag + values.get("rotor_lag.time_constant_change", 0.0), 1e-3
-        )
+        self._lag = np.maximum(vehicle.lag + problem.plant.timing(values)[1], 1e-3)
         self._gust = np.zeros((batch, 6))
         self._level = np.repeat(vehicle.gust, 3)
         self._keep = float(np.exp(-step / vehicle.gust_time))

@@ -13,7 +13,6 @@ from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, matrix_of, multiply
 from seals.motion import Reading
-from seals.sysid.candidates.parameters import WAVES
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.trajectory_cache import (
@@ -129,13 +128,10 @@ def predict(
         )
         defect = off + _times(integral, _average(change))
     reading = _stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
-    late = used.get(DELAY, 0.0) - delay
+    late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
         reading = _delayed(plant, reading, late)
     return Prediction(defect=defect, reading=reading)
-
-
-DELAY = "sensor_delay.delay"
 
 
 def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
@@ -234,7 +230,7 @@ def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
     acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
     laws = [type(plant.candidate_set.effects[n]) for n in acting & set(plant.candidate_set.effects)]
     # laws of strangers may know where they are, too
-    if WAVES in acting or any(
+    if acting & set(plant.candidate_set.waves) or any(
         law.identification.placed or not law.__module__.startswith("seals.") for law in laws
     ):
         return (0, 1, 2)
@@ -290,11 +286,12 @@ def _sensed(
     if not keys:
         return {}
     plant, rates = cache.plant, cache.sensor_rates(used)
+    late = plant.candidate_set.sensor_delay
     seen = _stacked(plant.reading(cache.state, rates, used))
     out = {}
     for key in keys:
-        if key == DELAY:
-            out[key] = -_delayed(plant, seen, used.get(DELAY, 0.0) - delay, order=1)
+        if key == late:
+            out[key] = -_delayed(plant, seen, used.get(late, 0.0) - delay, order=1)
             continue
         step = plant.candidate_set.parameters[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}

@@ -15,12 +15,13 @@ from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.posture import Posture
 from seals.control.actuator_response import JITTER, respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.derived import strengths_of
 from seals.effects.effect import Effect, JointLoads, Measure, Timed
 from seals.effects.hooks import names_any, pick_of
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
 from seals.schema import parameters_of
-from seals.sysid.candidates.parameters import WAVE_MOMENT, WAVES, CandidateSet
+from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
 
@@ -79,7 +80,6 @@ class Plant:
         self._sets: dict[frozenset[str], EffectSet] = {}
         self._drives: dict[tuple[float, float], Drive] = {}
         self.waves = get("wave", "still").load()()
-        self._airy = get("wave", "airy").load()
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
@@ -92,7 +92,7 @@ class Plant:
         """States of the actuators under the timing of ``values`` (numbers)."""
         if not len(self.vehicle.lag):
             return None
-        delay, lag = self._timing(values)
+        delay, lag = self.timing(values)
         key = (delay, lag)
         if key not in self._drives:
             if len(self._drives) >= _KEPT:
@@ -100,7 +100,7 @@ class Plant:
             self._drives[key] = self._respond(delay, lag)
         return self._drives[key]
 
-    def _timing(self, values: Values) -> tuple[float, float]:
+    def timing(self, values: Values) -> tuple[float, float]:
         """Delay of the commands and change of the time constant under ``values`` (numbers) [s]."""
         delay, lag = self.command_delay, 0.0
         for instance in {k.partition(".")[0]: None for k in values}:
@@ -145,8 +145,8 @@ class Plant:
             stiff: whether effects that are too steep for explicit steps take part.
         """
         used = {key.partition(".")[0] for key in values} - self._quiet
-        if WAVES in used:
-            used = (used - {WAVES}) | {WAVE_MOMENT}
+        for instance in used & set(self.candidate_set.waves):
+            used |= set(self.candidate_set.waves[instance].beside)
         if not stiff:
             used -= self._stiff
         bound = self._bound(frozenset(used & set(self.candidate_set.effects)))
@@ -178,15 +178,16 @@ class Plant:
         return nominal + change if np.ndim(change) else float(nominal + change)
 
     def _waves(self, values: Values, batch: int) -> Any:
-        parts = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{WAVES}.")}
-        if not parts:
-            return self.waves
-        sea = copy.copy(self._airy(amplitude=0.0))
-        for name, value in parts.items():
-            each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
-            # surroundings have a row for every link of every vehicle, link by link
-            setattr(sea, name, np.tile(each, len(self.vehicle.robot.links)))
-        return sea
+        """Waves under ``values``, one for each link of each vehicle; the calm ones without any."""
+        for instance, waves in self.candidate_set.waves.items():
+            own = {k.partition(".")[2]: v for k, v in values.items() if _instance(k) == instance}
+            if own:
+                sea = copy.copy(waves.law(**dict.fromkeys(strengths_of(waves.law), 0.0)))
+                for name, value in own.items():
+                    each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
+                    setattr(sea, name, np.tile(each, len(self.vehicle.robot.links)))
+                return sea
+        return self.waves
 
     def inputs(
         self,
@@ -327,6 +328,10 @@ def _times_actuators(effect: Effect) -> bool:
     return has_hook(effect, Timed) and any(
         _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
     )
+
+
+def _instance(key: str) -> str:
+    return key.partition(".")[0]
 
 
 def nonzero(values: Mapping[str, float]) -> dict[str, float]:

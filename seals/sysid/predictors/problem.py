@@ -14,7 +14,7 @@ from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
-from seals.sysid.predictors.linearise import DELAY, Dynamics, dynamics_along, predict
+from seals.sysid.predictors.linearise import Dynamics, dynamics_along, predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import simulated_trajectory, start_states
 from seals.sysid.predictors.surface_model_error import surface_model_error
@@ -128,7 +128,7 @@ def linearise_model(
     """Linearise the model along a trajectory and set up the windows."""
     cache = TrajectoryCache(plant, trajectory)
     dynamics = dynamics_along(plant, trajectory, at, cache=cache)
-    delay = at.get(DELAY, 0.0)
+    delay = at.get(plant.candidate_set.sensor_delay, 0.0)
     delay = delay if abs(delay) > LATE else 0.0
     windows = windows_of(plant, trajectory, dynamics, window=window, gusts=gusts, delay=delay)
     return Fitter(plant, trajectory, dynamics, windows, at=at, cache=cache)

@@ -13,7 +13,6 @@ from seals.arrays import Floats
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory, difference
 from seals.sysid.predictors.linearise import (
-    DELAY,
     Columns,
     Dynamics,
     Prediction,
@@ -115,14 +114,15 @@ class SubstepIntegrator:
         """Derivatives by parameters from row to row."""
         found = columns_along(self.fine, substeps.trajectory, values, keys, fine)
         reading = found.reading[:: self.parts].copy()
-        if DELAY in keys:
+        late = self.plant.candidate_set.sensor_delay
+        if late in keys:
             slope = np.concatenate(
                 [
                     np.gradient(substeps.reading[first:last], self.fine.samples.step, axis=0)
                     for first, last in self.fine.samples.runs
                 ]
             )
-            reading[:, :, keys.index(DELAY)] = -self._delayed(slope, float(values.get(DELAY, 0.0)))
+            reading[:, :, keys.index(late)] = -self._delayed(slope, float(values.get(late, 0.0)))
         return Columns(keys=tuple(keys), push=self._joined(fine, found.push), reading=reading)
 
     def _joined(self, fine: Dynamics, push: Floats, start: Floats | None = None) -> Floats:
@@ -217,7 +217,7 @@ class SubstepFitter(Fitter):
 
     def predicted(self, values: Mapping[str, float]) -> Prediction:
         """Predict one step from every row, and the readings."""
-        late = float(values.get(DELAY, 0.0)) - self.windows.delay
+        late = float(values.get(self.candidate_set.sensor_delay, 0.0)) - self.windows.delay
         return self.integrator.predict(self.substeps(values), late)
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:

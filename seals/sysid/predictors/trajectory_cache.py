@@ -15,7 +15,6 @@ from seals.batch.response import Force, Response
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
 from seals.motion import Inputs
-from seals.sysid.candidates.parameters import WAVES
 from seals.sysid.data.trajectory import Trajectory, difference
 from seals.sysid.predictors.plant import Held, Plant, nonzero
 
@@ -60,7 +59,7 @@ class TrajectoryCache:
 
     def posture(self, values: Mapping[str, float]) -> Posture:
         """Poses and, where the water is still, surroundings."""
-        if any(k.partition(".")[0] == WAVES for k in values):
+        if any(k.partition(".")[0] in self.plant.candidate_set.waves for k in values):
             return self._posture._replace(sample=None)
         return self._posture
 

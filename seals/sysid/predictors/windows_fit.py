@@ -14,7 +14,7 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
 from seals.sysid.least_squares.solver import Iterate, Proposal, minimise
 from seals.sysid.least_squares.step_rules import Backtracking
-from seals.sysid.predictors.linearise import DELAY, Columns, Dynamics, columns_along, predict
+from seals.sysid.predictors.linearise import Columns, Dynamics, columns_along, predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
@@ -181,8 +181,9 @@ class Fitter:
         precision = self.precision(keys, free)
         first = {k: float(self.at.get(k, 0.0)) for k in keys}
         first |= {k: float(v) for k, v in (start or {}).items() if k in free}
-        if self.windows.delay and DELAY in first:
-            first[DELAY] = self.windows.delay
+        late = self.candidate_set.sensor_delay
+        if self.windows.delay and late in first:
+            first[late] = self.windows.delay
         expansion_point = self._expansion_point(self.at)
         excess = 0.0 if expansion_point is None else _ROUGH
         rule = Backtracking(absolute=tolerance, excess=excess)
@@ -299,9 +300,10 @@ class Fitter:
         level = misfit.product(misfit)[:, 0, 0]
         at_values = np.array([values[k] for k in keys])
         centre = np.zeros(total)
-        if self.windows.delay and DELAY in keys:
+        late = self.candidate_set.sensor_delay
+        if self.windows.delay and late in keys:
             # these windows follow a late sensor: its delay is theirs, and held
-            held = list(keys).index(DELAY)
+            held = list(keys).index(late)
             _silence(normal, right, held)
             centre[held] = self.windows.delay
         penalty = float(np.sum(precision * (at_values - centre) ** 2))
@@ -336,8 +338,9 @@ class Fitter:
         for a, i in enumerate(at):
             for b, j in enumerate(at):
                 fit.normal[:, i, j] = own[:, a, b]
-        if self.windows.delay and DELAY in fit.keys:
-            _silence(fit.normal, fit.right, fit.keys.index(DELAY))
+        late = self.candidate_set.sensor_delay
+        if self.windows.delay and late in fit.keys:
+            _silence(fit.normal, fit.right, fit.keys.index(late))
         return fit
 
 

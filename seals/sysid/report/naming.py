@@ -6,11 +6,9 @@ import inspect
 import math
 import re
 
-from seals.errors import SealsError
-from seals.registry import get
 from seals.report.style import unit_text
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.vehicle import installed
+from seals.sysid.candidates.vehicle import installed, wave_laws
 
 UNKNOWN = "not determined"
 """Text in place of a figure that is not finite."""
@@ -23,7 +21,6 @@ _PARTS = {
     "servos.kd": "damping of the joint servos",
 }
 """Adjustable values that belong to the vehicle and to no effect."""
-_ODD = {"waves": "Surface waves move the water about the hull."}
 
 
 def effect_words(name: str) -> str:
@@ -31,15 +28,10 @@ def effect_words(name: str) -> str:
 
     Example:
         >>> effect_words("waves")
-        'Surface waves move the water about the hull.'
+        'Regular deep-water wave: it moves the surface and the water about a hull.'
     """
-    if name in _ODD:
-        return _ODD[name]
-    try:
-        text = inspect.getdoc(get("effect", name).load()) or ""
-    except SealsError:
-        return ""
-    return text.partition("\n")[0]
+    laws = {**installed(), **{law.candidate: law for law in wave_laws()}}
+    return (inspect.getdoc(laws.get(name)) or "").partition("\n")[0] if name in laws else ""
 
 
 def factor_words(key: str) -> str:

@@ -10,10 +10,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.binding import bind_effects
 from seals.effects.evaluation import thrust_wrench
-from seals.frames import matrix_of, unrotate
+from seals.environment.sample import Sample
+from seals.frames import matrix_of
 from seals.motion import Inputs
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.surface_model_error import submersion
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.laws import Scene
@@ -91,8 +92,9 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
     plant, trajectory = fitter.plant, fitter.trajectory
     rows = found.rows.ravel()
     turn = matrix_of(trajectory.quaternion[rows])
-    wet = submersion(plant, trajectory)[rows]
-    flow = _flow(found.values, wet)
+    cache = fitter.cache or TrajectoryCache(plant, trajectory)
+    around = cache.response(found.values).sample
+    wet, flow = (x[rows] for x in _medium(around, plant.samples.rows))
     wrench, throttle = actuator_wrench(plant, found.values)
     rate = None
     if wrench is not None:
@@ -100,20 +102,19 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
         for first, last in plant.samples.runs:
             rate[first:last] = np.gradient(wrench[first:last], plant.samples.step, axis=0)
     voltage = plant.samples.voltage
-    around = plant.vehicle.environment
     return Conditions(
         time=plant.samples.time[rows],
         position=trajectory.position[rows],
         turn=turn,
-        velocity=trajectory.velocity[rows] - unrotate(turn, flow),
+        velocity=trajectory.velocity[rows] - flow,
         spin=trajectory.angular_velocity[rows],
         submersion=wet,
         drive=None if wrench is None else wrench[rows],
         drive_rate=None if rate is None else rate[rows],
         throttle=None if throttle is None else throttle[rows],
         voltage=None if voltage is None or not np.any(voltage) else voltage[rows, 0],
-        ground=around.ground_level,
-        water=around.water_level if plant.vehicle.has_water else None,
+        ground=plant.vehicle.environment.ground_level,
+        water=plant.vehicle.environment.water_level if plant.vehicle.has_water else None,
     )
 
 
@@ -137,11 +138,8 @@ def actuator_wrench(
     return total, throttle
 
 
-def _flow(values: Mapping[str, float], wet: Floats) -> Floats:
-    """Wind and current that the model holds, world axes [m/s], shape (n, 3)."""
-    wind, current = (
-        np.array([values.get(f"{name}.velocity_{a}", 0.0) for a in "xyz"])
-        for name in ("wind", "current")
-    )
-    out: Floats = (1.0 - wet)[:, None] * wind + wet[:, None] * current
-    return out
+def _medium(around: Sample, rows: int) -> tuple[Floats, Floats]:
+    """Submerged share (T,) and velocity of the medium, body axes [m/s] (T, 3), at the base."""
+    wet: Floats = around.submersion[:rows, 0] + np.zeros(rows)
+    air, water = (v[:rows] for v in (around.air_velocity, around.water_velocity))
+    return wet, (1.0 - wet)[:, None] * air + wet[:, None] * water

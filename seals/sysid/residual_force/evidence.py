@@ -13,7 +13,6 @@ from seals.arrays import Floats
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import solve_scaled
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.free import FreeWindows
@@ -175,8 +174,9 @@ def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> 
     keys = (*tolerances, *(k for k in free if k not in tolerances))
     mean, width = _priors(fitter.candidate_set, keys, hypothesis)
     values = dict(mean)
-    if windows.delay and DELAY in keys:
-        values[DELAY], width[DELAY] = windows.delay, 1e-9
+    late = fitter.candidate_set.sensor_delay
+    if windows.delay and late in keys:
+        values[late], width[late] = windows.delay, 1e-9
     precision = np.array([1.0 / width[k] ** 2 for k in keys])
     columns = loose.fixed.outputs
     fresh = [k for k in keys if k not in tolerances]

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import rotate
+from seals.sysid.candidates.vehicle import formula_effect
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.laws import DRIVEN
@@ -23,8 +24,6 @@ from seals.sysid.residual_force.terms import Term, basis_of
 
 MOST = 3
 """Terms at most."""
-EFFECT = "formula"
-"""Name of the effect that such a formula becomes."""
 _TRIED = 6
 """Terms that are judged on held-out blocks in every round."""
 _EDGES = np.linspace(0.1, 0.9, 9)
@@ -68,7 +67,11 @@ class Formula:
             "share": self.share,
             "share_sd": self.share_sd,
             "after": self.after,
-            "effect": {"name": EFFECT, "medium": self.medium, "parameters": self.parameters()},
+            "effect": {
+                "name": formula_effect(),
+                "medium": self.medium,
+                "parameters": self.parameters(),
+            },
         }
 
     def __str__(self) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 from seals.arrays import Floats
 from seals.effects.identification import Residual
 from seals.frames import matrix_of, rotate
-from seals.sysid.candidates.parameters import WAVES, Candidate, CandidateSet
-from seals.sysid.candidates.vehicle import subject_of, wave_law
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.candidates.vehicle import subject_of
 from seals.sysid.predictors.problem import LOOSE, Problem, rewindowed, typical_speeds
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -44,7 +44,7 @@ def law_of(candidate_set: CandidateSet, candidate: Candidate) -> Any:
     stem = candidate.keys[0].partition(".")[0]
     if stem in candidate_set.effects:
         return type(candidate_set.effects[stem])
-    return wave_law() if stem == WAVES else None
+    return candidate_set.waves[stem].law if stem in candidate_set.waves else None
 
 
 def free_force(problem: Problem, base: EvidenceHypothesis) -> tuple[Floats, Floats, Floats]:

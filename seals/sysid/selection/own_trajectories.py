@@ -8,7 +8,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.parallel import spread
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import WINDOW, Problem
 from seals.sysid.predictors.substep_integrator import SubstepIntegrator
 from seals.sysid.predictors.surface_model_error import surface_model_error
@@ -45,7 +44,8 @@ def search_own_trajectories(
         processes: that share the fits.
     """
     nominal, best = known.nominal, known.best
-    named = [c for c in problem.plant.candidate_set.candidates if DELAY in c.keys]
+    late = problem.plant.candidate_set.sensor_delay
+    named = [c for c in problem.plant.candidate_set.candidates if late in c.keys]
     if not named or not problem.impact or not _doubtful(best):
         return None
     trajectory = problem.fitter.trajectory
@@ -62,8 +62,8 @@ def search_own_trajectories(
     )
     integrator = SubstepIntegrator(problem.plant)
     outsets = [
-        linearise_about(integrator, trajectory, free, {DELAY: start}, disturbance)
-        for free, start in (((), 0.0), ((DELAY,), _OUTSET))
+        linearise_about(integrator, trajectory, free, {late: start}, disturbance)
+        for free, start in (((), 0.0), ((late,), _OUTSET))
     ]
     found: list[LinearisedModel] = spread(_converged, outsets, processes)
     for one in found:

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 
@@ -58,12 +57,15 @@ def parabola_peak(
     spread = float(step / np.sqrt(0.5 * bend))
     top = _at_delay(nominal, best, at + 0.5 * step * (after - before) / bend)
     chosen = max(top, best, key=lambda h: h.score)
-    return replace(chosen, fit=replace(chosen.fit, known={DELAY: spread}))
+    return replace(
+        chosen, fit=replace(chosen.fit, known={best.fitter.candidate_set.sensor_delay: spread})
+    )
 
 
 def _at_delay(
     nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis, delay: float
 ) -> EvidenceHypothesis:
     fitter = rewindowed(hypothesis.fitter, delay=delay)
-    fit = fitter.fit(hypothesis.fit.free, start={**hypothesis.fit.values, DELAY: delay})
+    start = {**hypothesis.fit.values, fitter.candidate_set.sensor_delay: delay}
+    fit = fitter.fit(hypothesis.fit.free, start=start)
     return scored(hypothesis.candidates, fit, fitter, nominal)

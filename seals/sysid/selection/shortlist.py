@@ -8,7 +8,6 @@ from typing import TypeAlias
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
@@ -29,11 +28,12 @@ def fitted(
     Windows that follow late sensors would lend their delay to a model without one: such a model is
     fitted in windows that follow none.
     """
-    lends = bool(fitter.windows.delay) and any(DELAY not in keys_of(job[0]) for job in jobs)
+    late = fitter.candidate_set.sensor_delay
+    lends = bool(fitter.windows.delay) and any(late not in keys_of(job[0]) for job in jobs)
     plain = rewindowed(fitter, delay=0.0) if lends else fitter
 
     def seen_by(candidates: Sequence[Candidate]) -> Fitter:
-        return fitter if DELAY in keys_of(candidates) else plain
+        return fitter if late in keys_of(candidates) else plain
 
     def work(job: Job) -> Fit:
         keys = keys_of(job[0])

@@ -8,7 +8,6 @@ from dataclasses import replace
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import (
     LATE,
@@ -177,7 +176,8 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
     """Fit the nominal model under the most likely level of the gusts within the stated range."""
     fitter = problem.fitter
     nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
-    at = {k: v for k, v in nominal.fit.values.items() if k != DELAY}
+    late = problem.plant.candidate_set.sensor_delay
+    at = {k: v for k, v in nominal.fit.values.items() if k != late}
     if problem.plant.friction(nonzero(at), fitter.trajectory.joint_velocity) is not None:
         # the slope of dry friction belongs to the dynamics
         fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
@@ -240,7 +240,7 @@ def extensions(
 
 def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
     """Return windows that follow a late sensor, for starts with a considerable delay."""
-    delay = start.get(DELAY, 0.0)
+    delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 
 
@@ -310,7 +310,7 @@ def refit_about_own_values(
 ) -> EvidenceHypothesis:
     """Fit a hypothesis again about its own values."""
     keys = hypothesis.fit.free
-    if DELAY in keys and hypothesis.fitter.windows.delay:
+    if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
         hypothesis = estimate_sensor_delay(nominal, hypothesis)
     fit, fitter = hypothesis.fit, hypothesis.fitter
     known = fit.known

@@ -15,14 +15,11 @@ from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
-from seals.registry import get
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.plant import Plant
 from seals.world.drivetrain import response_of, timing_of
-
-WAVES = "waves"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,14 +92,14 @@ class Model:
         Raises:
             ConfigError: a key is unknown, or its value is out of bounds.
         """
-        effects, sea = dict(self.vehicle.effects), {}
+        effects, sea = dict(self.vehicle.effects), None
         for instance, values in by_instance(changes).items():
-            if instance == WAVES:
-                sea = values
+            if instance in candidate_set.waves:
+                sea = candidate_set.waves[instance].law(**values)
                 continue
             effects[instance] = _moved(instance, values, effects, candidate_set)
         made = replace(self, name=name, vehicle=replace(self.vehicle, effects=effects))
-        return made.in_waves(get("wave", "airy").load()(**sea)) if sea else made
+        return made if sea is None else made.in_waves(sea)
 
     def with_overlay(self, name: str, overlay: Overlay) -> Model:
         """Return the model with the effects of an overlay.

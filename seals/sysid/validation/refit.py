@@ -16,7 +16,6 @@ from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.least_squares.normal_equations import Fit
-from seals.sysid.predictors.linearise import DELAY
 from seals.sysid.predictors.problem import (
     Problem,
     follow_measurements,
@@ -135,7 +134,7 @@ def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) ->
     for candidate, effect in zip(combo, finding.effects, strict=True):
         start |= stated(candidate, effect)
     keys, fitter = keys_of(combo), estimate_disturbance(problem).fitter
-    delay = start.get(DELAY, 0.0)
+    delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     if delay > _LATE:
         fitter = rewindowed(fitter, delay=delay)
     fit = fitter.fit(keys, start=start)

@@ -18,7 +18,7 @@ from seals.logs.atomic import plain, write_text
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.validation.answer import FORMULA, Finding
-from seals.sysid.validation.model import WAVES, by_instance
+from seals.sysid.validation.model import by_instance
 from seals.sysid.validation.refit import Refit
 
 _HEAD = """\
@@ -124,18 +124,19 @@ def parts_of(candidate: Candidate, found: Refit, effect: Mapping[str, Any]) -> l
     for instance, moved in by_instance(values).items():
         limits = intervals.get(instance, {})
         short = {k: _short(v) for k, v in moved.items()}
-        if instance == WAVES:
-            made.append(Part(section="wave", name=WAVE, values={"wave": "airy", **short},
+        if instance in found.candidate_set.waves:
+            plugin = _plugin_of(found.candidate_set.waves[instance].law, "wave")
+            made.append(Part(section="wave", name=WAVE, values={"wave": plugin, **short},
                              intervals=limits))  # fmt: skip
             continue
         law = found.candidate_set.effects[instance]
         if instance in found.own or _below_bounds(law, moved):
-            entry = {"effect": _plugin_of(law), **_medium(law), **short}
+            entry = {"effect": _plugin_of(type(law)), **_medium(law), **short}
             made.append(Part(section="changes", name=candidate.name, values=entry,
                              intervals=limits))  # fmt: skip
             continue
         total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
-        entry = {"effect": _plugin_of(law), **_options(law), **total}
+        entry = {"effect": _plugin_of(type(law)), **_options(law), **total}
         made.append(Part(section="effects", name=candidate.name, values=entry, intervals=limits))
     return made
 
@@ -176,12 +177,12 @@ def _medium(law: Effect) -> dict[str, str]:
     return {"medium": medium.value} if isinstance(medium, MediumKind) else {}
 
 
-def _plugin_of(law: Effect) -> str:
-    target = f"{type(law).__module__}:{type(law).__qualname__}"
-    for name, plugin in registry.plugins("effect").items():
+def _plugin_of(law: type, kind: str = "effect") -> str:
+    target = f"{law.__module__}:{law.__qualname__}"
+    for name, plugin in registry.plugins(kind).items():
         if plugin.value == target:
             return name
-    raise ConfigError(f"{target} is not installed as an effect.\nSee: seals list effect")
+    raise ConfigError(f"{target} is not installed as a plug-in.\nSee: seals list {kind}")
 
 
 def _refuse_twice(part: Part, sections: Mapping[str, Any], base: Mapping[str, Any]) -> None:
