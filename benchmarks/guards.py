@@ -15,9 +15,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
+from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_reading import PAGE, ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
+from benchmarks.guards_states import STORED_STATES
 
 ROOT = Path(__file__).parents[1]
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
@@ -42,26 +43,7 @@ GUARDS: dict[str, Guard] = {
     **ROBOTS_AND_TABLES,
     **PAGE,
     **RUN_FOLDERS,
-    "names in a pickle": Guard(
-        "seals.run.unpickling", "isinstance(found, type) and", "", FILES, "stranger_runs_nothing"
-    ),
-    "imports in a pickle": Guard(
-        "seals.run.unpickling", " and found.__module__ == module", "", BOUNDS, "module_imports"
-    ),
-    "homes in a pickle": Guard(
-        "seals.run.unpickling",
-        'module.partition(".")[0] in _homes()',
-        "True",
-        BOUNDS,
-        "classes_of_the_system",
-    ),
-    "bytes of a pickle": Guard(
-        "seals.run.unpickling",
-        "if not isinstance(content, bytes | bytearray):",
-        "if False:",
-        FOUND,
-        "bytes_out_of_a_number",
-    ),
+    **STORED_STATES,
     "checkpoint of a training": Guard(
         "seals.learn.training.checkpoint",
         "weights_only=True",

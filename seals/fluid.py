@@ -26,6 +26,7 @@ from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Sea, Waves
 from seals.robot.pieces import Piece
+from seals.state_records import state_record
 
 
 class FluidBody(NamedTuple):
@@ -63,6 +64,7 @@ class BodyStates(NamedTuple):
     acceleration: Floats
 
 
+@state_record
 class MomentumBalance(NamedTuple):
     """Linear momentum over the last step, world axes [N s], shape (3,) each.
 

@@ -9,9 +9,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Dynamics
 from seals.multibody.added import added_terms
+from seals.state_records import state_record
 from seals.world import Actor
 
 
+@state_record
 class Instant(NamedTuple):
     """What the books need of one instant; the robot has L links and J joints.
 
@@ -34,6 +36,7 @@ class Instant(NamedTuple):
     added: list[Floats]
 
 
+@state_record
 class Totals(NamedTuple):
     """Energies since the start [J].
 

@@ -17,12 +17,14 @@ from seals.control.limbs import joint_targets, stowed
 from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
 from seals.schema import param
+from seals.state_records import state_record
 
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
 WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
 """Importance of force x, y, z and torque x, y, z where the thrusters cannot do it all."""
 
 
+@state_record
 class Memory(NamedTuple):
     """What the controller remembers; nothing in it is ever written to.
 

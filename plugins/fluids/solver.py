@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.state_records import state_record
 
 
+@state_record
 class Exchange(NamedTuple):
     """Impulses and quality measures of one ``advance``.
 
@@ -41,6 +43,7 @@ class Exchange(NamedTuple):
     left: int
 
 
+@state_record
 @dataclass(frozen=True)
 class Snapshot:
     """State of a solver, to be handed to ``restore``."""

@@ -16,6 +16,7 @@ from seals.errors import ConfigError
 from seals.robot.limbs import Arm
 from seals.robot.model import RobotModel
 from seals.schema import param, vector
+from seals.state_records import state_record
 
 WAVES = 4
 """Sines in a random motion of one joint."""
@@ -29,6 +30,7 @@ class ArmMotion(enum.Enum):
     random = "random"
 
 
+@state_record
 class Memory(NamedTuple):
     """Start of the hover: time [s], place [m] and heading [rad]."""
 

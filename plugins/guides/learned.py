@@ -12,11 +12,13 @@ from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError
 from seals.learn.task import Instant
 from seals.plugins.guides.behaviour.over_ground import place_of
+from seals.state_records import state_record
 
 KNOWN = ("phase", "power", "slip")
 """Facts that a gait tells, and those that only rewards ask for."""
 
 
+@state_record
 class Memory(NamedTuple):
     """Distance at the start [m]; last action; calls in a row at the target; whether it is there."""
 

@@ -13,8 +13,10 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.schema import param, vector
+from seals.state_records import state_record
 
 
+@state_record
 class Memory(NamedTuple):
     """Start of the course: time [s] and heading [rad], and the last time at which it was asked."""
 

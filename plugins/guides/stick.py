@@ -16,9 +16,11 @@ from seals.control.key_events import held_after, read_track
 from seals.control.keymap import NEXT_ARM, stick_of
 from seals.control.tracking import Place, pursued
 from seals.schema import param
+from seals.state_records import state_record
 from seals.teleop.device import Device, Script
 
 
+@state_record
 class Memory(NamedTuple):
     """What the stick has led to so far; nothing in it is ever written to.
 

@@ -14,8 +14,10 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, minimum_jerk, pursued
 from seals.errors import ConfigError
 from seals.schema import param
+from seals.state_records import state_record
 
 
+@state_record
 class Memory(NamedTuple):
     """Start of the course: time [s], place [m] and heading [rad]; time of the last call [s]."""
 

@@ -13,8 +13,10 @@ from seals.schema import param
 from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
+from seals.state_records import state_record
 
 
+@state_record
 class _Memory(NamedTuple):
     """Biases [m/s^2, rad/s] and the state of the low-pass filter, shape (2, 3) each."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.frames import exponential, matrix_of
+from seals.state_records import state_record
 
 TRUTH = "truth"
 POSITION, ORIENTATION = "estimated_position", "estimated_orientation"
@@ -18,6 +19,7 @@ CHANNELS = (POSITION, ORIENTATION, VELOCITY, SPIN)
 """Channels of a sensor of pose: world, quaternion w x y z, body axes, body axes."""
 
 
+@state_record
 class Estimate(NamedTuple):
     """Pose and twist of the body at one time.
 

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.state_records import state_record
 
 NONE = 1e-9
 """A lag of zero is one far shorter than any period [s]."""
 
 
+@state_record
 class Rate(NamedTuple):
     """Rate of change of a signal, smoothed by a first-order low-pass.
 
@@ -37,6 +39,7 @@ class Rate(NamedTuple):
         return Rate(value, keep * self.rate + ((1.0 - keep) / step) * (value - self.value))
 
 
+@state_record
 class Trend(NamedTuple):
     """Rate of a signal, carried ahead in time by its own rate.
 

@@ -12,6 +12,7 @@ from seals.control.plant import Plant
 from seals.control.protocols import Reference
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
+from seals.state_records import state_record
 
 
 def stowed(robot: RobotModel) -> Floats:
@@ -64,6 +65,7 @@ def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
     return parts[name]
 
 
+@state_record
 class Reckoned(NamedTuple):
     """Motion of the joints as their servos will make it, without noise and before it happens.
 

@@ -17,6 +17,7 @@ from seals.arrays import Array, Floats
 from seals.control.plant import Plant
 from seals.deprecation import add_former_names, renamed_members
 from seals.errors import ConfigError
+from seals.state_records import state_record
 
 __getattr__ = renamed_members(
     __name__, {"Aim": "Reference", "Order": "ActuatorCommand", "Situation": "RobotState"}
@@ -110,6 +111,7 @@ class RobotState(NamedTuple):
 add_former_names(RobotState, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
+@state_record
 class Reference(NamedTuple):
     """Reference values of a guide: velocity of the robot, angles of the arms, grippers.
 
@@ -138,6 +140,7 @@ class Reference(NamedTuple):
     manner: Mapping[str, float] = NOTHING
 
 
+@state_record
 class ActuatorCommand(NamedTuple):
     """Commands of a controller to drives and servos.
 

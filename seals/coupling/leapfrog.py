@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from seals.arrays import Floats
+from seals.state_records import state_record
 
 
+@state_record
 class HalfStep(NamedTuple):
     """Generalised velocity at two instants of the leapfrog method.
 

@@ -18,6 +18,7 @@ from seals.coupling.engine import EngineBody
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.multibody.linear import solved
 from seals.multibody.servo import driven, heavier
+from seals.state_records import state_record
 
 STALE = 0.03
 """Motion of a joint after which the inertia is found anew [rad or m].
@@ -26,6 +27,7 @@ The inertia shapes the difference to the last step alone: a share of it does not
 """
 
 
+@state_record
 class JointResponse(NamedTuple):
     """Motion of the joints in the last step.
 

@@ -17,10 +17,12 @@ from seals.arrays import Array, as_like, namespace
 from seals.frames import cross_last, skew_last
 from seals.multibody.single import Single
 from seals.multibody.tree import Tree
+from seals.state_records import state_record
 
 _EYE = np.eye(3)
 
 
+@state_record
 class LinkVelocities(NamedTuple):
     """Velocities of all links.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats
 from seals.errors import ConfigError
+from seals.state_records import state_record
 
 OPTICAL: Floats = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """R_LO: columns are the optical x, y and z axes in the axes of the camera's link."""
@@ -26,6 +27,7 @@ WIDEST = 2.9
 """Widest field of view [rad]: beyond it a plane picture is nothing but its rim."""
 
 
+@state_record
 @dataclass(frozen=True, kw_only=True)
 class Lens:
     """What a camera sees of the space in front of it; pixels are square unless both angles rule.

@@ -15,8 +15,10 @@ from seals.rendering.light import Light
 from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
 from seals.rendering.picture import Picture, Renderer
 from seals.rendering.scene import Poses, Scene
+from seals.state_records import state_record
 
 
+@state_record
 class Shot(NamedTuple):
     """A picture that a camera took.
 

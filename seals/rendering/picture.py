@@ -8,8 +8,10 @@ from seals.arrays import Array
 from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
 from seals.rendering.scene import Poses, Scene
+from seals.state_records import state_record
 
 
+@state_record
 class Picture(NamedTuple):
     """Pictures of C cameras in each of N environments; rows from above, columns from the left.
 

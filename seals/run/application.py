@@ -58,6 +58,9 @@ def execute(config: Any) -> int | None:
             _refuse_company(overrides, key)
         config = recalled(source, key=key)
     settings = build_run(config)
+    if cut is not None:
+        # before the first byte is written
+        checkpoint_of(cut)
     if original is None and cut is None and lookup_in(OmegaConf.to_container(config)) is not None:
         # what it looked up is part of what ran: a repeat finds it even where it has changed
         write_config(folder, OmegaConf.create(OmegaConf.to_container(config, resolve=True)))

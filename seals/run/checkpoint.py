@@ -1,33 +1,39 @@
 """Keeps the state of a run on disk, so that one that was killed can be taken up where it was.
 
-A checkpoint holds everything that changes: the world's snapshot, the rigid-body scene in the
-engine's own format, the ledgers, and the rows recorded so far. It is a pickle that is read as data:
-see `seals.run.unpickling`.
+A checkpoint holds everything that changes: the world's snapshot, the ledgers and the rows recorded
+so far, as arrays and JSON (`seals.state_file`), and the rigid-body scene in the engine's own
+format.
 """
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import os
-import pickle
 import shutil
 import sys
+import tempfile
 import time
-from collections.abc import Mapping
-from io import BytesIO
+from collections.abc import Iterator
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from seals.backend import Storing
 from seals.errors import ConfigError, DiskFull
 from seals.logs.room import room
 from seals.run.settings import RunSettings
-from seals.run.unpickling import DataUnpickler
+from seals.state_file import MOST_BYTES, open_regular, read_state, write_state
+from seals.state_tree import checked_generator, conform, packed
 from seals.world import World
 
 FOLDER = "checkpoint"
 """Folder of a run that holds its last checkpoint."""
-STATE, SCENE = "state.pkl", "scene.bin"
+STATE, SCENE = "state.bin", "scene.bin"
+OLD = "state.pkl"
+"""State as it was written before, a pickle; it is refused."""
+KIND = "run"
+MOST_SCENE = 1 << 26
+"""Largest scene in the engine's own format [byte]."""
 MINUTE = 60.0
 """Wall time between two checkpoints of a run with a fluid, unless it says otherwise [s]."""
 
@@ -50,12 +56,12 @@ class Checkpoints:
 
         Args:
             world: after a step whose rows are recorded.
-            books: everything recorded so far.
+            books: everything recorded so far; its ``snapshot()`` is kept.
         """
         now = time.perf_counter()
         if self.every > 0.0 and now - self._last >= self.every:
             try:
-                write_checkpoint(self.folder, world, books)
+                write_checkpoint(self.folder, world, books.snapshot())
             except DiskFull as full:
                 # the run itself needs no room until its end: there may be some by then
                 text = " ".join(str(full).split())
@@ -89,6 +95,11 @@ def write_checkpoint(folder: Path, world: World, books: Any) -> None:
 
     At every moment a whole one stands at ``folder``, or the one before it stands beside.
 
+    Args:
+        folder: of the checkpoint.
+        world: after a step.
+        books: what was recorded so far: arrays, numbers, text, containers and registered records.
+
     Raises:
         ConfigError: a part of the run cannot be kept on disk.
         DiskFull: there is no room; the earlier one stands.
@@ -108,24 +119,27 @@ def _write(beside: Path, world: World, books: Any) -> None:
     backend: Any = world.backend
     snapshot = world.snapshot()._replace(scene=backend.store(beside / SCENE))
     ledgers = {
-        name: (actor.ledger.time.copy(), actor.ledger.wrenches.copy())
-        for name, actor in world.actors.items()
+        name: (actor.ledger.time, actor.ledger.wrenches) for name, actor in world.actors.items()
     }
-    state = {"snapshot": snapshot, "ledgers": ledgers, "books": books}
-    with (beside / STATE).open("wb") as file:
-        try:
-            _Pickler(file, _live(world)).dump(state)
-        except (pickle.PicklingError, TypeError, AttributeError) as cause:
-            raise ConfigError(
-                f"the state of this run cannot be kept on disk: {' '.join(str(cause).split())}.\n"
-                "Run without checkpoints: checkpoint=0"
-            ) from cause
-    for name in (STATE, SCENE):
-        descriptor = os.open(beside / name, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    state = {
+        "world": _description(world),
+        "scene": _digest((beside / SCENE).read_bytes()),
+        "snapshot": snapshot,
+        "ledgers": ledgers,
+        "books": books,
+    }
+    try:
+        write_state(beside / STATE, KIND, state)
+    except TypeError as cause:
+        raise ConfigError(
+            f"the state of this run cannot be kept on disk: {cause}.\n"
+            "Run without checkpoints: checkpoint=0"
+        ) from cause
+    descriptor = os.open(beside / SCENE, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _take_place(beside: Path, folder: Path) -> None:
@@ -142,34 +156,123 @@ def _before(folder: Path) -> Path:
     return folder.with_name(f".{folder.name}.before")
 
 
-def take_up(kept: Path, world: World) -> Any:
+def take_up(kept: Path, world: World, *, most: int = MOST_BYTES) -> Any:
     """Put a world into the state of a checkpoint.
 
     Args:
         kept: folder of the checkpoint.
         world: built from the same settings.
+        most: largest state that such a run can have [byte].
 
     Returns:
-        The books, which go on in this world.
+        The books as they were given to `write_checkpoint`.
 
     Raises:
-        ConfigError: the checkpoint is damaged, or of another version.
+        ConfigError: the checkpoint is damaged, of another version, or of another run.
+    """
+    with refusals(kept):
+        if kept.is_symlink():
+            raise ValueError("it is a link")
+        state = read_state(kept / STATE, KIND, most=most)
+        if not isinstance(state, dict) or set(state) != _ENTRIES:
+            raise ValueError("its state has other entries")
+        _refuse_other_world(state["world"], world)
+        _restore(state, _scene(kept / SCENE, state["scene"]), world)
+        return state["books"]
+
+
+def largest_state(world: World, books: Any, rows: int) -> int:
+    """Return the largest state that a run can have [byte].
+
+    Args:
+        world: of the run.
+        books: its records with a single row.
+        rows: of the whole run.
+    """
+    now, own = (packed(state)[1] for state in (world.snapshot()._replace(scene=None), books))
+    row = sum(array.nbytes for array in own) + _A_PICTURE
+    for actor in world.actors.values():
+        row += 8 + 48 * len(actor.ledger.effects) * len(actor.ledger.links)
+    return _ROOM + 4 * sum(array.nbytes for array in now) + rows * row
+
+
+_ROOM = 1 << 26
+_A_PICTURE = 256
+_ENTRIES = {"world", "scene", "snapshot", "ledgers", "books"}
+
+
+@contextlib.contextmanager
+def refusals(kept: Path) -> Iterator[None]:
+    """Turn every error of the block into a refusal of the checkpoint.
+
+    Raises:
+        ConfigError: there was one.
     """
     try:
-        state = _Unpickler(BytesIO((kept / STATE).read_bytes()), _live(world)).load()
-        snapshot = state["snapshot"]
-        backend: Any = world.backend
-        scene = backend.recall(kept / SCENE, snapshot.scene)
-        world.restore(snapshot._replace(scene=scene))
-        for name, (times, wrenches) in state["ledgers"].items():
-            world.actors[name].ledger.load(times, wrenches)
-        return state["books"]
-    except Exception as cause:  # a damaged pickle lets errors of every kind through
-        text = " ".join(str(cause).split())
+        yield
+    except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
+        text = " ".join(str(cause).split()) or type(cause).__name__
         raise ConfigError(
             f"the checkpoint in {kept} cannot be taken up: {text}.\n"
-            "It belongs to the very version that wrote it; begin the run anew: repeat=FOLDER"
+            "It belongs to the very run and version that wrote it; begin the run anew: "
+            "repeat=FOLDER"
         ) from cause
+
+
+def _restore(state: dict[str, Any], scene: bytes, world: World) -> None:
+    """Put a world into a state whose form is that of its own."""
+    snapshot, backend = state["snapshot"], world.backend
+    assert isinstance(backend, Storing)
+    with tempfile.TemporaryDirectory(prefix="seals_scene_") as beside:
+        like = world.snapshot()._replace(scene=backend.store(Path(beside) / "now.bin"))
+        conform(snapshot, like)
+        if snapshot.time != snapshot.steps * world.step_size or snapshot.steps < 0:
+            raise ValueError(f"{snapshot.steps} steps do not end at {snapshot.time:g} s")
+        random = checked_generator(snapshot.random)
+        # the engine opens it by its name: a copy that nobody else can write to
+        (Path(beside) / SCENE).write_bytes(scene)
+        recalled = backend.recall(Path(beside) / SCENE, snapshot.scene)
+    world.restore(snapshot._replace(scene=recalled, random=random))
+    for name, actor in world.actors.items():
+        times, wrenches = state["ledgers"][name]
+        actor.ledger.load(times, wrenches)
+
+
+def _description(world: World) -> dict[str, Any]:
+    """Return what a world must share with that of a checkpoint."""
+    actors = {
+        name: [len(actor.robot.links), actor.robot.tree.joints, list(actor.effects.names)]
+        for name, actor in world.actors.items()
+    }
+    parts = {"backend": world.backend, "fluid": world.fluid}
+    kinds = {name: type(part).__qualname__ for name, part in parts.items()}
+    return {"actors": actors, "step": world.step_size, **kinds}
+
+
+def _refuse_other_world(kept: Any, world: World) -> None:
+    own = _description(world)
+    if kept == own:
+        return
+    named = kept if isinstance(kept, dict) else {}
+    name = next((name for name in own if named.get(name) != own[name]), "entries")
+    raise ValueError(
+        f"its world has {name} {str(named.get(name))[:120]}, this one {str(own.get(name))[:120]}"
+    )
+
+
+def _scene(path: Path, digest: Any) -> bytes:
+    """Return the engine's own file when it is that of the state."""
+    with open_regular(path) as file:
+        content = file.read(MOST_SCENE + 1)
+    if len(content) > MOST_SCENE:
+        raise ValueError(f"{path.name} has more than {MOST_SCENE:,} bytes")
+    if _digest(content) != digest:
+        raise ValueError(f"{path.name} was cut short or damaged, or belongs to another state")
+    return content
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.blake2b(content, digest_size=32).hexdigest()
 
 
 def checkpoint_of(run: Path) -> Path:
@@ -181,6 +284,12 @@ def checkpoint_of(run: Path) -> Path:
     folder = _last(run)
     if (folder / STATE).is_file():
         return folder
+    if (folder / OLD).exists():
+        raise ConfigError(
+            f"resume={run}: the checkpoint in this folder is a pickle, as SEALS wrote them before; "
+            "whoever made it could have it run commands, so that it is read no more.\n"
+            "Begin the run anew: repeat=FOLDER"
+        )
     raise ConfigError(
         f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
         "none.\nBegin anew with repeat=FOLDER, and keep checkpoints: checkpoint=60"
@@ -202,48 +311,3 @@ def _last(run: Path) -> Path:
     whole = run / FOLDER
     # cut off between two renames, the one before stands beside
     return whole if whole.exists() else _before(whole)
-
-
-def _live(world: World) -> Mapping[str, Any]:
-    """Parts that belong to a process and are never written, by name."""
-    live: dict[str, Any] = {"fluid": world.fluid} if world.fluid is not None else {}
-    for name, actor in world.actors.items():
-        live[f"actor {name}"] = actor
-        if actor.pilot is not None:
-            live[f"pilot {name}"] = actor.pilot
-    return live
-
-
-def _view(values: dict[str, Any]) -> Mapping[str, Any]:
-    """A read-only view: its own class has no name to be found by."""
-    return MappingProxyType(values)
-
-
-class _Pickler(pickle.Pickler):
-    """Writes names in place of live parts."""
-
-    def __init__(self, file: Any, live: Mapping[str, Any]) -> None:
-        super().__init__(file, protocol=pickle.HIGHEST_PROTOCOL)
-        self._names = {id(part): name for name, part in live.items()}
-
-    def persistent_id(self, obj: Any) -> str | None:
-        return self._names.get(id(obj))
-
-    def reducer_override(self, obj: Any) -> Any:
-        # a read-only view of a mapping, such as that of an order to no joint
-        if isinstance(obj, MappingProxyType):
-            return _view, (dict(obj),)
-        return NotImplemented
-
-
-class _Unpickler(DataUnpickler):
-    """Reads live parts by their names."""
-
-    def __init__(self, file: Any, live: Mapping[str, Any]) -> None:
-        super().__init__(file)
-        self._live = live
-
-    def persistent_load(self, name: str) -> Any:
-        if name not in self._live:
-            raise pickle.UnpicklingError(f"it speaks of '{name}', which this run does not have")
-        return self._live[name]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
+from seals.run.recorded_rows import refill
 from seals.world.actor import Actor
 
 NAMES = {ROTOR: "rotor_speed_cmd", THRUSTER: "thruster_cmd"}
@@ -44,6 +47,18 @@ class Commands:
             self._table[rows, : self._drives] = command[0]
         if joints is not None:
             self._table[rows, self._drives :] = joints[0]
+
+    def snapshot(self, rows: int) -> Floats:
+        """Return the first ``rows`` rows."""
+        return self._table[:rows]
+
+    def restore(self, kept: Any, rows: int) -> None:
+        """Go on after the rows of a snapshot.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        refill(self._table, kept, rows)
 
     def columns(self, rows: int) -> dict[str, Floats]:
         """Return the first ``rows`` rows as columns of a log; nothing without a controller."""

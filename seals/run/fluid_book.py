@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from seals.arrays import Floats
 from seals.fluid import Fluid
+from seals.run.recorded_rows import refill
 
 GAP = "books gap [1]"
 """Part of the momentum exchanged in a step that is not accounted for."""
@@ -32,6 +36,30 @@ class FluidBook:
         if balance is not None:
             row[GAP] = float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12)
         self._rows.append(row)
+
+    def snapshot(self) -> dict[str, Floats]:
+        """Return a table for each name: its values, and whether a row had one, shape (rows, 2)."""
+        names = dict.fromkeys(name for row in self._rows for name in row)
+        return {
+            name: np.array([(row.get(name, np.nan), name in row) for row in self._rows])
+            for name in names
+        }
+
+    def restore(self, kept: Mapping[str, Any], rows: int) -> None:
+        """Go on after the rows of a snapshot.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        if self._fluid is None:
+            return
+        self._rows = [{} for _ in range(rows)]
+        for name, table in kept.items():
+            values = np.zeros((rows, 2))
+            refill(values, table, rows)
+            for row, (value, given) in zip(self._rows, values.tolist(), strict=True):
+                if given:
+                    row[name] = value
 
     def columns(self, rows: int) -> dict[str, Floats]:
         """Return the first rows as columns by name, absent values as not a number."""

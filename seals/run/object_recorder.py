@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.plugin_lookup import plugin_name
+from seals.run.recorded_rows import refill
 from seals.run.settings import RunSettings
 from seals.world import Actor, Ledger
 
@@ -41,6 +42,20 @@ class ObjectRecorder:
             turn = c.quaternion[[3, 0, 1, 2]]
             self._rows[name][self.rows] = np.concatenate((c.position, turn, c.velocity, c.joints))
         self.rows += 1
+
+    def snapshot(self) -> dict[str, Floats]:
+        """Return the rows so far by object."""
+        return {name: table[: self.rows] for name, table in self._rows.items()}
+
+    def restore(self, kept: Mapping[str, Any], rows: int) -> None:
+        """Go on after the rows of a snapshot.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        for name, table in self._rows.items():
+            refill(table, kept[name], rows)
+        self.rows = rows
 
     def columns(self, rows: int) -> dict[str, Floats]:
         """Return the first rows as columns ``object_NAME_CHANNEL``; velocities in world axes."""

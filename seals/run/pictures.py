@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
 from seals.rendering import CameraView, Shot
 from seals.rendering.files import MILLIMETRE, images
+from seals.run.recorded_rows import refill
 from seals.world import Actor
 
 FOLDER = "pictures"
 """Folder of a run that holds a folder for each camera."""
 INDEX, SCENE = "index.parquet", "camera.json"
+COLUMNS = (
+    *("number", "t"),
+    *(f"position_{axis}" for axis in "xyz"),
+    *(f"axes_{i}{j}" for i in range(3) for j in range(3)),
+)
+"""Columns of the index: picture, time [s], place [m] and optical axes of the camera."""
 
 
 class Pictures:
@@ -49,6 +60,37 @@ class Pictures:
     def _write(self, folder: Path, shot: Shot) -> None:
         for ending, content in images(shot.picture, shot.what).items():
             write_bytes(folder / f"{shot.number:06d}{ending}", content)
+
+    def snapshot(self) -> dict[str, dict[str, Floats]]:
+        """Return the index of every camera, column by column."""
+        return {
+            name: {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
+            for name, rows in self.rows.items()
+        }
+
+    def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
+        """Go on after the pictures of a snapshot.
+
+        Args:
+            kept: the snapshot.
+            folder: of the run that took them.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        self.folder = folder
+        for name in self.rows:
+            columns = kept[name]
+            if columns and set(columns) != set(COLUMNS):
+                raise ValueError(f"the index of camera '{name}' has other columns")
+            count = len(columns["number"]) if columns else 0
+            table = np.zeros((len(columns), count))
+            for row, column in zip(table, columns.values(), strict=True):
+                refill(row, column, count)
+            if columns and (columns["number"] != np.arange(count)).any():
+                raise ValueError(f"the pictures of camera '{name}' are not numbered one by one")
+            rows = table.T.tolist()
+            self.rows[name] = [dict(zip(columns, row, strict=True)) for row in rows]
 
     def close(self) -> None:
         """Write index and description of every camera."""
@@ -100,7 +142,16 @@ class Pictures:
                     )
                 (folder / FOLDER / name).mkdir(parents=True, exist_ok=True)
                 for file in found:
+                    _refuse_link(file)
                     shutil.copyfile(file, folder / FOLDER / name / file.name)
+
+
+def _refuse_link(file: Path) -> None:
+    if file.is_symlink() or not file.is_file():
+        raise ConfigError(
+            f"{file} is no ordinary file, which a picture of a run is.\n"
+            "Begin the run anew: repeat=FOLDER"
+        )
 
 
 def _row(shot: Shot) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
 from seals.logs.channels import CHANNELS
+from seals.run.recorded_rows import refill, row_count
 from seals.world.actor import Actor
 
 AXES = ("x", "y", "z")
@@ -59,6 +60,32 @@ class Recorder:
                 for channel, values in reading.items():
                     self._read[sensor, channel][row] = values
         self.rows = row + 1
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the rows so far."""
+        n = self.rows
+        read = {key: values[:n] for key, values in self._read.items()}
+        return {
+            "rows": n,
+            "time": self._time[:n],
+            "state": self._state[:n],
+            "read": read,
+            "battery": self._battery[:n],
+        }
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on after the rows of a snapshot.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        n = row_count(kept["rows"], len(self._time))
+        refill(self._time, kept["time"], n)
+        refill(self._state, kept["state"], n)
+        refill(self._battery, kept["battery"], n)
+        for key, values in self._read.items():
+            refill(values, kept["read"][key], n)
+        self.rows = n
 
     @property
     def time(self) -> Floats:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Reference
+from seals.run.recorded_rows import refill
 from seals.world.pilot import Pilot
 
 
@@ -31,6 +35,19 @@ class Aims:
         aim = None if self._pilot is None else self._pilot.aim
         if aim is not None:
             self._table[max(row - 1, 0) : row + 1] = self._values(aim)
+
+    def snapshot(self, rows: int) -> dict[str, Floats]:
+        """Return the first ``rows`` rows, and the last grips."""
+        return {"rows": self._table[:rows], "grip": self._grip}
+
+    def restore(self, kept: Mapping[str, Any], rows: int) -> None:
+        """Go on after the rows of a snapshot.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        refill(self._table, kept["rows"], rows)
+        refill(self._grip, kept["grip"], len(self._grip))
 
     def columns(self, rows: int) -> dict[str, Floats]:
         """Return the first ``rows`` rows as columns of a log; nothing without a guide."""

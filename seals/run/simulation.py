@@ -7,16 +7,16 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.logs import Log
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_world, step_count
-from seals.run.checkpoint import take_up
+from seals.run.checkpoint import largest_state, refusals, take_up
 from seals.run.command_recorder import Commands
 from seals.run.fluid_book import FluidBook
 from seals.run.metadata import describe_run
@@ -106,9 +106,11 @@ def simulate(
     with stoppable():
         world = build_world(settings)
         try:
-            books = _books(settings, world, steps) if kept is None else _taken_up(kept, world)
+            books = _books(settings, world, steps)
+            if kept is not None:
+                _take_up(kept, world, books, steps)
             books.pictures.move(folder)
-            stepping = _Stepping(world, books, steps, label, tuple(keepers))
+            stepping = _Stepping(world, books, steps, label, tuple(keepers), kept)
             return _stepped(settings, stepping, started)
         finally:
             world.close()
@@ -143,6 +145,38 @@ class _Books(NamedTuple):
         self.pictures.take()
         return self.stages.over(time)
 
+    def snapshot(self) -> dict[str, Any]:
+        """Return all rows so far."""
+        rows = self.recorder.rows
+        return {
+            "recorder": self.recorder.snapshot(),
+            "objects": self.objects.snapshot(),
+            "stages": self.stages.snapshot(),
+            "aims": self.aims.snapshot(rows),
+            "commands": self.commands.snapshot(rows),
+            "fluid": self.fluid.snapshot(),
+            "pictures": self.pictures.snapshot(),
+        }
+
+    def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
+        """Go on after the rows of a snapshot.
+
+        Args:
+            kept: the snapshot.
+            folder: of the run that it was taken in.
+
+        Raises:
+            ValueError: it is of another run.
+        """
+        self.recorder.restore(kept["recorder"])
+        rows = self.recorder.rows
+        self.objects.restore(kept["objects"], rows)
+        self.stages.restore(kept["stages"])
+        self.aims.restore(kept["aims"], rows)
+        self.commands.restore(kept["commands"], rows)
+        self.fluid.restore(kept["fluid"], rows)
+        self.pictures.restore(kept["pictures"], folder)
+
 
 def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     """Open the books with the row of the start."""
@@ -167,9 +201,11 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     return books
 
 
-def _taken_up(kept: Path, world: World) -> _Books:
-    """Put a world into the state of a checkpoint and return the books that go with it."""
-    return cast(_Books, take_up(kept, world))
+def _take_up(kept: Path, world: World, books: _Books, steps: int) -> None:
+    """Put a world and its books, fresh ones, into the state of a checkpoint."""
+    state = take_up(kept, world, most=largest_state(world, books.snapshot(), steps + 1))
+    with refusals(kept):
+        books.restore(state, kept.parent)
 
 
 class _Stepping(NamedTuple):
@@ -180,6 +216,7 @@ class _Stepping(NamedTuple):
     steps: int
     label: str
     keepers: tuple[Keeper, ...]
+    kept: Path | None
 
 
 def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] | None) -> Record:
@@ -213,7 +250,7 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
 
 def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
-    world, books, steps, label, keepers = run
+    world, books, steps, label, keepers, kept = run
     try:
         with progress(label, steps, books.fluid.note) as tell:
             for done in range(books.recorder.rows, steps + 1):
@@ -229,8 +266,21 @@ def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     except (
         Exception
     ) as fault:  # whatever it is, the rows before it are worth keeping; it is raised later
-        return Ending.failed, fault
+        return Ending.failed, fault if kept is None else _blamed(kept, fault)
     return Ending.done, None
+
+
+def _blamed(kept: Path, fault: Exception) -> Exception:
+    """Return the error of a run that was taken up, in words: memories are checked when in use."""
+    if isinstance(fault, SealsError):
+        return fault
+    text = " ".join(str(fault).split())[:300]
+    refusal = ConfigError(
+        f"the run taken up from {kept} failed: {type(fault).__name__}: {text}.\n"
+        "Its checkpoint may be damaged or forged; begin the run anew: repeat=FOLDER"
+    )
+    refusal.__cause__ = fault
+    return refusal
 
 
 def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+from seals.state_records import fits
 from seals.world.pilot import Pilot
 
 
@@ -30,6 +32,20 @@ class Stages:
         if stage and (not self.starts or self.starts[-1][1] != stage):
             self.starts.append((time, stage))
         return self._pilot.finished is not None
+
+    def snapshot(self) -> list[tuple[float, str]]:
+        """Return the stages so far."""
+        return list(self.starts)
+
+    def restore(self, kept: Sequence[tuple[float, str]]) -> None:
+        """Go on after the stages of a snapshot.
+
+        Raises:
+            ValueError: they are none.
+        """
+        if not fits(kept, list[tuple[float, str]]):
+            raise ValueError("its stages are no list of times and names")
+        self.starts = list(kept)
 
     @property
     def outcome(self) -> bool | None:

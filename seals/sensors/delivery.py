@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.plugin_options import options_of
 from seals.sensors.options import SensorOptions
+from seals.state_records import state_record
 
 INSTANT = 1e-9
 """Times closer than this are one [s]."""
@@ -17,6 +18,7 @@ INSTANT = 1e-9
 Values: TypeAlias = Mapping[str, Floats]
 
 
+@state_record
 class Line(NamedTuple):
     """Memory of one sensor's way; nothing in it is ever written to.
 

@@ -15,6 +15,7 @@ from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
+from seals.state_records import state_record
 
 TrueValues = Mapping[str, Floats]
 """Quantities without sensor errors, by name, each of shape (k,)."""
@@ -22,6 +23,7 @@ TrueValues = Mapping[str, Floats]
 __getattr__ = renamed_members(__name__, {"Seen": "TrueValues", "Felt": "SensorInput"})
 
 
+@state_record
 class InstrumentState(NamedTuple):
     """Memory of an instrument; nothing in it is ever written to.
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from seals import registry
 from seals.errors import SealsError
+from seals.state_tree import packed
 
 
 class ContractError(SealsError, AssertionError):
@@ -29,6 +30,28 @@ def require(kept: bool, subject: str, broken: str, remedy: str) -> None:
     """
     if not kept:
         raise ContractError(f"{subject}: {broken}.\n{remedy}")
+
+
+def require_storable(subject: str, memory: Any) -> None:
+    """Refuse a memory that no checkpoint can hold.
+
+    Args:
+        subject: name of the plug-in.
+        memory: arrays, numbers, text, containers and registered records pass.
+
+    Raises:
+        ContractError: it holds something else.
+
+    Example:
+        >>> require_storable("hover", {"since": 2.5})
+    """
+    try:
+        packed(memory)
+    except TypeError as cause:
+        raise ContractError(
+            f"{subject}: its memory stands in no checkpoint: {cause}.\n"
+            "Put @state_record (seals.state_records) before the class of the memory."
+        ) from cause
 
 
 def class_of(kind: str, subject: str | type) -> tuple[str, Any]:

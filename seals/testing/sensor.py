@@ -15,7 +15,7 @@ from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import Sensor, SensorInput
 from seals.sensors.surroundings import Surroundings
-from seals.testing.contract import class_of, require
+from seals.testing.contract import class_of, require, require_storable
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
 from seals.testing.sensor_delay import check_delivery
@@ -170,6 +170,7 @@ def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) ->
                 "Keep no state in the object.",
             )
             memory = following
+            require_storable(name, memory)
             rows.append(reading)
         return rows
 

@@ -94,8 +94,9 @@ class Ledger:
         Raises:
             ValueError: they are of other effects or links.
         """
-        if wrenches.shape[1:] != self._table.shape[1:]:
-            raise ValueError(f"a ledger of shape {wrenches.shape[1:]}, not {self._table.shape[1:]}")
+        wanted = (len(time), *self._table.shape[1:])
+        if np.ndim(time) != 1 or wrenches.shape != wanted:
+            raise ValueError(f"a ledger of shape {wrenches.shape}, not {wanted}")
         self.rewind(0)
         more = max(0, len(time) - len(self._time))
         self._time = np.concatenate([self._time, np.zeros(more)])

@@ -19,6 +19,7 @@ from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
+from seals.state_records import state_record
 
 
 class ControlInput(NamedTuple):
@@ -43,6 +44,7 @@ class ControlInput(NamedTuple):
     contacts: Mapping[str, float]
 
 
+@state_record
 class PilotState(NamedTuple):
     """What a pilot remembers; nothing in it is ever written to."""
 

@@ -13,10 +13,12 @@ from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
 from seals.fluid import Fluid
 from seals.rendering.camera_view import SceneView
+from seals.state_records import state_record
 from seals.world.actor import Actor
 from seals.world.immersion import joined
 
 
+@state_record
 class Snapshot(NamedTuple):
     """An opaque copy of a world: time, random state, scene, actors."""
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import lzma
-import pickle
 import re
 import sqlite3
 import struct
 import sys
 from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +22,6 @@ from seals.learn.training.rows import Rows
 from seals.logs.arrays import read_npy
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
-from seals.run.unpickling import DataUnpickler
 
 
 def _npy(header: bytes) -> bytes:
@@ -143,15 +140,6 @@ def test_a_cell_of_a_curve_longer_than_a_table_allows(tmp_path: Path) -> None:
     (tmp_path / "evaluation.csv").write_text("step,loss\nfive,1\n")
     with pytest.raises(ConfigError, match="is damaged"):
         Rows(tmp_path / "evaluation.csv", ["step", "loss"], keep=1)
-
-
-def test_a_checkpoint_makes_no_bytes_out_of_a_number(tmp_path: Path) -> None:
-    """``bytearray(n)`` fills n bytes of memory, whatever n is."""
-    whole = pickle.dumps(bytearray(b"abc"), protocol=4)
-    assert DataUnpickler(BytesIO(whole)).load() == bytearray(b"abc")
-    hungry = b"\x80\x04\x8c\x08builtins\x8c\x09bytearray\x93\x8a\x05\x00\x00\x00\x00\x10\x85R."
-    with pytest.raises(pickle.UnpicklingError, match="makes bytes of something"):
-        DataUnpickler(BytesIO(hungry)).load()
 
 
 def test_the_overrides_of_a_training_are_a_list(tmp_path: Path) -> None:

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import pickle
 import socket
-from io import BytesIO
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 
@@ -22,7 +17,6 @@ from seals.errors import ConfigError, RobotError
 from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.meshes import hull_from_mesh
 from seals.robot.urdf import read_urdf
-from seals.run.unpickling import DataUnpickler
 from seals.scaffold.resources import find_resource
 from seals.untrusted_io import plain_yaml
 from seals.view.settings import ViewSettings
@@ -75,62 +69,6 @@ def test_a_manifest_with_entities_declares_nothing(tmp_path: Path) -> None:
     (package / "package.xml").write_text(declared)
     with pytest.raises(RobotError):
         find_resource(*arguments)
-
-
-class _Evil:
-    def __init__(self, *call: Any) -> None:
-        self.call = call
-
-    def __reduce__(self) -> Any:
-        return self.call[0], tuple(self.call[1:])
-
-
-def _load(thing: object) -> Any:
-    return DataUnpickler(BytesIO(pickle.dumps(thing))).load()
-
-
-def test_a_checkpoint_of_a_stranger_runs_nothing(tmp_path: Path) -> None:
-    """Functions, of the system or of SEALS itself, are refused by name before they are called."""
-    from seals.logs.atomic import write_text
-
-    mark = tmp_path / "mark"
-    for evil in (
-        _Evil(os.system, f"touch {mark}"),
-        _Evil(eval, f"open({str(mark)!r}, 'w')"),
-        _Evil(write_text, mark, "here"),
-        _Evil(getattr, Path, "cwd"),
-    ):
-        with pytest.raises(pickle.UnpicklingError, match="could do anything"):
-            _load({"state": [evil]})
-    # protocol 4 may name a path through a class to what its module has imported
-    through = b"\x80\x04\x8c\x14seals.run.unpickling\x94\x8c\x0cpickle.loads\x94\x93."
-    with pytest.raises(pickle.UnpicklingError, match="could do anything"):
-        DataUnpickler(BytesIO(through)).load()
-    assert not mark.exists()
-
-
-def test_a_checkpoint_keeps_its_data() -> None:
-    """Arrays, scalars, containers, paths and random states go through unchanged."""
-    generator = np.random.default_rng(3)
-    data = {"a": np.arange(6.0).reshape(2, 3), "b": np.float64(2.5), "c": {1, 2}, "d": Path("x")}
-    kept = _load({**data, "state": generator.bit_generator.state})
-    assert kept["a"].tolist() == [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
-    assert (kept["b"], kept["c"], kept["d"]) == (2.5, {1, 2}, Path("x"))
-    assert kept["state"] == generator.bit_generator.state
-
-
-def test_a_checkpoint_in_a_run_folder_is_read_as_data(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """``seals run resume=`` on a stranger's folder refuses and runs nothing."""
-    from seals.run.checkpoint import STATE, take_up
-
-    mark = tmp_path / "mark"
-    (tmp_path / STATE).write_bytes(pickle.dumps(_Evil(os.system, f"touch {mark}")))
-    world: Any = type("World", (), {"fluid": None, "actors": {}, "backend": None})()
-    with pytest.raises(ConfigError, match="could do anything"):
-        take_up(tmp_path, world)
-    assert not mark.exists()
 
 
 @pytest.mark.parametrize(

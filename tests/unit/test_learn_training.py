@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import os
 import pickle
@@ -197,16 +198,16 @@ def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path
 
     def heard() -> None:
         if first.step >= 60 and where == "before":
-            kept.setdefault("state", pickle.dumps(first.state()))
+            kept.setdefault("state", copy.deepcopy(first.state()))
         after()
         if first.step >= 60 and where == "behind":
-            kept.setdefault("state", pickle.dumps(first.state()))
+            kept.setdefault("state", copy.deepcopy(first.state()))
 
     first._after = heard  # type: ignore[method-assign]
     first.run()
     whole = [row["step"] for row in table(tmp_path / "training.csv")]
     second = training_of(LEARNERS["sac"], tmp_path, course=course)
-    second.take_up(pickle.loads(kept["state"]))
+    second.take_up(kept["state"])
     second.run()
     assert [row["step"] for row in table(tmp_path / "training.csv")] == whole
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,30 @@ def test_snapshot_repeats_bit_for_bit(make: Callable[..., SolverPbf]) -> None:
     water.restore(saved)
     water.advance(4e-3, substeps=4)
     assert np.array_equal(first, water.positions())
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"count": 10**7}, "10000000 particles"),
+        ({"count": -1}, "-1 particles"),
+        ({"count": 27.0}, "27.0 particles"),
+        ({"number": np.full(600, 10**8, np.int32)}, "not numbered"),
+        ({"number": np.zeros(600, np.int32)}, "not numbered"),
+        ({"origin": np.array([0.0, np.nan, 0.0])}, "origin"),
+    ],
+)
+def test_a_forged_snapshot_is_refused(
+    make: Callable[..., SolverPbf], change: dict[str, Any], words: str
+) -> None:
+    """Kernels do not look whether a particle lies within their arrays."""
+    water = make(deterministic=True)
+    water.add_particles(block(3, 3, 3))
+    saved = water.snapshot()
+    with pytest.raises(ValueError, match=words):
+        water.restore(replace(saved, arrays={**saved.arrays, **change}))
+    water.restore(saved)
+    assert water.count == 27
 
 
 def test_take_write_and_shift(make: Callable[..., SolverPbf]) -> None:

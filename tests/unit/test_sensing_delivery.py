@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from seals.run import build_world
 from seals.run.build import build_run
 from seals.sensors.delivery import NEW, Delivery
 from seals.sensors.noise import Noise
+from seals.state_tree import packed, unpacked
 from seals.world import World
 
 FALL = ["robot=ball", "initial.position=[0,0,50]", "environment.ground_level=0"]
@@ -192,13 +192,13 @@ def test_late_and_lost_readings_survive_a_snapshot_bit_for_bit() -> None:
         assert all(same(a[name], b[name]) for name in a)
 
 
-def test_memory_of_sensors_can_be_pickled() -> None:
+def test_memory_of_sensors_can_be_stored() -> None:
     """A checkpoint holds it: what is read back continues alike."""
     world = world_of(*SUITE)
     advance(world, 60)
     suite = world.actors["robot"].sensor_suite
     kept, state = suite.snapshot(), world.rng.bit_generator.state
-    copy = pickle.loads(pickle.dumps(kept))
+    copy = unpacked(*packed(kept))
     first = advance(world, 1)
     suite.restore(copy)
     world.rng.bit_generator.state = state

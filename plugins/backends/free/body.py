@@ -18,8 +18,10 @@ from seals.multibody.linear import solved
 from seals.multibody.servo import driven, heavier
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.state_records import state_record
 
 
+@state_record
 class State(NamedTuple):
     """What a robot in free motion remembers.
 

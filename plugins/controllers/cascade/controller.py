@@ -20,6 +20,7 @@ from seals.control.plant import ROTOR
 from seals.errors import ConfigError
 from seals.plugins.controllers.cascade.batched import CascadeBatch
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
+from seals.state_records import state_record
 
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
 """Importance of lift, roll, pitch and yaw where the rotors cannot do it all."""
@@ -29,6 +30,7 @@ SERVO_LAG = 0.05
 """Lag of joints that no servo drives [s]."""
 
 
+@state_record
 class Memory(NamedTuple):
     """What the cascade remembers; nothing in it is ever written to.
 
@@ -51,6 +53,7 @@ class Memory(NamedTuple):
     joints: Floats
 
 
+@state_record
 class Inner(NamedTuple):
     """Motion of the joints as reckoned from their targets, and what it does to the body.
 

@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.state_records import state_record
 
 
+@state_record
 class Walk(NamedTuple):
     """Velocity of the body that the legs are to make, body axes.
 

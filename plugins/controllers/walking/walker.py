@@ -18,6 +18,7 @@ from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
 from seals.schema import param
+from seals.state_records import state_record
 
 STILL = 0.02
 """Liveliness below which the legs stand [1]."""
@@ -31,6 +32,7 @@ class Facing(enum.Enum):
     sideways = "sideways"
 
 
+@state_record
 class Pace(NamedTuple):
     """What a gait remembers; nothing in it is ever written to.
 

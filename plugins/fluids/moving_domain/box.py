@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.plugins.fluids.sampling import Samples, box_walls
+from seals.state_records import state_record
 
 Marks = NDArray[np.bool_]
 SOFT = 3.5
 """Exponent of the ring's weight, Jacobsen et al. 2012."""
 
 
+@state_record
 class Box(NamedTuple):
     """A box in axes of rest.
 

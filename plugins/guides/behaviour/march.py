@@ -9,8 +9,10 @@ from typing import NamedTuple
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, heading_for
 from seals.schema import param
+from seals.state_records import state_record
 
 
+@state_record
 class Memory(NamedTuple):
     """Start [s] and heading there [rad]; time of the last call [s]."""
 

@@ -12,8 +12,10 @@ from seals.control import Reference, RobotState
 from seals.errors import ConfigError
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import param
+from seals.state_records import state_record
 
 
+@state_record
 class Memory(NamedTuple):
     """Heading at the start [rad]; whether it has arrived."""
 

@@ -11,8 +11,10 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
 from seals.schema import param
+from seals.state_records import state_record
 
 
+@state_record
 class Memory(NamedTuple):
     """Bouts so far; end of the present one [s]; way [rad]; home x, y [m]; heading there [rad]."""
 

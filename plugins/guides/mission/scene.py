@@ -15,6 +15,7 @@ from seals.control.tracking import Place
 from seals.multibody.tree import forward
 from seals.robot.limbs import Arm, Gripper
 from seals.robot.model import RobotModel
+from seals.state_records import state_record
 
 
 class Outcome(enum.Enum):
@@ -26,6 +27,7 @@ class Outcome(enum.Enum):
     """Back to the first stage that reaches for the object."""
 
 
+@state_record
 class MissionState(NamedTuple):
     """Memory of a mission; nothing in it is ever written to.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,21 @@ from seals.plugins.fluids.solvers.pbf.points import nearest_pair
 Array = NDArray[np.float64]
 # particles, and particles and samples, may be filled this close [spacings]
 CLOSEST = 0.6
+
+
+def check_state(arrays: Mapping[str, Any], capacity: int) -> None:
+    """Refuse a stored state that would lead the kernels out of their arrays.
+
+    Raises:
+        ValueError: a count, the numbers of the particles, or the origin cannot be.
+    """
+    count = arrays["count"]
+    if type(count) is not int or not 0 <= count <= capacity:
+        raise ValueError(f"{str(count)[:40]} particles; this water holds 0 to {capacity:,}")
+    if not np.array_equal(np.sort(arrays["number"][:count]), np.arange(count)):
+        raise ValueError("the particles are not numbered from 0, each once")
+    if not np.isfinite(arrays["origin"]).all():
+        raise ValueError("the origin of the water is not finite")
 
 
 def check_fill(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from seals.errors import PhysicsError
 from seals.plugins.fluids.solver import Exchange, Snapshot
 from seals.plugins.fluids.solvers.pbf.boundary import Boundary
-from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, trouble
+from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.pipeline import SubstepPipeline, Sums
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -380,6 +380,7 @@ class SolverPbf:
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this water; bodies are placed anew by the caller."""
         p, arrays = self.pipeline.particles, snapshot.arrays
+        check_state(arrays, self.capacity)
         p.place[0].from_numpy(arrays["place"])
         p.velocity[0].from_numpy(arrays["velocity"])
         p.number[0].from_numpy(arrays["number"])
