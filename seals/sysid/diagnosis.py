@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +13,7 @@ from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import reported_values
+from seals.sysid.data.join import join_logs
 from seals.sysid.decision.evidence import Answer, Claim, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
@@ -39,7 +40,7 @@ class Diagnosis:
         held_out: misfit per degree of freedom on rows that no fit saw: ``before``, ``after`` and
             ``noise_floor``.
         seconds: that it took.
-        source: path and checksum of the log, when it came from a file.
+        source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
     """
 
@@ -48,7 +49,7 @@ class Diagnosis:
     answer: Answer
     held_out: Mapping[str, float]
     seconds: float
-    source: Mapping[str, str] = field(default_factory=dict)
+    source: Mapping[str, Any] = field(default_factory=dict)
     next_experiment: Mapping[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -113,26 +114,27 @@ class Diagnosis:
 
 
 def diagnose(
-    log: Log,
+    logs: Log | Sequence[Log],
     *,
     policy: DecisionPolicy | None = None,
     processes: int = 1,
     tell: Callable[[int], None] | None = None,
 ) -> Diagnosis:
-    """Name the effects that the model of a log is missing.
+    """Name the effects that the model of a vehicle is missing.
 
     Args:
-        log: in the native format, with all of ``meta.yaml``.
+        logs: one log or several of one vehicle, in the native format with all of ``meta.yaml``; the
+            runs of all of them are fitted together.
         policy: thresholds of the decisions; the standard ones when left out.
         processes: that share the fits.
         tell: called with the number of stages done.
 
     Raises:
-        LogError: the log cannot be used.
+        LogError: a log cannot be used, or the logs do not belong together.
     """
     begin = time.perf_counter()
     say = tell or (lambda stage: None)
-    problem = prepare(log, policy=policy)
+    problem = prepare(join_logs(logs), policy=policy)
     say(1)
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
+from seals.sysid.data.join import join_logs
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
@@ -37,15 +38,16 @@ def execute(config: Any) -> int:
 
     if config.log is None:
         raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
-    place = Path(str(config.log))
-    if not place.exists():
-        raise ConfigError(f"log={config.log}: there is no such file or folder.\nGive a log folder.")
+    places = [Path(one) for one in _listed(config.log)]
+    for place in places:
+        if not place.exists():
+            raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     _folder(out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
-            log = _read(config, place)
-            found = _found(config, log, place, lambda stage: tell(stage * _STEP))
+            log = join_logs([_read(config, place) for place in places])
+            found = _found(config, log, places, lambda stage: tell(stage * _STEP))
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
@@ -59,6 +61,11 @@ def execute(config: Any) -> int:
     for page in (out / ANSWER, *pages):
         print(f"{page}")
     return found.answer.verdict.exit_code
+
+
+def _listed(given: Any) -> list[str]:
+    """Paths of one log or of several."""
+    return [given] if isinstance(given, str | Path) else [str(one) for one in given]
 
 
 def _read(config: Any, place: Path) -> Log:
@@ -77,13 +84,20 @@ def _read(config: Any, place: Path) -> Log:
     return log
 
 
-def _found(config: Any, log: Log, place: Path, tell: Callable[[int], None]) -> Diagnosis:
+def _found(config: Any, log: Log, places: Sequence[Path], tell: Callable[[int], None]) -> Diagnosis:
     """The diagnosis, with the log it is of and the flight that would settle what is open."""
     found = diagnose(log, processes=config.processes or cores(), tell=tell)
-    found = replace(found, source=_source(place))
+    found = replace(found, source=_sources(places))
     if not config.plan:
         return found
     return replace(found, next_experiment=proposed(found))
+
+
+def _sources(places: Sequence[Path]) -> dict[str, Any]:
+    """Path and checksum of the log; of several logs a list of them."""
+    if len(places) == 1:
+        return _source(places[0])
+    return {"logs": [_source(place) for place in places]}
 
 
 def _source(place: Path) -> dict[str, str]:

@@ -8,11 +8,11 @@ from typing import Any
 
 @dataclass(kw_only=True)
 class DiagnoseSettings:
-    """A measured log, and where the answer goes.
+    """Measured logs of one vehicle, and where the answer goes.
 
     Args:
         name: of the diagnosis, part of the run folder's name.
-        log: log folder or file.
+        log: log folder or file, or a list of them: of one vehicle, fitted together.
         reader: plug-in that reads the log.
         out: folder of the answer, or None for the run's folder.
         processes: that share the work; 0 for one per core.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
@@ -40,6 +41,7 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
     Equation:
         log det of the posterior precision less log det of the prior precision over all keys, priors
         of free parameters as wide as a plausible effect (Laplace's approximation of the evidence).
+        It is not negative: measurements take no knowledge away.
     """
     parameters = candidate_set.parameters
     widths = np.array(
@@ -51,7 +53,34 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
         ]
     )
     scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
-    return float(np.linalg.slogdet(scaled + np.eye(len(widths)))[1])
+    return log_information(scaled)
+
+
+def log_information(scaled: Floats) -> float:
+    """Compute log det (N + 1) of an information matrix N in units of its prior.
+
+    Rounding can leave N with negative eigenvalues, for it is a difference of large products; these
+    count as zero, as in `posterior_covariance`.
+
+    Args:
+        scaled: information matrix, shape (p, p), symmetric up to rounding.
+
+    Returns:
+        Twice the information in nats; NaN where the matrix holds values not finite.
+
+    Example:
+        >>> round(log_information(np.diag([np.e - 1.0, -9.0])), 12)
+        1.0
+    """
+    if not np.isfinite(scaled).all():
+        return float("nan")
+    whole = scaled + np.eye(len(scaled))
+    try:
+        np.linalg.cholesky(whole)
+    except np.linalg.LinAlgError:
+        values = np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
+        return float(np.log1p(np.maximum(values, 0.0)).sum())
+    return float(np.linalg.slogdet(whole)[1])
 
 
 def scored(
