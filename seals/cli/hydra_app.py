@@ -235,13 +235,15 @@ def _run_task(config: Any) -> int | None:
 
 def _place_logs(config: Any) -> None:
     """Let a short name stand for a log that comes with the package; refuse a path of nothing."""
-    from omegaconf import open_dict
+    from omegaconf import OmegaConf, open_dict
 
     from seals.logs.shipped import find_log
 
     with open_dict(config):
         if config.get("log") is not None:
-            config.log = str(find_log(str(config.log)))
+            many = OmegaConf.is_list(config.log)
+            found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
+            config.log = found if many else found[0]
         if config.get("older"):
             config.older = [str(find_log(str(place), key="older")) for place in config.older]
 
