@@ -65,7 +65,7 @@ def execute(config: Any) -> int:
 
 def _listed(given: Any) -> list[str]:
     """Paths of one log or of several."""
-    return [given] if isinstance(given, str | Path) else [str(one) for one in given]
+    return [given] if isinstance(given, str) else [str(one) for one in given]
 
 
 def _read(config: Any, place: Path) -> Log:
