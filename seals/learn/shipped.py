@@ -31,16 +31,7 @@ def policy_folder(name: str, *, besides: Sequence[str] = (), key: str = "policy"
     Raises:
         ConfigError: there is neither.
     """
-    if Path(name).exists():
-        return Path(name)
-    known = shipped()
-    if name not in known:
-        names = [*besides, *known]
-        raise ConfigError(
-            f"{key}={name or '(nothing)'}: there is no such folder.\n"
-            f"{suggestion(name, names, label='Give a folder that training wrote, or one of')}"
-        )
-    return known[name]
+    return _shipped_folder(name, POLICIES, besides, key, "training wrote")
 
 
 def demonstrations_folder(name: str) -> Path:
@@ -52,13 +43,18 @@ def demonstrations_folder(name: str) -> Path:
     Raises:
         ConfigError: there is neither.
     """
+    return _shipped_folder(name, DEMONSTRATIONS, (), "demonstrations", "seals record wrote")
+
+
+def _shipped_folder(name: str, what: str, besides: Sequence[str], key: str, by: str) -> Path:
     if Path(name).exists():
         return Path(name)
-    known = shipped(DEMONSTRATIONS)
+    known = shipped(what)
     if name not in known:
+        label = f"Give a folder that {by}, or one of"
         raise ConfigError(
-            f"demonstrations={name or '(nothing)'}: there is no such folder.\n"
-            f"{suggestion(name, known, label='Give a folder that seals record wrote, or one of')}"
+            f"{key}={name or '(nothing)'}: there is no such folder.\n"
+            f"{suggestion(name, [*besides, *known], label=label)}"
         )
     return known[name]
 

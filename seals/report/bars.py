@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from math import isfinite, log10
 from typing import Any
 
+from seals.report.drawing import label_of, line_of
 from seals.report.figures import Mark
-from seals.report.style import CYCLE, MUTED
+from seals.report.style import CYCLE
 
 _ROW, _FRAME = 30, 74
 """Height of a bar and of the axis with its label [pixel]."""
@@ -109,7 +110,7 @@ def drawn_bars(chart: Bars) -> dict[str, Any]:
         "layout": {
             "xaxis": x_axis | {"range": _range(chart)},
             "yaxis": labels,
-            "shapes": [_line(mark) for mark in chart.marks],
+            "shapes": [line_of(mark, level=False) for mark in chart.marks],
             "annotations": [*_figures(chart), *(_label(m, log=chart.log) for m in chart.marks)],
             "hovermode": "closest",
             "meta": {"time": False},
@@ -171,29 +172,6 @@ def _figures(chart: Bars) -> list[dict[str, Any]]:
     return [item for item in out if item["text"]]
 
 
-def _line(mark: Mark) -> dict[str, Any]:
-    return {
-        "type": "line",
-        "xref": "x",
-        "x0": mark.at,
-        "x1": mark.at,
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "line": {"color": MUTED, "width": 1.4, "dash": "dot"},
-    }
-
-
 def _label(mark: Mark, *, log: bool) -> dict[str, Any]:
-    return {
-        "xref": "x",
-        "x": log10(mark.at) if log else mark.at,
-        "yref": "paper",
-        "y": 1,
-        "xanchor": "left",
-        "yanchor": "top",
-        "xshift": 3,
-        "text": mark.label,
-        "showarrow": False,
-        "font": {"size": 11, "color": "#59646e"},
-    }
+    at = log10(mark.at) if log else mark.at
+    return {**label_of(mark, level=False, at=at, colour="#59646e"), "xshift": 3}

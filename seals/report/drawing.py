@@ -117,39 +117,35 @@ def _layout(chart: Chart) -> dict[str, Any]:
     return {
         "xaxis": {"title": {"text": chart.x_label, "standoff": 4}},
         "yaxis": y_axis,
-        "shapes": [_shape(mark) for mark in chart.marks],
-        "annotations": [_label(mark) for mark in chart.marks],
+        "shapes": [line_of(mark, level=mark.level) for mark in chart.marks],
+        "annotations": [label_of(m, level=m.level, at=m.at) for m in chart.marks],
         "meta": {"time": chart.x_label.startswith("time")},
     }
 
 
-def _shape(mark: Mark) -> dict[str, Any]:
-    along, across = ("y", "x") if mark.level else ("x", "y")
-    return {
-        "type": "line",
-        f"{along}ref": along,
-        f"{across}ref": "paper",
-        f"{along}0": mark.at,
-        f"{along}1": mark.at,
-        f"{across}0": 0,
-        f"{across}1": 1,
-        "line": {"color": MUTED, "width": 1, "dash": "dot"},
-    }
+def line_of(mark: Mark, *, level: bool) -> dict[str, Any]:
+    """Return a mark as a dotted line across the chart, for plotly's ``shapes``."""
+    along, across = ("y", "x") if level else ("x", "y")
+    ends = {f"{along}0": mark.at, f"{along}1": mark.at, f"{across}0": 0, f"{across}1": 1}
+    line = {"color": MUTED, "width": 1, "dash": "dot"}
+    return {"type": "line", f"{along}ref": along, f"{across}ref": "paper", **ends, "line": line}
 
 
-def _label(mark: Mark) -> dict[str, Any]:
-    place = (
-        {"xref": "paper", "x": 1, "yref": "y", "y": mark.at, "xanchor": "right"}
-        if mark.level
-        else {"xref": "x", "x": mark.at, "yref": "paper", "y": 1, "xanchor": "left"}
-    )
-    return {
-        **place,
-        "yanchor": "bottom" if mark.level else "top",
-        "text": mark.label,
-        "showarrow": False,
-        "font": {"size": 11, "color": MUTED},
-    }
+def label_of(mark: Mark, *, level: bool, at: float, colour: str = MUTED) -> dict[str, Any]:
+    """Return the words of a mark, for plotly's ``annotations``.
+
+    Args:
+        mark: to be named.
+        level: whether it lies across the chart; others stand upright.
+        at: coordinate of the mark on its axis.
+        colour: of the words, hexadecimal.
+    """
+    if level:
+        place = {"xref": "paper", "x": 1, "yref": "y", "y": at, "xanchor": "right"}
+    else:
+        place = {"xref": "x", "x": at, "yref": "paper", "y": 1, "xanchor": "left"}
+    words = {"text": mark.label, "showarrow": False, "font": {"size": 11, "color": colour}}
+    return {**place, "yanchor": "bottom" if level else "top", **words}
 
 
 def _numbers(values: Floats, *, single: bool = False) -> dict[str, str]:

@@ -28,10 +28,9 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    figure_class = _figure_class()
     rows = [charts] if isinstance(charts, Chart) else charts
     # the object interface: pyplot would keep global state and look for a display
-    figure = figure_class(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
+    figure = figure_class()(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
     for number, chart in enumerate(rows, start=1):
         _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
     options: dict[str, Any] = {"metadata": {"Software": "SEALS"}}
@@ -42,7 +41,12 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
     return Path(path)
 
 
-def _figure_class() -> Any:
+def figure_class() -> Any:
+    """Return matplotlib's ``Figure``.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
     try:
         from matplotlib.figure import Figure
     except ImportError as cause:

@@ -114,24 +114,26 @@ class Claim:
 @contextlib.contextmanager
 def opened(folder: Path) -> Iterator[None]:
     """Hold the folder of a sweep while it is looked at and noted whose it is."""
-    folder.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        with _held(descriptor, 0):
-            yield
-    finally:
-        os.close(descriptor)
+    with _locked(folder, 0):
+        yield
 
 
 @contextlib.contextmanager
 def claimed(folder: Path, number: int) -> Iterator[Claim]:
     """Wait until nobody else does the job of a number, and hold it."""
+    # byte 0 is the book's own
+    with _locked(folder, number + 1) as descriptor:
+        yield Claim(folder, descriptor)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path, place: int) -> Iterator[int]:
+    """Lock one byte of a sweep's lock file; give its descriptor."""
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        # byte 0 is the book's own
-        with _held(descriptor, number + 1):
-            yield Claim(folder, descriptor)
+        with _held(descriptor, place):
+            yield descriptor
     finally:
         os.close(descriptor)
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.errors import MissingExtra
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path
+from seals.report.pictures import figure_class
 from seals.report.style import AXES, CYCLE, MUTED
 from seals.sysid.experiment_design.plan import SEPARATED, Plan
 from seals.sysid.experiment_design.words import percent
@@ -24,15 +24,8 @@ def write_pictures(path: str | Path, plan: Plan) -> Path:
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as cause:
-        raise MissingExtra(
-            "pictures need matplotlib, which cannot be imported.\n"
-            "Install it: pip install matplotlib"
-        ) from cause
     height = 4.6 + 0.26 * len(plan.ranked)
-    figure = Figure(figsize=(9.0, height), dpi=140, layout="constrained")
+    figure = figure_class()(figsize=(9.0, height), dpi=140, layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(3.4, 1.0 + 0.26 * len(plan.ranked)))
     top, bottom = parts
     both: Any = top.subplots(1, 2)
