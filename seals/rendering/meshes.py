@@ -34,7 +34,10 @@ def triangles(shape: Shape) -> tuple[Floats, NDArray[np.int64]]:
         assert shape.faces is not None
         return shape.vertices, shape.faces
     if shape.kind == "box":
-        return 0.5 * _BOX * np.array(shape.size), _BOX_FACES
+        from trimesh.creation import box
+
+        made = box(shape.size)
+        return np.asarray(made.vertices), np.asarray(made.faces)
     if shape.kind == "sphere":
         corners, faces = _ball()
         return shape.size[0] * corners, faces
@@ -72,34 +75,21 @@ def corners_of(shape: Shape) -> tuple[Floats, Floats]:
     return corners, out / np.linalg.norm(out, axis=-1, keepdims=True)
 
 
-_BOX: Floats = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-_BOX_FACES: NDArray[np.int64] = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
-
-
 @lru_cache(maxsize=1)
 def _ball() -> tuple[Floats, NDArray[np.int64]]:
     """A unit sphere of rings, scaled so that its outline covers a circle's area."""
-    turns = ROUND // 2
-    angles = np.linspace(0.0, np.pi, turns + 1)[1:-1]
-    return _lathe(
-        np.array([[0.0, 1.0], *np.stack([np.sin(angles), np.cos(angles)], 1), [0.0, -1.0]])
-        * _swelling()
-    )
+    angles = np.linspace(0.0, np.pi, ROUND // 2 + 1)
+    return _lathe(_swelling() * np.stack([np.sin(angles), -np.cos(angles)], 1))
 
 
 def _turned(radius: float, length: float, *, rounded: bool) -> tuple[Floats, NDArray[np.int64]]:
     """A cylinder or a capsule along z."""
     r, half = radius * _swelling(), 0.5 * length
     if not rounded:
-        return _lathe(np.array([[0.0, half], [r, half], [r, -half], [0.0, -half]]))
+        return _lathe(np.array([[0.0, -half], [r, -half], [r, half], [0.0, half]]))
     a = np.linspace(0.0, 0.5 * np.pi, ROUND // 4 + 1)
     top = np.stack([r * np.sin(a), half + r * np.cos(a)], 1)
-    return _lathe(np.concatenate([top, (top * [1.0, -1.0])[::-1]]))
+    return _lathe(np.concatenate([top * [1.0, -1.0], top[::-1]]))
 
 
 def _swelling() -> float:
@@ -109,27 +99,10 @@ def _swelling() -> float:
 
 
 def _lathe(outline: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """Turn an outline (radius, height) from the upper pole to the lower one about z."""
-    angle = 2.0 * np.pi * np.arange(ROUND) / ROUND
-    rings = outline[1:-1]
-    corners = np.stack(
-        [
-            np.outer(rings[:, 0], np.cos(angle)),
-            np.outer(rings[:, 0], np.sin(angle)),
-            np.repeat(rings[:, 1:], ROUND, axis=1),
-        ],
-        axis=-1,
-    ).reshape(-1, 3)
-    poles = np.array([[0.0, 0.0, outline[0, 1]], [0.0, 0.0, outline[-1, 1]]])
-    here, beside = np.arange(ROUND), (np.arange(ROUND) + 1) % ROUND
-    top, bottom = len(corners), len(corners) + 1
-    last = (len(rings) - 1) * ROUND
-    faces = [
-        np.stack([np.full(ROUND, top), here, beside], 1),
-        np.stack([np.full(ROUND, bottom), last + beside, last + here], 1),
-    ]
-    for k in range(len(rings) - 1):
-        upper, lower = k * ROUND, (k + 1) * ROUND
-        faces.append(np.stack([upper + here, lower + here, lower + beside], 1))
-        faces.append(np.stack([upper + here, lower + beside, upper + beside], 1))
-    return np.concatenate([corners, poles]), np.concatenate(faces).astype(np.int64)
+    """Turn an outline (radius, height) from the lower pole to the upper one about z."""
+    from trimesh.creation import revolve
+
+    # the poles lie on the axis to the last digit: their corners become one each
+    outline[[0, -1], 0] = 0.0
+    made = revolve(outline, sections=ROUND)
+    return np.asarray(made.vertices), np.asarray(made.faces)
