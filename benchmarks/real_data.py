@@ -76,12 +76,12 @@ def balls(names: tuple[str, ...] = (*LIGHT, "bowling_ball")) -> list[Line]:
     return out
 
 
-def at_full_rate(one: RunsDiagnosis, rung: int, *overrides: str) -> list[tuple[Case, Samples]]:
-    """Every row of the runs beside a rung's prediction: fits thin the rows, figures do not."""
+def at_full_rate(one: RunsDiagnosis, variant: int, *overrides: str) -> list[tuple[Case, Samples]]:
+    """Every row of the runs beside a variant's prediction: fits thin the rows, figures do not."""
     settings = settings_of(compose(list(overrides), root="compare"))
     experiment = prepare(settings, read_logs(settings))
     values = experiment.nominal()
-    for value in one.rungs[rung].fitted:
+    for value in one.variants[variant].fitted:
         values[experiment.names.index(value.key)] = value.value
     jobs = [Job(k, np.zeros_like(c.start.sigma), values) for k, c in enumerate(experiment.cases)]
     return list(zip(experiment.cases, experiment.predictor.run(jobs), strict=True))
@@ -165,7 +165,7 @@ def flume() -> list[Line]:
         abs(
             float(
                 experiment.cases[k].measured["heave_response"][0, 0]
-                - one.rungs[-1].predicted[k]["heave_response"][0, 0]
+                - one.variants[-1].predicted[k]["heave_response"][0, 0]
             )
         )
         for k in experiment.unseen

@@ -149,7 +149,7 @@ _NUMBERS = ("cells", "capacity", "resistance", "charge", "electronics")
 
 
 def _one(memory: Array, params: Parameters) -> bool:
-    """Whether there is one battery: numbers are faster than arrays, several times a step."""
+    """Return true for one battery: numbers are faster than arrays, several times a step."""
     if type(memory) is not np.ndarray or len(memory) != 1:
         return False
     return all(params[key].size == 1 for key in _NUMBERS)

@@ -12,10 +12,10 @@ import numpy as np
 
 from seals.compare.align import clock_offset
 from seals.compare.case import Case
-from seals.compare.courses import cases_of, step_of
-from seals.compare.ladder import Rung, climb
+from seals.compare.prediction_methods import cases_of, step_of
 from seals.compare.result import Comparison, Group, as_data
-from seals.compare.settings import CompareOptions, CompareSettings, Course
+from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
+from seals.compare.variants import ModelVariant, fit_variants
 from seals.errors import ConfigError, suggestion
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
@@ -33,7 +33,7 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
     """Compare a model with measurements.
 
     Args:
-        settings: model, reader, fit and ladder.
+        settings: model, reader, fit and variants.
         logs: the measurements.
 
     Raises:
@@ -60,17 +60,19 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
 def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Group:
     cases = cases_of(settings)(logs, settings, robot)
     step = settings.compare.step or step_of(cases)
-    rungs = climb(settings, robot, cases, step=step)
+    variants = fit_variants(settings, robot, cases, step=step)
     return Group(
         name=logs[0].name if settings.per_log else settings.name,
         cases=cases,
-        rungs=rungs,
-        offsets={c.name: _offsets(c, rungs[-1], k, settings.compare) for k, c in enumerate(cases)},
+        variants=variants,
+        offsets={
+            c.name: _offsets(c, variants[-1], k, settings.compare) for k, c in enumerate(cases)
+        },
     )
 
 
 def _offsets(
-    case: Case, rung: Rung, k: int, options: CompareOptions
+    case: Case, variant: ModelVariant, k: int, options: CompareOptions
 ) -> dict[str, tuple[float, float]]:
     """Clock offset of every channel against the model, by its most lively component."""
     out = {}
@@ -80,7 +82,10 @@ def _offsets(
         columns = (c[np.isfinite(c)] for c in measured.T)
         axis = int(np.argmax([c.std() if c.size else 0.0 for c in columns]))
         out[channel] = clock_offset(
-            case.time, measured[:, axis], rung.predicted[k][channel][:, axis], most=options.offset
+            case.time,
+            measured[:, axis],
+            variant.predicted[k][channel][:, axis],
+            most=options.offset,
         )
     return out
 
@@ -100,7 +105,7 @@ def execute(cfg: Any) -> int | None:
     from seals.compare.report import write_report
 
     paths = write_report(comparison, as_data(comparison), folder)
-    print_ladder(comparison)
+    print_variants(comparison)
     print(f"report: {_shown(paths['report'])}")
     return None
 
@@ -142,7 +147,7 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     for source in sources:
         logs += settings.reader.read(source)
     kept = _only(logs, settings.only)
-    if settings.compare.course is not Course.simulated:
+    if settings.compare.course is not PredictionMethod.simulated:
         return kept
     return _judged(kept, settings)
 
@@ -170,18 +175,18 @@ def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:
     return [log for log in logs if named(log)] or logs
 
 
-def print_ladder(comparison: Comparison) -> None:
-    """Print the error ladder of every group."""
+def print_variants(comparison: Comparison) -> None:
+    """Print the errors of the model variants of every group."""
     for group in comparison.groups:
         print(f"\n{group.name}")
-        for rung in group.rungs:
-            for channel in sorted({c for s in rung.scores for c in s.channels}):
-                train, rest = (rung.rms(channel, held_out=h) for h in (False, True))
+        for variant in group.variants:
+            for channel in sorted({c for s in variant.scores for c in s.channels}):
+                train, rest = (variant.rms(channel, held_out=h) for h in (False, True))
                 unit = _unit(channel)
-                line = f"  {rung.name:28s} {channel:18s} train {train:9.4g}"
+                line = f"  {variant.name:28s} {channel:18s} train {train:9.4g}"
                 line += f"   held out {rest:9.4g} {unit}" if np.isfinite(rest) else f" {unit}"
                 print(line)
-        for value in group.rungs[-1].fitted:
+        for value in group.variants[-1].fitted:
             bound = "  (at its bound)" if value.at_bound else ""
             unit = "" if value.unit == "1" else f" {value.unit}"
             print(f"  {value.key} = {value.value:.4g} +- {value.sigma:.2g}{unit}{bound}")

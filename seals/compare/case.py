@@ -1,4 +1,4 @@
-"""One stretch of a measurement, ready to be compared: times, channels, start, regimes."""
+"""Stretch of a measurement for a comparison: times, channels, start, regimes."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One stretch of a log.
+    """Stretch of a log.
 
     Args:
         name: of the log or segment.

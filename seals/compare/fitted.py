@@ -12,7 +12,7 @@ from seals.schema import Parameter, parameters_of
 
 @dataclass(frozen=True, kw_only=True)
 class FitKey:
-    """One number to fit.
+    """Number to fit: one parameter, or several axes tied to one value.
 
     Args:
         key: as written by the user.

@@ -10,11 +10,11 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class NamingSettings:
-    """What the nominal model is, what of it is uncertain, and what judges.
+    """Settings of naming from several runs: nominal model, its uncertainty, validation.
 
     Args:
-        nominal: instances of effects that the nominal model holds; empty for the first rung of
-            the ladder, or all effects without one.
+        nominal: instances of effects that the nominal model holds; empty for the first variant of
+            ``ladder``, or all effects without one.
         tolerances: full keys of nominal parameters and how uncertain they are, one standard
             deviation in their unit; they are fitted in every model.
         judge: channels that are never fitted, but judge.

@@ -29,7 +29,7 @@ PREDICTABLE = (
 
 
 class Job(NamedTuple):
-    """One simulation: which case, from which deviation of the start, with which fitted values."""
+    """Simulation to run: case, deviation of the start, fitted values."""
 
     case: int
     deviation: Floats

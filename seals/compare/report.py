@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from seals.compare.case import Case
-from seals.compare.ladder import Rung
 from seals.compare.predict import residuals
 from seals.compare.result import Comparison, Group
 from seals.compare.score import by_horizon, pooled
+from seals.compare.variants import ModelVariant
 from seals.logs.atomic import write_json
 from seals.logs.channels import unit_of
 from seals.report import (
@@ -69,7 +69,7 @@ def sections_of(comparison: Comparison) -> list[Section]:
     shown = 0
     for group in comparison.groups:
         ordered = sorted(range(len(group.cases)), key=lambda k: not group.cases[k].held_out)
-        blocks: list[Block] = [_ladder_table(group)]
+        blocks: list[Block] = [_variant_table(group)]
         for k in ordered:
             charts = case_charts(group, k)
             words = Paragraph(text="; ".join((_role(group.cases[k]), *group.cases[k].notes)))
@@ -94,10 +94,10 @@ def _summary(comparison: Comparison) -> Section:
     rows = []
     for group in comparison.groups:
         for channel in _channels(group):
-            first, last = group.rungs[0], group.rungs[-1]
+            first, last = group.variants[0], group.variants[-1]
             held = any(c.held_out for c in group.cases)
             before, after = first.rms(channel, held_out=held), last.rms(channel, held_out=held)
-            best = min(group.rungs, key=lambda r: r.rms(channel, held_out=held))
+            best = min(group.variants, key=lambda r: r.rms(channel, held_out=held))
             score = pooled(best.scores, held_out=held)[channel]
             rows.append(
                 [
@@ -113,7 +113,7 @@ def _summary(comparison: Comparison) -> Section:
             )
             if len(facts) < 6:
                 judged = "held-out" if held else "fitted"
-                fall = f"{before:.3g} → " if len(group.rungs) > 1 else ""
+                fall = f"{before:.3g} → " if len(group.variants) > 1 else ""
                 key = f"{group.name}: {channel}, {judged} error [{_unit(channel)}]"
                 facts[key] = f"{fall}{score.rms:.3g}"
     table = Table(
@@ -138,21 +138,21 @@ def _summary(comparison: Comparison) -> Section:
     return Section(title="In short", lead=lead, blocks=[Facts(values=facts), table], wide=True)
 
 
-def _ladder_table(group: Group) -> Table:
+def _variant_table(group: Group) -> Table:
     rows = []
-    for rung in group.rungs:
+    for variant in group.variants:
         for channel in _channels(group):
-            train, held = (pooled(rung.scores, held_out=h).get(channel) for h in (False, True))
+            train, held = (pooled(variant.scores, held_out=h).get(channel) for h in (False, True))
             best = held or train
             rows.append(
                 [
-                    rung.name,
+                    variant.name,
                     channel,
                     _figure(train.rms if train else math.nan),
                     _figure(held.rms if held else math.nan),
                     _unit(channel),
                     _figure(best.ratio if best else math.nan),
-                    _fitted_words(rung),
+                    _fitted_words(variant),
                 ]
             )
     return Table(
@@ -162,9 +162,9 @@ def _ladder_table(group: Group) -> Table:
     )
 
 
-def _fitted_words(rung: Rung) -> str:
+def _fitted_words(variant: ModelVariant) -> str:
     words = []
-    for f in rung.fitted:
+    for f in variant.fitted:
         bound = " (at its bound)" if f.at_bound else ""
         words.append(
             f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} {f.unit}{bound}"
@@ -172,20 +172,20 @@ def _fitted_words(rung: Rung) -> str:
     return ", ".join(words)
 
 
-def best_rung(group: Group) -> Rung:
-    """Return the rung with the smallest error on held-out stretches, or on all without any."""
+def best_variant(group: Group) -> ModelVariant:
+    """Return the variant with the smallest error on held-out stretches, or on all without any."""
     held = any(c.held_out for c in group.cases)
 
-    def size(rung: Rung) -> float:
-        scores = [s.total for s in rung.scores if s.held_out or not held]
+    def size(variant: ModelVariant) -> float:
+        scores = [s.total for s in variant.scores if s.held_out or not held]
         return sum(scores) / len(scores)
 
-    return min(group.rungs, key=size)
+    return min(group.variants, key=size)
 
 
 def case_charts(group: Group, k: int) -> list[Chart]:
     """Return overlay and residual of every measured component of one stretch."""
-    case, first, best = group.cases[k], group.rungs[0], best_rung(group)
+    case, first, best = group.cases[k], group.variants[0], best_variant(group)
     out = []
     shown = (best,) if best is first else (first, best)
     for channel in case.measured:
@@ -196,7 +196,7 @@ def case_charts(group: Group, k: int) -> list[Chart]:
     return out
 
 
-def _overlay(case: Case, channel: str, axis: int, shown: Sequence[Rung], k: int) -> Chart:
+def _overlay(case: Case, channel: str, axis: int, shown: Sequence[ModelVariant], k: int) -> Chart:
     """Measurement and models, the last of which is drawn solid."""
     measured = case.measured[channel][:, axis]
     good = np.isfinite(measured)
@@ -210,9 +210,9 @@ def _overlay(case: Case, channel: str, axis: int, shown: Sequence[Rung], k: int)
             band=np.full(int(good.sum()), 2.0 * sigma),
         )
     ]
-    for rung in shown:
-        y = rung.predicted[k][channel][:, axis]
-        series.append(Series(name=rung.name, x=case.time, y=y, dashed=rung is not shown[-1]))
+    for variant in shown:
+        y = variant.predicted[k][channel][:, axis]
+        series.append(Series(name=variant.name, x=case.time, y=y, dashed=variant is not shown[-1]))
     return Chart(
         title=f"{case.name}: {_component(channel, axis, case)}",
         y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
@@ -221,17 +221,20 @@ def _overlay(case: Case, channel: str, axis: int, shown: Sequence[Rung], k: int)
     )
 
 
-def _residual(case: Case, channel: str, first: Rung, last: Rung, k: int) -> Chart:
+def _residual(case: Case, channel: str, first: ModelVariant, last: ModelVariant, k: int) -> Chart:
     series = []
-    for rung in (last,) if first is last else (first, last):
-        values = residuals(case, rung.predicted[k])[channel]
+    for variant in (last,) if first is last else (first, last):
+        values = residuals(case, variant.predicted[k])[channel]
         for axis in range(values.shape[1]):
             good = np.isfinite(values[:, axis])
             if good.any():
-                name = f"{rung.name}, {_component(channel, axis, case)}"
+                name = f"{variant.name}, {_component(channel, axis, case)}"
                 series.append(
                     Series(
-                        name=name, x=case.time[good], y=values[good, axis], dashed=rung is not last
+                        name=name,
+                        x=case.time[good],
+                        y=values[good, axis],
+                        dashed=variant is not last,
                     )
                 )
     return Chart(
@@ -253,9 +256,9 @@ def _marks(case: Case) -> tuple[Mark, ...]:
 
 
 def _horizon(group: Group) -> list[Block]:
-    """Error against the time since the start, last rung, one chart a channel."""
+    """Error against the time since the start, last variant, one chart a channel."""
     out: list[Block] = []
-    last = group.rungs[-1]
+    last = group.variants[-1]
     for channel in _channels(group):
         series = []
         for k, case in enumerate(group.cases):
@@ -285,7 +288,7 @@ def _checks(comparison: Comparison) -> Section:
     regimes = [
         [s.name, r.name, regime, f"{value:.3g}"]
         for g in comparison.groups
-        for r in (g.rungs[0], g.rungs[-1])
+        for r in (g.variants[0], g.variants[-1])
         for s in r.scores
         for regime, value in s.regimes.items()
     ]

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from seals.compare.case import Case, start_names
-from seals.compare.ladder import Rung
 from seals.compare.score import pooled
+from seals.compare.variants import ModelVariant
 from seals.logs.finding import Finding
 
 
@@ -20,13 +20,13 @@ class Group:
     Args:
         name: of the log, or of the whole comparison.
         cases: its stretches.
-        rungs: the ladder.
-        offsets: clock offset of the last rung by case and channel: lag [s] and correlation.
+        variants: of the model, in the order of the settings.
+        offsets: clock offset of the last variant by case and channel: lag [s] and correlation.
     """
 
     name: str
     cases: Sequence[Case]
-    rungs: Sequence[Rung]
+    variants: Sequence[ModelVariant]
     offsets: dict[str, dict[str, tuple[float, float]]]
 
 
@@ -74,7 +74,7 @@ def _group(group: Group) -> dict[str, Any]:
                 "name": c.name,
                 "held_out": c.held_out,
                 "rows": len(c.time),
-                "start": _start(c, group.rungs[-1], k),
+                "start": _start(c, group.variants[-1], k),
                 "noise": {k: v.tolist() for k, v in c.sigma.items()},
                 "notes": c.notes,
                 "clock_offset": {
@@ -83,27 +83,27 @@ def _group(group: Group) -> dict[str, Any]:
             }
             for k, c in enumerate(group.cases)
         ],
-        "ladder": [_rung(r) for r in group.rungs],
+        "ladder": [_variant(r) for r in group.variants],
     }
 
 
-def _start(case: Case, rung: Rung, k: int) -> dict[str, Any]:
+def _start(case: Case, variant: ModelVariant, k: int) -> dict[str, Any]:
     """Origin of the start, and its shift by the data: [value, standard deviation]."""
     names = start_names(len(case.start.joints))
-    pairs = zip(names, rung.deviations[k], rung.start_sigma[k], strict=True)
+    pairs = zip(names, variant.deviations[k], variant.start_sigma[k], strict=True)
     free = set(case.start.free)
     moved = {n: [float(d), float(s)] for i, (n, d, s) in enumerate(pairs) if i in free}
     return {"source": case.start.source, "moved_by": moved}
 
 
-def _rung(rung: Rung) -> dict[str, Any]:
+def _variant(variant: ModelVariant) -> dict[str, Any]:
     return {
-        "name": rung.name,
-        "effects": rung.effects,
-        "fitted": [asdict(f) for f in rung.fitted],
-        "train": {k: asdict(s) for k, s in pooled(rung.scores, held_out=False).items()},
-        "held_out": {k: asdict(s) for k, s in pooled(rung.scores, held_out=True).items()},
-        "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in rung.scores},
+        "name": variant.name,
+        "effects": variant.effects,
+        "fitted": [asdict(f) for f in variant.fitted],
+        "train": {k: asdict(s) for k, s in pooled(variant.scores, held_out=False).items()},
+        "held_out": {k: asdict(s) for k, s in pooled(variant.scores, held_out=True).items()},
+        "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in variant.scores},
     }
 
 

@@ -14,7 +14,7 @@ _CHOSEN = "chosen"
 
 
 class StartMode(Enum):
-    """Where the state at the start of a comparison comes from."""
+    """Source of the state at the start of a comparison."""
 
     auto = "auto"
     """``drop`` for logs without pose, else ``pose``."""
@@ -24,8 +24,8 @@ class StartMode(Enum):
     """A release from rest found in the accelerometer: the speed at entry is that of the fall."""
 
 
-class Course(Enum):
-    """How a model is turned into what the sensors read."""
+class PredictionMethod(Enum):
+    """Method by which a model predicts the sensors' readings."""
 
     simulated = "simulated"
     """The motion is integrated from the start of every run."""
@@ -39,7 +39,7 @@ class Course(Enum):
 
 @dataclass(kw_only=True)
 class CompareOptions:
-    """How a comparison is made.
+    """Options of a comparison.
 
     Args:
         course: how a model is turned into what the sensors read.
@@ -54,7 +54,7 @@ class CompareOptions:
         iterations: most Gauss-Newton steps.
     """
 
-    course: Course = Course.simulated
+    course: PredictionMethod = PredictionMethod.simulated
     start: StartMode = StartMode.auto
     step: float = param(0.0, "s", bounds=(0.0, 0.1), tolerance=0.0, source=_CHOSEN, fit=False)
     stride: int = 1
@@ -83,7 +83,7 @@ class CompareSettings(RunSettings):
         train: names (shell patterns) of the logs or segments that are fitted; empty for all.
         held_out: names (shell patterns) of the logs or segments that only judge the fit.
         per_log: fit every log by itself instead of all together.
-        ladder: rungs by name, each the list of effects that act; empty for one rung with all
+        ladder: variants by name, each the list of effects that act; empty for one variant with all
             effects.
         rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
             instances in the configuration; empty for all that could act.

@@ -36,7 +36,7 @@ from seals.schema import parameters_of, vector_groups
 
 @dataclass(frozen=True, kw_only=True)
 class BoundEffect:
-    """One effect on its links.
+    """Effect bound to its links.
 
     Args:
         name: instance name in the configuration.
@@ -181,7 +181,7 @@ _KINDS = (
 
 
 def has_hook(effect: object, hook: type) -> bool:
-    """Whether an effect's class defines a hook, given by its protocol; asked once for each."""
+    """Return true where an effect's class defines a hook, given by its protocol."""
     return _defines(cast(Any, type(effect)), cast(Any, hook))
 
 
@@ -307,7 +307,7 @@ def _params(
 
 
 def _row(value: Any, like: Array, links: int, batch: int) -> Array:
-    """One parameter as a vector of shape (1,) or (links x batch,)."""
+    """Return a parameter as a vector of shape (1,) or (links x batch,)."""
     if isinstance(value, int | float):
         return as_like([float(value)], like)
     array = as_like(value, like)

@@ -152,7 +152,7 @@ def _stated(law: type[Effect], parameter: str) -> float | None:
 
 
 def _can_act(law: type[Effect], subject: Subject) -> bool:
-    """Whether the vehicle has what the effect's hooks act on."""
+    """Return true where the vehicle has all that the effect's hooks act on."""
     hooks = {n for n in _HOOKS if callable(getattr(law, n, None))}
     if not hooks or callable(getattr(law, "drives", None)):
         return False
@@ -165,7 +165,7 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
 
 
 def _needs_joints(law: type[Effect], hook: str) -> bool:
-    """Whether a hook on links reads the joints."""
+    """Return true where a hook on links reads the joints."""
     return hook in ARGUMENTS and "joints" in arguments_of_class(law, hook)
 
 

@@ -1,4 +1,4 @@
-"""What no law describes exactly: exponents of drag, hulls at the surface, waves."""
+"""Model discrepancies: exponents of drag, hulls at the surface, moment of waves."""
 
 from __future__ import annotations
 

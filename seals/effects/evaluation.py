@@ -346,12 +346,12 @@ def _repeated(joints: Joints, times: int) -> Joints:
 
 
 def vanishes_dry(b: BoundEffect) -> bool:
-    """Whether nothing is left of an effect while nothing is submerged."""
+    """Return true where an effect vanishes while nothing is submerged."""
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
 def is_dry(sample: Sample) -> bool:
-    """Whether nothing is submerged."""
+    """Return true where nothing is submerged."""
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 

@@ -88,5 +88,5 @@ def pick_of(effect: object, hook: str) -> Pick:
 
 
 def names_any(effect: object, hook: str, words: tuple[str, ...]) -> bool:
-    """Whether a hook names one of some arguments."""
+    """Return true where a hook names one of some arguments."""
     return not set(words).isdisjoint(arguments_of(effect, hook))

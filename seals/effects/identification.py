@@ -1,4 +1,4 @@
-"""What an effect says about itself to system identification: its size, its variants, its traits.
+"""Declarations of effects for system identification: plausible sizes, variants, traits.
 
 Every installed effect is a candidate of a diagnosis. One that has a law and parameters declared
 with `seals.schema.param` needs no more: `seals.effects.derived` derives the rest. One that knows
@@ -59,7 +59,7 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """How comparisons of several runs try an effect.
+    """Declaration of an effect for comparisons of several runs.
 
     Args:
         order: stage and rank: effects are tried in this order.
@@ -141,7 +141,7 @@ class Identification:
 
 @dataclass(frozen=True, kw_only=True)
 class Freed:
-    """One parameter that a fit may move; all values are changes against the nominal model.
+    """Parameter that a fit may move; all values are changes against the nominal model.
 
     Args:
         tolerance: 1-sigma of the change that the vehicle's data admit; 0 where they are exact.
@@ -156,7 +156,7 @@ class Freed:
 
 @dataclass(frozen=True, kw_only=True)
 class Addition:
-    """One way in which an effect may be missing on a vehicle.
+    """Variant in which an effect may be missing on a vehicle.
 
     Args:
         instance: name of the effect's instance in the extended model.
@@ -230,7 +230,7 @@ class Subject:
 
     @property
     def has_water(self) -> bool:
-        """Whether there is water and something that it can lift."""
+        """Return true where there is water and a hull that it can lift."""
         return self.environment.water_level is not None and self.hull is not None
 
     @property

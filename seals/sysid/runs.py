@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.compare.ladder import FittedValue, Rung
 from seals.compare.score import score_case
 from seals.compare.settings import CompareSettings
+from seals.compare.variants import FittedValue, ModelVariant
 from seals.logs import Log, refuse_if_bad
 from seals.run.progress import progress
 from seals.sysid.candidates.parameters import Candidate
@@ -37,20 +37,20 @@ class RunsDiagnosis:
         name: of the experiment, or of the log where each is fitted by itself.
         search: what was tried.
         answer: verdict and claims.
-        rungs: nominal and chosen model as rungs of a ladder, for tables and pictures.
+        variants: nominal and chosen model as model variants, for tables and pictures.
         seconds: that it took.
     """
 
     name: str
     search: RunsSearch
     answer: Answer
-    rungs: tuple[Rung, ...]
+    variants: tuple[ModelVariant, ...]
     seconds: float
 
     def rms(self, channel: str, *, after: bool) -> float:
         """Error on runs that no fit saw, or on all where each was held out in turn."""
         unseen = bool(self.search.validator.experiment.unseen)
-        return self.rungs[-1 if after else 0].rms(channel, held_out=unseen)
+        return self.variants[-1 if after else 0].rms(channel, held_out=unseen)
 
     def held_out(self) -> dict[str, float]:
         """Mean squares in units of the floor on held-out training runs."""
@@ -121,12 +121,12 @@ def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagn
         name=name,
         search=found,
         answer=answer,
-        rungs=tuple(_rung(found, h) for h in models),
+        variants=tuple(_variant(found, h) for h in models),
         seconds=time.perf_counter() - began,
     )
 
 
-def _rung(found: RunsSearch, model: ValidatedHypothesis) -> Rung:
+def _variant(found: RunsSearch, model: ValidatedHypothesis) -> ModelVariant:
     """Evaluate a model on all runs; without unseen ones each by the fit that lacked it."""
     experiment = found.validator.experiment
     unseen = found.validator.unseen(model)
@@ -145,7 +145,7 @@ def _rung(found: RunsSearch, model: ValidatedHypothesis) -> Rung:
         for k in model.fit.free
     ]
     cases = list(enumerate(experiment.cases))
-    return Rung(
+    return ModelVariant(
         name=model.label,
         effects=[*experiment.candidate_set.nominal, *(c.instance for c in model.candidates)],
         fitted=fitted,

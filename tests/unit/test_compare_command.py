@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.compare.application import print_ladder
+from seals.compare.application import print_variants
 from seals.logs import Log
 from seals.logs.native import write_native
 
@@ -80,9 +80,11 @@ def test_a_pure_number_is_told_without_a_unit(capsys: pytest.CaptureFixture[str]
         SimpleNamespace(key="drag.share", value=0.5, sigma=0.25, unit="1", at_bound=False),
         SimpleNamespace(key="drag.length", value=2.0, sigma=0.5, unit="m", at_bound=True),
     ]
-    group = SimpleNamespace(name="all", rungs=[SimpleNamespace(name="", scores=[], fitted=values)])
+    group = SimpleNamespace(
+        name="all", variants=[SimpleNamespace(name="", scores=[], fitted=values)]
+    )
     comparison: Any = SimpleNamespace(groups=[group])
-    print_ladder(comparison)
+    print_variants(comparison)
     told = capsys.readouterr().out.splitlines()
     assert told[-2] == "  drag.share = 0.5 +- 0.25"
     assert told[-1] == "  drag.length = 2 +- 0.5 m  (at its bound)"

@@ -62,7 +62,7 @@ def compared(log: Log, *more: str) -> Comparison:
 def test_a_hidden_drag_is_found_and_the_held_out_error_falls_to_the_noise() -> None:
     """The coefficient is within three standard deviations, the unseen drop down to the noise."""
     group = compared(falls(DRAG)).groups[0]
-    gravity, drag = group.rungs
+    gravity, drag = group.variants
     fitted = drag.fitted[0]
     assert fitted.value == pytest.approx(DRAG, abs=3.0 * fitted.sigma)
     assert fitted.sigma < 0.02 * DRAG
@@ -75,9 +75,9 @@ def test_a_hidden_drag_is_found_and_the_held_out_error_falls_to_the_noise() -> N
 def test_an_absent_drag_is_not_found() -> None:
     """On a fall in vacuum the fitted drag is zero within its uncertainty and nothing improves."""
     group = compared(falls(0.0, seed=4)).groups[0]
-    fitted = group.rungs[1].fitted[0]
+    fitted = group.variants[1].fitted[0]
     assert fitted.value <= 3.0 * fitted.sigma
-    before, after = (r.rms("position", held_out=True) for r in group.rungs)
+    before, after = (r.rms("position", held_out=True) for r in group.variants)
     assert after == pytest.approx(before, rel=0.05)
 
 
@@ -87,9 +87,9 @@ def test_the_result_is_plain_data() -> None:
 
     data = as_data(compared(falls(DRAG)))
     text = json.dumps(data, allow_nan=False)
-    rungs: list[dict[str, Any]] = json.loads(text)["groups"][0]["ladder"]
-    assert [r["name"] for r in rungs] == ["gravity", "drag"]
-    assert rungs[1]["held_out"]["position"]["samples"] == 100
+    variants: list[dict[str, Any]] = json.loads(text)["groups"][0]["ladder"]
+    assert [r["name"] for r in variants] == ["gravity", "drag"]
+    assert variants[1]["held_out"]["position"]["samples"] == 100
 
 
 def test_the_clock_offset_is_reported() -> None:

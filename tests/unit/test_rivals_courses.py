@@ -9,8 +9,8 @@ import pytest
 
 from seals.compare.application import settings_of
 from seals.compare.case import Case
-from seals.compare.courses import cases_of, predictor_of
 from seals.compare.predict import Job
+from seals.compare.prediction_methods import cases_of, predictor_of
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
 from seals.config.compose import compose

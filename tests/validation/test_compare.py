@@ -33,8 +33,8 @@ def groups(*overrides: str) -> dict[str, Group]:
 
 
 def held_out(group: Group, channel: str) -> list[float]:
-    """Held-out error of every rung."""
-    return [rung.rms(channel, held_out=True) for rung in group.rungs]
+    """Held-out error of every variant."""
+    return [variant.rms(channel, held_out=True) for variant in group.variants]
 
 
 def test_every_drop_into_water_is_read_right(measurements: None) -> None:
@@ -65,7 +65,7 @@ def test_no_drag_is_found_on_the_bowling_ball(measurements: None) -> None:
     group = groups("experiment=falling_balls", "only=[bowling_ball]")["bowling_ball"]
     gravity, linear, quadratic = held_out(group, "position")
     assert max(linear, quadratic) <= 1.02 * gravity
-    assert all(f.value <= 2.0 * f.sigma for rung in group.rungs for f in rung.fitted)
+    assert all(f.value <= 2.0 * f.sigma for variant in group.variants for f in variant.fitted)
 
 
 @pytest.mark.slow
@@ -84,7 +84,7 @@ def test_slamming_and_drag_explain_the_water_entry(measurements: None) -> None:
     assert buoyancy > 4.5
     assert slamming < buoyancy
     assert drag < 2.7
-    assert not any(f.at_bound for f in group.rungs[-1].fitted)
+    assert not any(f.at_bound for f in group.variants[-1].fitted)
 
 
 @pytest.mark.slow
@@ -96,5 +96,5 @@ def test_viscous_friction_explains_the_pendulum_and_coulomb_does_not(measurement
     assert viscous < 0.013
     assert coulomb > 0.95 * viscous
     assert np.isclose(
-        group.rungs[-1].fitted[1].value, 0.0, atol=3 * group.rungs[-1].fitted[1].sigma
+        group.variants[-1].fitted[1].value, 0.0, atol=3 * group.variants[-1].fitted[1].sigma
     )

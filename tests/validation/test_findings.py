@@ -18,7 +18,7 @@ from seals.logs.native import read_native
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.report.application import _write, answer_of
-from seals.sysid.report.gains import gain_over, held_out_by_window, ladder
+from seals.sysid.report.gains import ablation_steps, gain_over, held_out_by_window
 from seals.sysid.report.report import LARGEST, model_after, write_report
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.started import attitude, tracks
@@ -26,7 +26,7 @@ from seals.sysid.report.table import NAMED, REJECTED, UNTRIED, ranking, short_ta
 from seals.sysid.report.tolerances import moved
 from seals.sysid.report.words import headline, next_steps
 from seals.sysid.report.wrench import log_rows
-from seals.sysid.residual_force import localise
+from seals.sysid.residual_force import locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import _intervals
@@ -90,7 +90,7 @@ def test_figures_that_are_not_determined_end_in_no_traceback(
         search=dataclasses.replace(found.search, rounds=tried),
         held_out={"before": 2.0, "after": np.nan, "noise_floor": 1.0},
     )
-    missing = localise(found.problem, found.search.nominal)
+    missing = locate_residual_force(found.problem, found.search.nominal)
     _write(tmp_path, answer_of(doubtful, missing))
     page = write_report(doubtful, log, tmp_path, localisation=missing).read_text(encoding="utf-8")
     for name in ("diagnosis.json", "report.json"):
@@ -181,7 +181,7 @@ def test_gains_add_up_to_the_fall_of_the_held_out_error(windy: tuple[Diagnosis, 
     assert gain.value == pytest.approx(fall, rel=1e-3)
     assert gain.error is not None
     assert 0.0 < gain.error < 0.5 * gain.value
-    errors = [step.error for step in ladder(found.search)]
+    errors = [step.error for step in ablation_steps(found.search)]
     assert errors[0] > errors[-1] == pytest.approx(found.held_out["after"])
 
 

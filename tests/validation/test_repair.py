@@ -18,7 +18,7 @@ from seals.logs.native import read_native
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.predictors.windows import window_rows
-from seals.sysid.validation.ladder import rungs_of
+from seals.sysid.validation.ablation import model_variants
 from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
 from seals.sysid.validation.model import Model, nominal
 
@@ -116,10 +116,10 @@ def test_the_error_falls_to_the_floor_on_an_unseen_flight(
     code, found = verified(tmp_path, log, f"older=[{flights / 'windy'}]")
     assert code == 0
     assert found["verdict"] == "confirmed"
-    levels = [rung["misfit"] for rung in found["rungs"]]  # type: ignore[attr-defined,index]
+    levels = [variant["misfit"] for variant in found["rungs"]]  # type: ignore[attr-defined,index]
     assert levels[0] > levels[1] > 2.0
     assert levels[2] == pytest.approx(1.0, abs=0.1)
-    plain = [rung["rms"]["position"]["1"] for rung in found["rungs"]]  # type: ignore[attr-defined]
+    plain = [variant["rms"]["position"]["1"] for variant in found["rungs"]]  # type: ignore[attr-defined]
     floor = found["noise_floor"]["rms"]["position"]["1"]  # type: ignore[index]
     assert plain[0] > 10.0 * floor
     assert 0.4 * floor < plain[2] < 2.5 * floor
@@ -238,7 +238,7 @@ def by_both(problem: Problem, model: Model, seconds: float) -> tuple[float, floa
 
 def test_the_simulator_leaves_what_the_twin_leaves(problem: Problem, model: Path) -> None:
     """Whole model, windows of a second: the misfits agree within one per cent."""
-    whole = rungs_of(problem, read_overlay(load_overlay(model)))[-1]
+    whole = model_variants(problem, read_overlay(load_overlay(model)))[-1]
     # sensors' errors belong to the readings, which the twin makes elsewhere
     mute = {n: e for n, e in whole.vehicle.effects.items() if not hasattr(e, "measure")}
     bare = replace(whole, vehicle=replace(whole.vehicle, effects=mute))

@@ -62,7 +62,7 @@ def test_the_ship_section_lacks_two_effects_together(measurements: None) -> None
     experiment = one.search.validator.experiment
     channel = "heave_response"
     errors = [
-        abs(experiment.cases[k].measured[channel] - one.rungs[-1].predicted[k][channel]).item()
+        abs(experiment.cases[k].measured[channel] - one.variants[-1].predicted[k][channel]).item()
         for k in experiment.unseen
     ]
     assert float(np.median(errors)) <= 0.06
@@ -108,14 +108,14 @@ def test_the_glider_lacks_lift(measurements: None) -> None:
     before, after = (one.rms("depth_rate", after=a) for a in (False, True))
     assert 0.9 * before < after < before
     # the slope of the publisher's example is 7.5 per radian on 0.1 m^2
-    (area,) = (v.value for v in one.rungs[-1].fitted if v.key == "lift.coefficient")
+    (area,) = (v.value for v in one.variants[-1].fitted if v.key == "lift.coefficient")
     assert 0.6 < area < 0.9
 
 
-def speed_error(one: RunsDiagnosis, rung: int, channel: str) -> float:
+def speed_error(one: RunsDiagnosis, variant: int, channel: str) -> float:
     """Error on both halves of the flight, none of which was fitted."""
     cases = one.search.validator.experiment.cases
-    pairs = zip(cases, one.rungs[rung].predicted, strict=True)
+    pairs = zip(cases, one.variants[variant].predicted, strict=True)
     rows = [(c.measured[channel] - p[channel]).ravel() for c, p in pairs]
     return float(np.sqrt(np.nanmean(np.concatenate(rows) ** 2)))
 
@@ -126,7 +126,7 @@ def test_the_crazyflie_lacks_a_lag_of_its_rotors(measurements: None) -> None:
     (one,) = diagnoses("experiment=crazyflie_thrust")
     assert one.answer.verdict.value == "named"
     assert named(one) == claimed(one) == {"rotor_lag"}
-    fitted = {v.key: v.value for v in one.rungs[-1].fitted}
+    fitted = {v.key: v.value for v in one.variants[-1].fitted}
     assert 0.05 <= fitted["rotor_lag.time_constant_change"] <= 0.08
     # thrust per square of speed within a third of what the maker's data say
     assert abs(fitted["thrust_coefficient.relative_change"]) < 0.33

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from seals import registry
-from seals.compare.settings import CompareSettings, Course
+from seals.compare.settings import CompareSettings, PredictionMethod
 from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Actuated, Effect, MediumKind
 from seals.effects.identification import Comparison, Size, Stage
@@ -224,7 +224,7 @@ class _Sizes:
         mass = float(robot.mass.sum())
         volume = sum(h.volume for h in robot.hulls if h is not None)
         self.volume = volume
-        self.kick = 0.0 if settings.compare.course is Course.simulated else 1.0
+        self.kick = 0.0 if settings.compare.course is PredictionMethod.simulated else 1.0
         weight = mass * settings.environment.gravity
         length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
         self.gravity = settings.environment.gravity

@@ -40,7 +40,7 @@ _NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "j
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """One run of a manoeuvre inside the rows of a `Rehearsal`.
+    """Rows of one run of a manoeuvre in a `Rehearsal`.
 
     Args:
         manoeuvre: what is flown.

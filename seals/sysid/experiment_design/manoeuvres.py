@@ -20,7 +20,7 @@ _MOVING = (AIR, ARM, WATER, CROSSING)
 
 @dataclass(frozen=True, kw_only=True)
 class Manoeuvre:
-    """One manoeuvre.
+    """Manoeuvre: a motion, or a release, that makes effects visible.
 
     Args:
         name: short, in plain words.
@@ -49,7 +49,7 @@ class Manoeuvre:
 
 
 def manoeuvres(kind: str) -> tuple[Manoeuvre, ...]:
-    """All manoeuvres for a kind of vehicle, the simplest first."""
+    """Return the manoeuvres for a kind of vehicle, the simplest first."""
     return tuple(m for m in LIBRARY if kind in m.kinds)
 
 
@@ -141,7 +141,7 @@ def heights(scene: Scene, time: Floats) -> Path:
 
 
 def all_axes(scene: Scene, time: Floats) -> Path:
-    """Everything at once: slow sines in all axes and in the heading."""
+    """Return slow sines in all axes and in the heading at once."""
     period, seconds = 4.5 * scene.slowness**0.7, 18.0
     room = {CROSSING: 2.6, ARM: 2.2}.get(scene.kind, 1.6)
     size = min(0.75, scene.speed * period / (2.0 * np.pi * room))

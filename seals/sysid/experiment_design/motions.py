@@ -12,7 +12,7 @@ from seals.arrays import Floats
 
 @dataclass(frozen=True, kw_only=True)
 class Path:
-    """Where a vehicle is asked to be; T rows.
+    """Reference positions and headings of a manoeuvre; T rows.
 
     Args:
         place: position of the origin [m], shape (T, 3).

@@ -22,7 +22,7 @@ from seals.sysid.experiment_design.separation import (
     Supposed,
     chance,
     confidence,
-    contest,
+    expected_odds,
     gram_of,
 )
 from seals.sysid.experiment_design.supposed import supposed_of
@@ -37,7 +37,7 @@ _QUICK = ("hover", "heave", "all axes", "arm swing")
 
 @dataclass(frozen=True, kw_only=True)
 class Ranked:
-    """One manoeuvre and what it would tell.
+    """Manoeuvre with the confidence that it is expected to bring.
 
     Args:
         manoeuvre: what would be flown.
@@ -78,7 +78,7 @@ class Flown:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What to fly next.
+    """Plan of the next experiment: ranked manoeuvres.
 
     Args:
         problem: the log that left the question open.
@@ -226,12 +226,14 @@ def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranke
     table = sum_of(manoeuvre, flown)
     count = len(gram.supposed)
     if count == 1:
-        contests = [contest(gram, table, 0, 1)]
+        contests = [expected_odds(gram, table, 0, 1)]
         sure = chance(contests[0])
     else:
         # beside the others, every effect has to be told from nothing at all
         contests = [
-            contest(gram, table, a, b) for a, b in permutations(range(count + 1), 2) if a < count
+            expected_odds(gram, table, a, b)
+            for a, b in permutations(range(count + 1), 2)
+            if a < count
         ]
         each = [confidence([c for c in contests if c.truth == s.name]) for s in gram.supposed]
         sure = float(np.mean(each))
@@ -255,7 +257,7 @@ def sum_of(manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Floats:
 
 
 def windows_of_run(flown: Flown, manoeuvre: Manoeuvre) -> Floats:
-    """Which windows belong to a manoeuvre, shape (W,)."""
+    """Return a mask of the windows of a manoeuvre, shape (W,)."""
     first = flown.fitter.windows.rows[:, 0]
     inside = np.zeros(len(first), dtype=bool)
     for run in flown.rehearsal.runs:

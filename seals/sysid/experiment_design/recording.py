@@ -1,4 +1,4 @@
-"""What a log of a rehearsed flight would hold: rows, sensors, and the model over them."""
+"""Predicted log of a rehearsed flight: rows, sensors, and the model over them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, f
 def _channels(
     problem: Problem, trajectory: Trajectory, every: Mapping[str, int], rows: int
 ) -> dict[str, Floats]:
-    """What an exact sensor would read; rows without a sample are NaN.
+    """Return the readings of exact sensors; rows without a sample are NaN.
 
     The inertial readings stay zero: separations are differences of predictions.
     """

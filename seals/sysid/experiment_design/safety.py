@@ -1,4 +1,4 @@
-"""Whether a rehearsed flight stays inside the vehicle's room and bounds."""
+"""Check of a rehearsed flight against the vehicle's room and bounds."""
 
 from __future__ import annotations
 

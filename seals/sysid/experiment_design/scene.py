@@ -1,4 +1,4 @@
-"""Where a vehicle may move in a planned manoeuvre, and how hard: its room and its powers."""
+"""Room and limits of a planned manoeuvre: box, speeds, tilt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the sensors of a simulated vehicle read, as columns of a log."""
+"""Readings of a simulated vehicle's sensors, as columns of a log."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _named(name: str, values: Floats) -> dict[str, Floats]:
 
 
 def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
-    """What exact sensors read, one row a row of the log."""
+    """Return the readings of exact sensors, one row for each row of the log."""
     vehicle, step = model.vehicle, experiment.step / parts
     now, before, after = (
         Configuration(*(np.array(x) for x in zip(*part, strict=True)))

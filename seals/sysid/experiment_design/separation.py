@@ -1,4 +1,4 @@
-"""How far apart a manoeuvre would bring effects: the misfit that the best of the others leaves."""
+"""Expected separation of effects by a manoeuvre: the misfit that the best rival leaves."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Gram:
 
 @dataclass(frozen=True, kw_only=True)
 class Contest:
-    """One effect as the truth, one rival fitted to it.
+    """Expected outcome with one effect as the truth and one rival fitted to it.
 
     Args:
         truth: name of the effect that acts.
@@ -122,7 +122,7 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
     )
 
 
-def contest(gram: Gram, table: Floats, truth: int, rival: int) -> Contest:
+def expected_odds(gram: Gram, table: Floats, truth: int, rival: int) -> Contest:
     """Let one effect be true and fit another one.
 
     Args:
@@ -175,15 +175,15 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
     cost += float(np.sum(precision * (begin + step) ** 2))
     widths = np.where(free, plausible, tolerance)
     scaled = normal * widths[:, None] * widths[None, :]
-    price = float(np.linalg.slogdet(scaled + np.eye(len(keys)))[1])
+    occam_factor = float(np.linalg.slogdet(scaled + np.eye(len(keys)))[1])
     mark[use] -= step
-    return max(float(cost), 0.0), price, mark
+    return max(float(cost), 0.0), occam_factor, mark
 
 
 def difference(
     gram: Gram, table: Floats, chosen: Floats, pair: tuple[int, int]
 ) -> dict[str, tuple[float, float]]:
-    """What the best-fitting rival leaves, by channel.
+    """Return the misfit that the best-fitting rival leaves, by channel.
 
     Args:
         gram: keys and priors.

@@ -128,7 +128,7 @@ def _run(
     volts: float | None,
     rng: np.random.Generator,
 ) -> dict[str, Floats]:
-    """One run as columns of a log."""
+    """Return one simulated run as columns of a log."""
     arm = model.vehicle.robot.tree.joints > 0
     parts = _PARTS * (5 if arm else 1)
     step = experiment.step
@@ -144,7 +144,7 @@ def _run(
 
 
 class _Flight:
-    """One run in a world: a controller, or nothing, commands the vehicle row by row."""
+    """Run in a world in which a controller, or nothing, commands the vehicle row by row."""
 
     def __init__(
         self,

@@ -9,9 +9,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
-from seals.compare.courses import cases_of, predictor_of, step_of
 from seals.compare.fitted import FitKey
 from seals.compare.predict import Job, Predictor, residuals
+from seals.compare.prediction_methods import cases_of, predictor_of, step_of
 from seals.compare.settings import CompareSettings
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError

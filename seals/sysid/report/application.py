@@ -16,7 +16,7 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
 from seals.sysid.report.sentence import sentence
-from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.residual_force import Localisation, locate_residual_force
 
 ANSWER = "diagnosis.json"
 _STEP = 32
@@ -52,7 +52,7 @@ def execute(config: Any) -> int:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        missing = localise(found.problem, found.search.nominal)
+        missing = locate_residual_force(found.problem, found.search.nominal)
         _write(out, answer_of(found, missing))
         tell(STAGES * _STEP - 1)
         pages = _report(config, found, log, out, missing)
@@ -140,7 +140,7 @@ def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
 
 
 def _told(found: Diagnosis, missing: Localisation) -> str:
-    """What is said beside the verdict: the signature of an unknown effect, the next flight."""
+    """Text beside the verdict: the signature of an unknown effect, the next flight."""
     lines = []
     if found.answer.verdict is Verdict.none_of_these:
         lines += [f"  {line}" for line in missing.signature.sentences]

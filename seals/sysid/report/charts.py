@@ -1,4 +1,4 @@
-"""Bars of a report: what each effect removes, and the ladder of errors."""
+"""Bars of a report: what each effect removes, and the errors of the ablation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seals.sysid.report.table import NAMED, POSSIBLE, REJECTED, Entry
 
 COLOURS = {NAMED: "#12966f", POSSIBLE: "#c08a00", REJECTED: "#9aa4ad"}
 _LOG_FROM = 6.0
-"""Ratio of errors from which on the ladder's axis is logarithmic."""
+"""Ratio of errors from which on the ablation's axis is logarithmic."""
 
 
 def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars | None:
@@ -63,8 +63,8 @@ def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars
     )
 
 
-def ladder_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
-    """Return the ladder of errors as a waterfall down to the floor.
+def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
+    """Return the errors of the ablation as a waterfall down to the floor.
 
     Args:
         steps: from the datasheet's model on.

@@ -27,7 +27,7 @@ _TICKS = 32
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """One fitted parameter.
+    """Fitted parameter.
 
     Args:
         value: best estimate, the change against the stated model.

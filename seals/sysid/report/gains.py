@@ -1,4 +1,4 @@
-"""What each tried effect brings on rows that its fit never saw, with error bars."""
+"""Held-out gain of each tried effect, with error bars."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Gain:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One rung of the error ladder.
+    """Model variant of an ablation, with its held-out error.
 
     Args:
         name: of the model.
@@ -70,8 +70,8 @@ def gain_over(base: EvidenceHypothesis, other: EvidenceHypothesis) -> Gain:
     return Gain(value=float(fall.sum()), error=error)
 
 
-def ladder(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
-    """Held-out error from the datasheet's model to the chosen one, one change a rung."""
+def ablation_steps(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
+    """Held-out error from the datasheet's model to the chosen one, one change a variant."""
     nominal, best = search.nominal, search.best
     first = nominal.fitter.start(())
     raw = float(first.misfit.sum()) / nominal.fitter.windows.observed

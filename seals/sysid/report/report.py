@@ -14,8 +14,8 @@ from seals.logs.log import Log
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, page
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
-from seals.sysid.report.charts import gain_chart, ladder_chart
-from seals.sysid.report.gains import Step, ladder
+from seals.sysid.report.charts import ablation_chart, gain_chart
+from seals.sysid.report.gains import Step, ablation_steps
 from seals.sysid.report.naming import UNKNOWN, figure, percent, points
 from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
 from seals.sysid.report.table import Entry, asked, ranking
@@ -28,7 +28,7 @@ from seals.sysid.report.words import (
     parameter_rows,
 )
 from seals.sysid.report.wrench import wrench_blocks
-from seals.sysid.residual_force import Localisation, localise
+from seals.sysid.residual_force import Localisation, locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PAGE, DATA = "report.html", "report.json"
@@ -63,9 +63,9 @@ def write_report(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     data, entries = diagnosis.to_dict(), ranking(diagnosis)
-    steps, findings = ladder(diagnosis.search), check_log(log)
+    steps, findings = ablation_steps(diagnosis.search), check_log(log)
     after = model_after(diagnosis)
-    missing = localisation or localise(diagnosis.problem, diagnosis.search.nominal)
+    missing = localisation or locate_residual_force(diagnosis.problem, diagnosis.search.nominal)
     values, nominal = moved(after), moved(diagnosis.search.nominal)
     content = {
         "log": log.name,
@@ -190,7 +190,7 @@ def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list
 def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
     """The missing wrench over time, what is known of it in words, and its size by condition."""
     problem = diagnosis.problem
-    then = localise(problem, after).residual if after.candidates else None
+    then = locate_residual_force(problem, after).residual if after.candidates else None
     blocks = wrench_blocks(problem, missing.residual, then)
     if missing.signature.sentences:
         blocks.insert(0, Paragraph(text=" ".join(missing.signature.sentences)))
@@ -279,7 +279,7 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Step], values: tuple[Moved, ..
     model = _names(diagnosis, after)[bool(after.candidates)]
     return Section(
         title="How the error falls, and what else moved",
-        blocks=[ladder_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
+        blocks=[ablation_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
         wide=True,
     )
 
@@ -309,7 +309,7 @@ def _behind(
             f"{m.change:.3g} {m.unit}".removesuffix(" 1"),
             f"{first.get(m.key, 0.0):+.2f}",
             f"{m.sigmas:+.2f}",
-            f"{m.doubt:.2f}" if isfinite(m.doubt) else UNKNOWN,
+            f"{m.uncertainty:.2f}" if isfinite(m.uncertainty) else UNKNOWN,
         ]
         for m in values
     ]

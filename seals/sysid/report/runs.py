@@ -26,9 +26,11 @@ def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
 
 
 def group_of(one: RunsDiagnosis) -> Group:
-    """Return nominal and chosen model as the ladder of a comparison."""
+    """Return nominal and chosen model as the variants of a comparison."""
     cases = one.search.validator.experiment.cases
-    return Group(name=one.name, cases=cases, rungs=one.rungs, offsets={c.name: {} for c in cases})
+    return Group(
+        name=one.name, cases=cases, variants=one.variants, offsets={c.name: {} for c in cases}
+    )
 
 
 def _shown(group: Group) -> int:

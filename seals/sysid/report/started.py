@@ -1,4 +1,4 @@
-"""What a model predicts when every window starts anew, and how far noise and gusts may take it."""
+"""Predictions of a model over windows with fitted starts, and their spread by noise and gusts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEAST = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """One component of a channel in all windows; W windows of K rows, NaN where nothing was read.
+    """Component of a channel in all windows; W windows of K rows, NaN for no sample.
 
     Args:
         name: of the component.

@@ -24,7 +24,7 @@ _NOTHING = 5e-4
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One effect in the rank.
+    """Row of the ranked table of effects.
 
     Args:
         name: of the effect.
@@ -96,10 +96,10 @@ def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
     table.add_column("", no_wrap=True)
     table.add_column("why")
     for entry in [e for e in entries if e.gain is not None][:most]:
-        doubt = f" ± {entry.error:.1g}" if entry.error is not None else ""
+        uncertainty = f" ± {entry.error:.1g}" if entry.error is not None else ""
         gain = entry.gain if entry.gain is not None and abs(entry.gain) >= _NOTHING else 0.0
         name = entry.words + (f", beside {' + '.join(entry.beside)}" if entry.beside else "")
-        table.add_row(name, f"{gain:.3g}{doubt}", entry.status, entry.reason)
+        table.add_row(name, f"{gain:.3g}{uncertainty}", entry.status, entry.reason)
     return table
 
 
@@ -143,7 +143,7 @@ def _reason(
     status: str,
     gain: Gain,
 ) -> str:
-    """Why the effect stands where it stands."""
+    """Reason for an effect's status."""
     answer, candidate_set = diagnosis.answer, tried.fitter.candidate_set
     candidate, score = tried.candidates[-1], tried.score - base.score
     need = asked(diagnosis, beside=bool(base.candidates))
@@ -186,7 +186,7 @@ def _possible(diagnosis: Diagnosis, candidate: Candidate, score: float) -> str:
 def _beaten(
     diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
 ) -> str:
-    """How far an effect lies behind the named ones that were tried in the same place."""
+    """Gap of score between an effect and the named ones that were tried in its place."""
     claims = {c.hypothesis.candidates[c.index].label: c.name for c in diagnosis.answer.claims}
     beside = {c.label for c in base.candidates}
     rivals = [

@@ -1,4 +1,4 @@
-"""One thread for the linear algebra: a diagnosis multiplies many small matrices.
+"""Limit linear algebra to one thread: a diagnosis multiplies many small matrices.
 
 Several threads only get into each other's way there; on a busy machine they cost a factor of five.
 The command line says so to the library before it is loaded, a Python program cannot.

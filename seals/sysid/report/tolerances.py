@@ -17,7 +17,7 @@ _FAR = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Moved:
-    """One value of the datasheet.
+    """Datasheet value and its fitted change.
 
     Args:
         key: of the value.
@@ -25,7 +25,8 @@ class Moved:
         change: fitted change, in ``unit``.
         unit: of the change.
         sigmas: change over the datasheet's tolerance (1-sigma).
-        doubt: standard error of ``sigmas`` after the fit; near 1 the log says nothing about it.
+        uncertainty: standard error of ``sigmas`` after the fit; near 1 the log says nothing about
+            it.
     """
 
     key: str
@@ -33,7 +34,7 @@ class Moved:
     change: float
     unit: str
     sigmas: float
-    doubt: float
+    uncertainty: float
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -59,7 +60,7 @@ def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
                 change=float(fit.values[key]),
                 unit=unit,
                 sigmas=float(fit.values[key] / factor.tolerance),
-                doubt=float(max(covariance[k, k], 0.0) ** 0.5 / factor.tolerance),
+                uncertainty=float(max(covariance[k, k], 0.0) ** 0.5 / factor.tolerance),
             )
         )
     return tuple(sorted(out, key=lambda m: -abs(m.sigmas)))
@@ -71,7 +72,7 @@ def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:
         Bar(
             label=m.words,
             value=m.sigmas,
-            error=m.doubt,
+            error=m.uncertainty,
             colour="#d8602a" if abs(m.sigmas) > _FAR else "#2f80d0",
             text=f"{m.sigmas:+.1f} σ",
         )

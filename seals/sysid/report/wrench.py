@@ -14,7 +14,7 @@ from seals.report.figures import Mark
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.surface_model_error import submersion
 from seals.sysid.report.overlay import plot_time, run_numbers
-from seals.sysid.residual_force.residual import Residual, thinned
+from seals.sysid.residual_force.residual import Residual, thinned_rows
 
 REGIMES = {"air": "#c08a00", "entry": "#cf5f8f", "water": "#2fa3c4"}
 """Colours of what surrounds the vehicle."""
@@ -76,7 +76,7 @@ def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
 
 
 def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
-    """What surrounds the hull at some rows: air, entry or water."""
+    """Regime of the hull at some rows: air, entry or water."""
     if not problem.vehicle.has_water:
         return np.full(len(rows), "air")
     share = submersion(problem.plant, problem.fitter.trajectory)[rows]
@@ -97,7 +97,7 @@ def _placed(problem: Problem, found: Residual) -> _Places:
     """Choose the points of a wrench that are drawn; the last one of every run is among them."""
     rows = log_rows(problem, found.time)
     ends = np.flatnonzero(np.diff(run_numbers(problem)[rows]))
-    keep = np.union1d(thinned(len(rows)), ends).astype(np.int64)
+    keep = np.union1d(thinned_rows(len(rows)), ends).astype(np.int64)
     return _Places(
         keep=keep,
         time=plot_time(problem)[rows[keep]],
@@ -109,8 +109,8 @@ def _placed(problem: Problem, found: Residual) -> _Places:
 def _loudness(found: Residual, k: int) -> float:
     """Root mean square of one component over its error bar and the stated gusts."""
     values, spread = _component(found, k)
-    doubt = np.hypot(spread, found.gust[k // 3])
-    return float(np.sqrt(np.mean((values / np.maximum(doubt, 1e-12)) ** 2)))
+    uncertainty = np.hypot(spread, found.gust[k // 3])
+    return float(np.sqrt(np.mean((values / np.maximum(uncertainty, 1e-12)) ** 2)))
 
 
 def _component(found: Residual, k: int) -> tuple[Floats, Floats]:

@@ -1,8 +1,8 @@
-"""When, where and how a missing force acts, and a formula for one that has no name."""
+"""Residual force of a model: its time, place and dependences, and a formula for it."""
 
 from seals.sysid.residual_force.formula import Formula
-from seals.sysid.residual_force.localisation import Localisation, localise
+from seals.sysid.residual_force.localisation import Localisation, locate_residual_force
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.residual_force.signature import Signature
 
-__all__ = ["Formula", "Localisation", "Residual", "Signature", "localise"]
+__all__ = ["Formula", "Localisation", "Residual", "Signature", "locate_residual_force"]

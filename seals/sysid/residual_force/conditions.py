@@ -60,12 +60,12 @@ class Conditions:
 
     @property
     def wet(self) -> bool:
-        """Whether the hull is under water at some time."""
+        """Return true where the hull is under water at some time."""
         return bool(self.submersion.max() > 0.02)
 
     @property
     def crossing(self) -> bool:
-        """Whether the hull is both in air and under water at some time."""
+        """Return true where the hull is in air at some times and under water at others."""
         return self.wet and bool(self.submersion.min() < 0.98)
 
     def share(self, medium: str) -> Floats:
@@ -74,7 +74,7 @@ class Conditions:
         return table.get(medium, np.ones_like(self.submersion))[:, None]
 
     def scene(self, medium: str = "any") -> Scene:
-        """What the laws of terms know."""
+        """Return the arguments of the laws of terms."""
         return Scene(
             time=self.time[:, None],
             position=self.position,

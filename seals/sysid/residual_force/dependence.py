@@ -53,7 +53,7 @@ _UNITS: Mapping[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Dependence:
-    """How much of the misfit a function of one quantity explains on held-out windows.
+    """Share of the held-out misfit that a function of one quantity explains.
 
     Args:
         variable: the quantity.
@@ -147,7 +147,7 @@ DRIVE, DRIVE_RATE = "commanded wrench", "rate of the commanded wrench"
 
 
 def quantities(around: Conditions) -> dict[str, Floats]:
-    """What the force may depend on, shape (n,) each."""
+    """Return the quantities on which the force may depend, shape (n,) each."""
     forward = around.turn[:, :, 0]
     table = {
         "time": around.time,

@@ -1,4 +1,4 @@
-"""What a log says about the force that a model lacks, with all tolerances in doubt."""
+"""Estimate of the residual force of a log, marginalised over all tolerances."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Evidence:
 
     @cached_property
     def posterior(self) -> tuple[Floats, Floats, Floats]:
-        """Free force and its doubt.
+        """Free force and its uncertainty.
 
         Returns:
             Mean (W, 6, K), covariance (W, 6 K, 6 K), and the tolerances (p,) that go with it.
@@ -93,9 +93,11 @@ class Evidence:
         rest = (self.gram[:, m:, m:] - np.matmul(cross.transpose(0, 2, 1), gain)).sum(axis=0)
         normal = rest[:p, :p] + np.diag(self.precision)
         delta = solve_scaled(normal, rest[:p, p] + self.precision * self.centre)
-        doubt = _inverse(normal[None])[0]
+        uncertainty = _inverse(normal[None])[0]
         mean = gain[:, :, p] - gain[:, :, :p] @ delta
-        spread = np.matmul(np.matmul(gain[:, :, :p], doubt), gain[:, :, :p].transpose(0, 2, 1))
+        spread = np.matmul(
+            np.matmul(gain[:, :, :p], uncertainty), gain[:, :, :p].transpose(0, 2, 1)
+        )
         return mean.reshape(self.count, 6, self.knots), inverse + spread, delta
 
     @cached_property
@@ -225,9 +227,9 @@ def _priors(
     if hypothesis is not None:
         fit = hypothesis.fit
         spread = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-24))
-        for key, doubt in zip(fit.keys, spread, strict=True):
+        for key, uncertainty in zip(fit.keys, spread, strict=True):
             if key in fit.free and key in width:
-                mean[key], width[key] = fit.values[key], float(doubt)
+                mean[key], width[key] = fit.values[key], float(uncertainty)
     return mean, width
 
 

@@ -1,4 +1,4 @@
-"""How steeply the missing force grows: exponents of power laws, fitted to the measurements."""
+"""Exponents of power laws, fitted to the residual force."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Exponent:
 
     @property
     def sure(self) -> bool:
-        """Whether the law explains something and its exponent is known."""
+        """Return true where the law is significant and its exponent is known."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1 and self.sd < _FLAT
 
     def to_dict(self) -> dict[str, Any]:

@@ -127,7 +127,7 @@ def formula(
 
 
 def _steady(step: Gain) -> bool:
-    """Whether nearly all windows agree that a term helps."""
+    """Return true where nearly all windows agree that a term helps."""
     return step.total > 25.0 and float(np.mean(step.windows > -2.0)) > 0.8 and step.sure
 
 
@@ -137,7 +137,7 @@ def _candidates(
     places: Sequence[Pull | Spot | None],
     lines: Spectrum,
 ) -> list[Term]:
-    """All terms that may come next."""
+    """Return the terms that may come next."""
     media = ("any", "water", "air") if around.crossing and not chosen else ("any",)
     if chosen:
         media = (chosen[0].medium,)
@@ -198,10 +198,10 @@ def _judged(
     table = Table(found, np.concatenate(pieces, axis=2))
     columns = [list(range(a, b)) for a, b in pairwise(ends.tolist())]
     beside = [c for group in columns[: len(chosen)] for c in group]
-    price = found.policy.term_price
+    penalty = found.policy.term_price
     ranked = []
     for term, own in zip(candidates, columns[len(chosen) :], strict=True):
-        ranked.append((table.fall(own, beside) - price * term.freedom, term, own))
+        ranked.append((table.fall(own, beside) - penalty * term.freedom, term, own))
     ranked.sort(key=lambda r: -r[0])
     tried: list[tuple[float, Term, Floats]] = []
     seen: dict[str, int] = {}
@@ -210,7 +210,7 @@ def _judged(
         if fall <= 0.0 or seen[term.kind] > 2 or len(tried) >= 2 * _TRIED:
             continue
         held = table.held_out([*beside, *own])
-        tried.append((float(held.sum()) + price * term.freedom, term, held))
+        tried.append((float(held.sum()) + penalty * term.freedom, term, held))
     if not tried:
         return None
     # of terms that do about as well the simplest

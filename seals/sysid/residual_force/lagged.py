@@ -1,4 +1,4 @@
-"""Whether the missing force follows the commands: cross-correlation, and delay as a time."""
+"""Cross-correlation of the residual force with the commands, and its delay."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ AXES = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
 
 @dataclass(frozen=True, kw_only=True)
 class Following:
-    """How the missing wrench goes with that of the actuators.
+    """Regression of the residual wrench on the delayed wrench of the actuators.
 
     Args:
         lag: of the residual behind the commanded wrench [s], shape (l,).

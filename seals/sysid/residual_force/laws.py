@@ -19,7 +19,7 @@ _NEAR = 1e-2
 
 
 class Scene(NamedTuple):
-    """What the laws know; N rows.
+    """Arguments of the laws of terms; N rows.
 
     Args:
         time: [s], shape (1 or N, 1).

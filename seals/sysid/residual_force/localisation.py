@@ -1,4 +1,4 @@
-"""When, where and how the force acts that a model lacks."""
+"""Localisation of the residual force of a model: time, place, dependences."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 @dataclass(frozen=True, kw_only=True)
 class Localisation:
-    """What a log says about the force that a model lacks.
+    """Residual force of a log: its time course, place, dependences and formula.
 
     Args:
         residual: the free wrench over time.
@@ -74,7 +74,9 @@ class Localisation:
         }
 
 
-def localise(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Localisation:
+def locate_residual_force(
+    problem: Problem, hypothesis: EvidenceHypothesis | None = None
+) -> Localisation:
     """Find when, where and how the force acts that a model lacks.
 
     Args:

@@ -64,7 +64,7 @@ class Pull:
 
     @property
     def sure(self) -> bool:
-        """Whether the point stands out on held-out windows."""
+        """Return true where the point is significant on held-out windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1
 
     def to_dict(self) -> dict[str, Any]:
@@ -186,11 +186,11 @@ def _profile(
     distance = np.linalg.norm(away, axis=1)
     along = away / np.maximum(distance, 1e-6)[:, None]
     size = (force * along).sum(axis=1)
-    doubt = np.sqrt(((spread * along) ** 2).sum(axis=1))
+    uncertainty = np.sqrt(((spread * along) ** 2).sum(axis=1))
     edges = np.quantile(distance, np.linspace(0.0, 1.0, 7))
     part = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, 5)
     rows = [np.flatnonzero(part == k) for k in range(6)]
     rows = [r for r in rows if r.size]
-    mean = [float(np.average(size[r], weights=doubt[r] ** -2)) for r in rows]
-    sd = [float(np.sqrt(2.0 / np.sum(doubt[r] ** -2))) for r in rows]
+    mean = [float(np.average(size[r], weights=uncertainty[r] ** -2)) for r in rows]
+    sd = [float(np.sqrt(2.0 / np.sum(uncertainty[r] ** -2))) for r in rows]
     return tuple(float(distance[r].mean()) for r in rows), tuple(mean), tuple(sd)

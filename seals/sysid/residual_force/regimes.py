@@ -83,7 +83,7 @@ def _regime(name: str, mask: NDArray[np.bool_], found: Residual) -> Regime:
 
 def _sizes(values: Floats, spread: Floats, gust: float) -> tuple[float, float]:
     """Size beyond error and gusts, and root mean square over both."""
-    doubt = spread**2 + gust**2
-    beyond = np.sum(values**2 - doubt, axis=1).mean()
-    ratio = np.sqrt(np.mean(values**2 / np.maximum(doubt, 1e-30)))
+    variance = spread**2 + gust**2
+    beyond = np.sum(values**2 - variance, axis=1).mean()
+    ratio = np.sqrt(np.mean(values**2 / np.maximum(variance, 1e-30)))
     return float(np.sqrt(max(beyond, 0.0))), float(ratio)

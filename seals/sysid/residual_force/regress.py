@@ -25,7 +25,7 @@ FLOOR = 0.98
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """What a regression explains on held-out windows.
+    """Fall of the held-out misfit by a regression.
 
     Args:
         share: of the excess over the noise floor [1].
@@ -43,7 +43,7 @@ class Gain:
 
     @property
     def sure(self) -> bool:
-        """Whether the fall stands out from the scatter between windows."""
+        """Return true where the fall is significant against the scatter between windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.03 and self.total > 25.0
 
 

@@ -25,7 +25,7 @@ class Residual:
     Args:
         time: [s], shape (n,).
         force: body axes [N], shape (n, 3).
-        force_sd: 1-sigma, tolerances of the model in doubt, shape (n, 3).
+        force_sd: 1-sigma, tolerances of the model in uncertainty, shape (n, 3).
         torque: about the body origin, body axes [N m], shape (n, 3).
         torque_sd: shape (n, 3).
         turn: from body to world axes, shape (n, 3, 3).
@@ -58,7 +58,7 @@ class Residual:
 
     def to_dict(self) -> dict[str, Any]:
         """Return figures and thinned curves as plain lists."""
-        keep = thinned(len(self.time))
+        keep = thinned_rows(len(self.time))
         curves: Mapping[str, Floats] = {
             name: getattr(self, name)[keep]
             for name in (
@@ -78,7 +78,7 @@ class Residual:
         return out | {"missing": self.missing}
 
 
-def thinned(count: int) -> Floats:
+def thinned_rows(count: int) -> Floats:
     """Rows of a curve that are written."""
     return np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
 
@@ -95,7 +95,7 @@ def residual(found: Evidence, around: Conditions) -> Residual:
     tight, loose = float(found.before.sum()), float(found.after.sum())
     freedom = float(found.freedom.sum())
     floor = FLOOR * found.observed
-    ceiling, doubt = _ceiling(found)
+    ceiling, uncertainty = _ceiling(found)
     before, strength = tight / floor, (tight - loose) / max(freedom, 1.0)
     policy = found.policy
     return Residual(
@@ -112,7 +112,7 @@ def residual(found: Evidence, around: Conditions) -> Residual:
         after=loose / max(floor - freedom, 1.0),
         strength=strength,
         ceiling=ceiling,
-        ceiling_sd=doubt,
+        ceiling_sd=uncertainty,
         missing=strength > policy.force_strength or before > policy.force_misfit,
     )
 

@@ -40,7 +40,7 @@ _AXIS = 0.6
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
-    """What is known of a missing force.
+    """Signature of a residual force: sentences with figures.
 
     Args:
         sentences: in plain words, the most telling first.
@@ -73,7 +73,7 @@ class Signature:
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """What the words are made from; see the functions that make each part."""
+    """Results from which the sentences of a signature are made."""
 
     residual: Residual
     regimes: Sequence[Regime]
@@ -100,12 +100,12 @@ def signature(given: Findings) -> Signature:
     frame, steady = _frame(given)
     along, axis = _along(left, frame)
     media, where = _media(given.regimes)
-    told: list[tuple[float, str]] = []
-    told += [*steady, *_motion(given), *_actuators(given), *_places(given), *_line(given)]
-    told += _others(given, max((share for share, _ in told), default=0.0))
-    told.sort(key=lambda t: -t[0])
-    sentences = [*first, axis, where, *(s for _, s in told)]
-    if not told:
+    found: list[tuple[float, str]] = []
+    found += [*steady, *_motion(given), *_actuators(given), *_places(given), *_line(given)]
+    found += _others(given, max((share for share, _ in found), default=0.0))
+    found.sort(key=lambda t: -t[0])
+    sentences = [*first, axis, where, *(s for _, s in found)]
+    if not found:
         sentences.append("No single quantity explains it on blocks that were held out.")
     return Signature(
         sentences=tuple(s for s in sentences if s),
@@ -145,7 +145,7 @@ def _sensor(left: Residual, jointed: bool) -> str:
 
 
 def _frame(given: Findings) -> tuple[str, list[tuple[float, str]]]:
-    """Where the force is constant, with its sentence when it is."""
+    """Return the frame in which the force is constant, with its sentence."""
     share = {d.frame: d.whole for d in given.dependences if d.variable == "constant"}
     body, world = share["body"], share["world"]
     best = "body" if body.share >= world.share else "world"
@@ -298,13 +298,13 @@ def _line(given: Findings) -> list[tuple[float, str]]:
     return [(max(lines.share, _PART), words)]
 
 
-def _others(given: Findings, told: float) -> list[tuple[float, str]]:
+def _others(given: Findings, share: float) -> list[tuple[float, str]]:
     """Other quantities that explain more than what was told, each in the better of its frames."""
     best: dict[str, Dependence] = {}
     special = {"constant", MOTION, ODD, EVEN, ROTATION, DRIVE, DRIVE_RATE}
     for d in given.dependences:
         known = best.get(d.variable)
-        more = d.beyond.sure and d.beyond.share > _PART and d.whole.share > told + _MORE
+        more = d.beyond.sure and d.beyond.share > _PART and d.whole.share > share + _MORE
         better = known is None or d.beyond.share > known.beyond.share
         if d.variable not in special and more and better:
             best[d.variable] = d

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.regress import Table, gain
-from seals.sysid.residual_force.residual import thinned
+from seals.sysid.residual_force.residual import thinned_rows
 from seals.sysid.residual_force.terms import basis_of
 
 _SLOWEST = 2.5
@@ -56,13 +56,13 @@ class Spectrum:
 
     @property
     def sure(self) -> bool:
-        """Whether there is a line of its own: one that the motion also holds must explain much."""
+        """Return true for a significant line; one that the motion also has must explain much."""
         return self.chance < _SURE and (not self.moving or self.share > _MUCH)
 
     def to_dict(self) -> dict[str, Any]:
         """Return figures and the thinned curve."""
         out = asdict(self)
-        keep = thinned(len(self.frequency))
+        keep = thinned_rows(len(self.frequency))
         out["frequency"] = np.round(self.frequency[keep], 5).tolist()
         out["gain"] = np.round(self.gain[keep], 3).tolist()
         return out | {"sure": self.sure}
@@ -137,7 +137,7 @@ def _background(power: Floats) -> Floats:
 
 
 def _in_motion(around: Conditions, peak: float, span: float) -> bool:
-    """Whether velocity, rotation or throttle swing at a frequency more than near it."""
+    """Return true where velocity, rotation or throttle have a line at a frequency."""
     series = [*around.velocity.T, *around.spin.T]
     if around.throttle is not None:
         series.append(around.throttle)

@@ -54,7 +54,7 @@ class Spot:
 
     @property
     def sure(self) -> bool:
-        """Whether the spot stands out on held-out windows."""
+        """Return true where the spot is significant on held-out windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1
 
     def to_dict(self) -> dict[str, Any]:

@@ -66,7 +66,7 @@ FITTED: Mapping[str, int] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """One term of a formula: a law times its coefficients.
+    """Term of a formula: a law times its coefficients.
 
     Args:
         kind: of the law.

@@ -14,9 +14,9 @@ from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
 from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.validation.ablation import Ablation, compare_ends, replay_count, replay_variants
 from seals.sysid.validation.answer import log_digest, read_answer
-from seals.sysid.validation.drawing import draw_ladder, print_table
-from seals.sysid.validation.ladder import Ladder, climb, compare_ends, replay_count
+from seals.sysid.validation.drawing import draw_ablation, print_table
 from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, withdraw, write_overlay
@@ -64,7 +64,7 @@ def add(config: Any) -> int:
 
 
 def verify(config: Any) -> int:
-    """Replay a log in the simulator on every rung of the ladder, and judge the model.
+    """Replay a log in the simulator with every model variant, and verify the model.
 
     Raises:
         ConfigError: something is missing, or the model does not fit the log.
@@ -101,28 +101,28 @@ def verify(config: Any) -> int:
 
 
 def verified(overlay: Overlay, logs: Mapping[str, Log], first: str) -> Verification:
-    """Climb the ladder of one log, look at the others, and judge.
+    """Replay all variants on one log and the ends on the others, and decide.
 
     Args:
         overlay: the model.
         logs: by folder.
-        first: folder of the log whose ladder is climbed; the others are older ones.
+        first: folder of the log on which all variants are replayed; the others are older ones.
     """
     fitted = log_digest(first) == overlay.provenance.get("log_sha256")
-    ladder = _with_bar(first, prepare(logs[first]), overlay, whole=True)
+    ablation = _with_bar(first, prepare(logs[first]), overlay, whole=True)
     older = [
         _with_bar(place, prepare(log), overlay, whole=False)
         for place, log in logs.items()
         if place != first
     ]
-    return judge(overlay, ladder, older, fitted=fitted)
+    return judge(overlay, ablation, older, fitted=fitted)
 
 
-def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ladder:
+def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ablation:
     name, count = Path(place).name, problem.fitter.windows.count
     replays = replay_count(overlay) if whole else 2 + bool(overlay.nominal)
     with progress(f"replaying {name}", count * replays) as tell:
-        return (climb if whole else compare_ends)(name, problem, overlay, tell=tell)
+        return (replay_variants if whole else compare_ends)(name, problem, overlay, tell=tell)
 
 
 def _places(config: Any) -> list[tuple[str, str]]:
@@ -186,6 +186,6 @@ def _write(out: Path, found: Verification) -> None:
         raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
     write_json(out / RESULT, found.to_dict())
     try:
-        draw_ladder(out / PICTURE, found)
+        draw_ablation(out / PICTURE, found)
     except MissingExtra as missing:
         print(f"No picture: {' '.join(str(missing).split())}")

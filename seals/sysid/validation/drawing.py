@@ -1,4 +1,4 @@
-"""The ladder as a picture and as a table."""
+"""The ablation as a picture and as a table."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from seals.errors import MissingExtra
 from seals.logs.atomic import atomic_path
 from seals.report.style import CYCLE, MUTED
-from seals.sysid.validation.ladder import Ladder
+from seals.sysid.validation.ablation import Ablation
 from seals.sysid.validation.verification import Verification
 
 UNITS = {
@@ -28,23 +28,23 @@ _WIDE = 12.0
 
 
 def print_table(found: Verification) -> None:
-    """Print errors by channel and horizon, one column a rung."""
+    """Print errors by channel and horizon, one column a variant."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    ladder = found.ladder
+    ablation = found.ablation
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("error")
     table.add_column("at", justify="right")
-    for name in (*(m.model.name for m in ladder.rungs), "noise floor"):
+    for name in (*(m.model.name for m in ablation.variants), "noise floor"):
         table.add_column(name.replace("_", " "), justify="right")
-    levels = (f"{m.level:.3g}" for m in ladder.rungs)
+    levels = (f"{m.level:.3g}" for m in ablation.variants)
     table.add_row("times the floor", "", *levels, "1", style="bold")
-    for name in ladder.first.plain:
+    for name in ablation.first.plain:
         for horizon in _SHOWN:
-            values = [m.plain[name].get(horizon) for m in ladder.rungs]
-            values.append(ladder.floor.get(name, {}).get(horizon))
+            values = [m.plain[name].get(horizon) for m in ablation.variants]
+            values.append(ablation.floor.get(name, {}).get(horizon))
             cells = ["-" if v is None else f"{v:.2g}" for v in values]
             table.add_row(
                 escape(f"{name.replace('_', ' ')} [{UNITS.get(name, '1')}]"),
@@ -54,8 +54,8 @@ def print_table(found: Verification) -> None:
     Console(highlight=False).print(table)
 
 
-def draw_ladder(path: Path, found: Verification) -> None:
-    """Draw the ladder as a waterfall with the line of the noise floor.
+def draw_ablation(path: Path, found: Verification) -> None:
+    """Draw the ablation as a waterfall with the line of the noise floor.
 
     Raises:
         MissingExtra: there is no matplotlib.
@@ -65,24 +65,24 @@ def draw_ladder(path: Path, found: Verification) -> None:
         from matplotlib.figure import Figure
     except ImportError as cause:
         raise MissingExtra(
-            "the picture of the ladder needs matplotlib, which is not installed.\n"
+            "the picture of the ablation needs matplotlib, which is not installed.\n"
             "Install it: pip install matplotlib"
         ) from cause
-    ladder = found.ladder
-    figure = Figure(figsize=(1.9 + 1.5 * (len(ladder.rungs) + 1), 4.2), layout="constrained")
+    ablation = found.ablation
+    figure = Figure(figsize=(1.9 + 1.5 * (len(ablation.variants) + 1), 4.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    _bars(axes, ladder)
+    _bars(axes, ablation)
     words = found.word.replace("_", " ")
-    axes.set_title(f"{found.overlay.name} on {ladder.name}: {words}", fontsize=11)
+    axes.set_title(f"{found.overlay.name} on {ablation.name}: {words}", fontsize=11)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
 
 
-def _bars(axes: Any, ladder: Ladder) -> None:
+def _bars(axes: Any, ablation: Ablation) -> None:
     """Ends in grey, steps between them in colour: blue where the error falls."""
-    levels = [m.level for m in ladder.rungs]
-    count, low = len(levels), min(*(m.level for m in ladder.rungs), 1.0)
+    levels = [m.level for m in ablation.variants]
+    count, low = len(levels), min(*(m.level for m in ablation.variants), 1.0)
     wide = max(levels) > _WIDE * low
     base = 0.4 * low if wide else 0.0
     for k, level in ((0, levels[0]), (count, levels[-1])):
@@ -98,7 +98,9 @@ def _bars(axes: Any, ladder: Ladder) -> None:
         axes.plot([k - 0.3, k + 1.3], [level] * 2, color=MUTED, linewidth=0.8)
     axes.axhline(1.0, color=CYCLE[2], linestyle="--", linewidth=1.4, label="noise floor")
     axes.legend(loc="upper right", frameon=False, fontsize=9)
-    names = [m.model.name.replace("_", " ").replace(" nominal", "\nnominal") for m in ladder.rungs]
+    names = [
+        m.model.name.replace("_", " ").replace(" nominal", "\nnominal") for m in ablation.variants
+    ]
     axes.set_xticks(range(count + 1), [*names, "whole model"], fontsize=9)
     axes.set_ylabel("error of the simulator,\ntimes the noise floor")
     if wide:

@@ -1,4 +1,4 @@
-"""What noise, gusts and unknown start states alone leave: plain errors of a perfect model."""
+"""Noise floor: errors that noise, gusts and unknown start states leave of a perfect model."""
 
 from __future__ import annotations
 

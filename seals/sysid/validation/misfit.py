@@ -1,4 +1,4 @@
-"""How far the simulator is from a log: whitened, and plainly in physical units."""
+"""Misfit of the simulator to a log: whitened, and in physical units."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Yardstick:
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """What one model leaves of a log.
+    """Misfit of one model to a log.
 
     Args:
         model: that was replayed.
@@ -113,12 +113,12 @@ class Fall:
 
     @property
     def certain(self) -> bool:
-        """Whether the misfit fell by more than chance (one-sided, 95 %)."""
+        """Return true where the misfit fell significantly (one-sided, 95 %)."""
         return self.value > _ONE_SIDED * self.noise
 
     @property
     def worse(self) -> bool:
-        """Whether the misfit rose by more than chance (one-sided, 95 %)."""
+        """Return true where the misfit rose significantly (one-sided, 95 %)."""
         return -self.value > _ONE_SIDED * self.noise
 
 

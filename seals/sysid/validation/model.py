@@ -24,11 +24,11 @@ from seals.world.drivetrain import response_of, timing_of
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """Everything that acts on a vehicle in one rung of the ladder.
+    """Model variant: the vehicle with its effects, and the waves.
 
     Args:
-        name: of the rung.
-        vehicle: its effects are those of this rung.
+        name: of the variant.
+        vehicle: its effects are those of this variant.
         waves: of the water surface; None for calm water.
     """
 
@@ -85,7 +85,7 @@ class Model:
         """Return the model with factors of a diagnosis moved.
 
         Args:
-            name: of the new rung.
+            name: of the new variant.
             changes: against the nominal model, by factor key.
             candidate_set: that knows the keys.
 
@@ -105,7 +105,7 @@ class Model:
         """Return the model with the effects of an overlay.
 
         Args:
-            name: of the new rung.
+            name: of the new variant.
             overlay: whose nominal values are left out.
 
         Raises:

@@ -31,7 +31,7 @@ ARM_STEP = 0.001
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """What the simulator made of every window; W windows of K rows.
+    """Simulated readings of every window; W windows of K rows.
 
     Args:
         rows: of the log, shape (W, K).
@@ -134,7 +134,7 @@ def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None
 
 
 class _Runner:
-    """One world that is put back to the trajectory again and again."""
+    """World that restarts from the measured trajectory at every window."""
 
     def __init__(
         self,
@@ -225,7 +225,7 @@ def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
 
 
 def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
-    """What the inertial sensors report, shape (W, K, 6).
+    """Return the readings of the inertial sensors, shape (W, K, 6).
 
     Args:
         model: with its sensors' place, delay and errors.

@@ -1,4 +1,4 @@
-"""Whether a model stands after it met a log that no fit saw."""
+"""Verification of a model on a log that no fit saw."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.config.overlay import Overlay
-from seals.sysid.validation.ladder import CALIBRATED, Ladder
+from seals.sysid.validation.ablation import CALIBRATED, Ablation
 from seals.sysid.validation.misfit import Fall, Misfit
 
 WITHDRAWN = 14
@@ -22,15 +22,15 @@ class Verification:
 
     Args:
         overlay: the model.
-        ladder: of the log.
-        older: of logs that must not get worse, first and last rung only.
+        ablation: of the log.
+        older: of logs that must not get worse, first and last variant only.
         fitted: whether the log is the one that the model was fitted on.
         withdrawn: why the model does not stand; empty when it does.
     """
 
     overlay: Overlay
-    ladder: Ladder
-    older: tuple[Ladder, ...]
+    ablation: Ablation
+    older: tuple[Ablation, ...]
     fitted: bool
     withdrawn: str
 
@@ -47,32 +47,32 @@ class Verification:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of ``verify.json``."""
-        ladder = self.ladder
+        ablation = self.ablation
         return {
             "verdict": self.word,
             "reason": self.withdrawn or None,
             "model": self.overlay.name,
-            "log": ladder.name,
+            "log": ablation.name,
             "used_in_fit": self.fitted,
             "error": {
-                "before": ladder.first.level,
-                "after": ladder.last.level,
+                "before": ablation.first.level,
+                "after": ablation.last.level,
                 "noise_floor": 1.0,
-                **_as_fall(ladder.total),
+                **_as_fall(ablation.total),
             },
-            "rungs": [_as_rung(m) for m in ladder.rungs],
-            "noise_floor": {"misfit": 1.0, "rms": _table(ladder.floor)},
-            "effects": {part: _as_fall(gain) for part, gain in ladder.gains.items()},
+            "rungs": [_as_variant(m) for m in ablation.variants],
+            "noise_floor": {"misfit": 1.0, "rms": _table(ablation.floor)},
+            "effects": {part: _as_fall(gain) for part, gain in ablation.gains.items()},
             "calibration_alone": None
-            if ladder.alone is None or ladder.edge is None
-            else {"misfit": ladder.alone.level, "edge": _as_fall(ladder.edge)},
+            if ablation.alone is None or ablation.edge is None
+            else {"misfit": ablation.alone.level, "edge": _as_fall(ablation.edge)},
             "older": [
                 {
                     "log": old.name,
                     "before": old.first.level,
                     "after": old.last.level,
                     **_as_fall(old.total),
-                    "rungs": [_as_rung(m) for m in old.rungs],
+                    "rungs": [_as_variant(m) for m in old.variants],
                     "regression": old.regression,
                 }
                 for old in self.older
@@ -81,37 +81,37 @@ class Verification:
 
 
 def judge(
-    overlay: Overlay, ladder: Ladder, older: Sequence[Ladder], *, fitted: bool
+    overlay: Overlay, ablation: Ablation, older: Sequence[Ablation], *, fitted: bool
 ) -> Verification:
     """Decide whether a model stands."""
     return Verification(
         overlay=overlay,
-        ladder=ladder,
+        ablation=ablation,
         older=tuple(older),
         fitted=fitted,
-        withdrawn=_reason(overlay, ladder, older),
+        withdrawn=_reason(overlay, ablation, older),
     )
 
 
-def _reason(overlay: Overlay, ladder: Ladder, older: Sequence[Ladder]) -> str:
-    """Why a model is withdrawn, in words; empty when it stands."""
-    before, after = ladder.first.level, ladder.last.level
+def _reason(overlay: Overlay, ablation: Ablation, older: Sequence[Ablation]) -> str:
+    """Reason for which a model is withdrawn; empty when it stands."""
+    before, after = ablation.first.level, ablation.last.level
     change = f"{before:.3g} -> {after:.3g} times the noise floor"
-    if not ladder.total.certain:
-        verb = "rose" if ladder.total.worse else "did not fall"
-        return f"on {ladder.name} the error {verb} ({change})"
-    idle = [part for part, gain in ladder.gains.items() if not gain.certain]
+    if not ablation.total.certain:
+        verb = "rose" if ablation.total.worse else "did not fall"
+        return f"on {ablation.name} the error {verb} ({change})"
+    idle = [part for part, gain in ablation.gains.items() if not gain.certain]
     if idle:
-        without = next((m for m in ladder.rungs if m.model.name == CALIBRATED), ladder.first)
+        without = next((m for m in ablation.variants if m.model.name == CALIBRATED), ablation.first)
         below = f", {without.level:.3g} -> {after:.3g}" if len(overlay.parts) == 1 else ""
         return (
-            f"on {ladder.name} the error did not fall by {' and '.join(idle)}{below}; "
+            f"on {ablation.name} the error did not fall by {' and '.join(idle)}{below}; "
             "only the nominal values helped"
         )
-    if ladder.edge is not None and ladder.alone is not None and ladder.edge.value <= 0.0:
+    if ablation.edge is not None and ablation.alone is not None and ablation.edge.value <= 0.0:
         return (
-            f"on {ladder.name} calibrated nominal values alone, priced by their tolerances, "
-            f"do as well ({ladder.alone.level:.3g} against {after:.3g})"
+            f"on {ablation.name} calibrated nominal values alone, priced by their tolerances, "
+            f"do as well ({ablation.alone.level:.3g} against {after:.3g})"
         )
     for old in older:
         if old.regression:
@@ -122,8 +122,8 @@ def _reason(overlay: Overlay, ladder: Ladder, older: Sequence[Ladder]) -> str:
 
 def sentences(found: Verification) -> list[str]:
     """Return the outcome in a few lines."""
-    ladder, name = found.ladder, found.overlay.name
-    total = ladder.total
+    ablation, name = found.ablation, found.overlay.name
+    total = ablation.total
     lines = []
     if found.fitted:
         lines.append(
@@ -135,18 +135,18 @@ def sentences(found: Verification) -> list[str]:
     else:
         seen = "the log of the fit" if found.fitted else "never fitted"
         lines.append(
-            f"The error of the simulator fell {ladder.first.level:.3g} -> {ladder.last.level:.3g} "
-            f"times the noise floor on {ladder.name} ({seen}), by {total.value:.3g} "
-            f"+- {total.noise:.2g}."
+            f"The error of the simulator fell {ablation.first.level:.3g} -> "
+            f"{ablation.last.level:.3g} times the noise floor on {ablation.name} ({seen}), by "
+            f"{total.value:.3g} +- {total.noise:.2g}."
         )
-    if not found.withdrawn and ladder.last.level > NEAR:
+    if not found.withdrawn and ablation.last.level > NEAR:
         lines.append(
-            f"{ladder.last.level:.3g} is not yet the floor: something is missing still, or the "
+            f"{ablation.last.level:.3g} is not yet the floor: something is missing still, or the "
             "effect is a near relation of the true one."
         )
-    if ladder.alone is not None:
+    if ablation.alone is not None:
         lines.append(
-            f"Calibrated without the effects, the nominal model reaches {ladder.alone.level:.3g} "
+            f"Calibrated without the effects, the nominal model reaches {ablation.alone.level:.3g} "
             "here: where that is as low, only the tolerances speak for the effects."
         )
     for old in found.older:
@@ -161,7 +161,7 @@ def _as_fall(found: Fall) -> dict[str, float]:
     return {"fall": found.value, "noise": found.noise}
 
 
-def _as_rung(m: Misfit) -> dict[str, Any]:
+def _as_variant(m: Misfit) -> dict[str, Any]:
     return {
         "name": m.model.name,
         "misfit": m.level,

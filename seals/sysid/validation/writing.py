@@ -31,7 +31,7 @@ _HEAD = """\
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Part:
-    """One entry of an overlay.
+    """Entry of an overlay.
 
     Args:
         section: ``effects``, ``changes`` or ``wave``.
@@ -163,7 +163,7 @@ def _below_bounds(law: Effect, moved: Mapping[str, float]) -> bool:
 
 
 def _options(law: Effect) -> dict[str, Any]:
-    """Everything of an effect that differs from its plug-in's defaults."""
+    """Return the options of an effect that differ from its plug-in's defaults."""
     fresh, out = type(law)(), {}
     for entry in dataclasses.fields(law):
         value = getattr(law, entry.name)

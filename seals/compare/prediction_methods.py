@@ -11,28 +11,28 @@ from seals.compare.cases import make_cases
 from seals.compare.glide import GlidePredictor, glide_cases
 from seals.compare.heave import HeavePredictor, heave_cases
 from seals.compare.predict import Predictor
-from seals.compare.settings import CompareSettings, Course
+from seals.compare.settings import CompareSettings, PredictionMethod
 from seals.compare.thrust import ThrustPredictor, thrust_cases
 from seals.logs.log import Log
 from seals.robot.model import RobotModel
 
 Cutter = Callable[[Sequence[Log], CompareSettings, RobotModel], list[Case]]
-_COURSES: dict[Course, tuple[Cutter, type[Predictor]]] = {
-    Course.simulated: (make_cases, Predictor),
-    Course.glide: (glide_cases, GlidePredictor),
-    Course.thrust: (thrust_cases, ThrustPredictor),
-    Course.heave: (heave_cases, HeavePredictor),
+_METHODS: dict[PredictionMethod, tuple[Cutter, type[Predictor]]] = {
+    PredictionMethod.simulated: (make_cases, Predictor),
+    PredictionMethod.glide: (glide_cases, GlidePredictor),
+    PredictionMethod.thrust: (thrust_cases, ThrustPredictor),
+    PredictionMethod.heave: (heave_cases, HeavePredictor),
 }
 
 
 def cases_of(settings: CompareSettings) -> Cutter:
     """Return what cuts logs into stretches."""
-    return _COURSES[settings.compare.course][0]
+    return _METHODS[settings.compare.course][0]
 
 
 def predictor_of(settings: CompareSettings) -> type[Predictor]:
     """Return what predicts stretches."""
-    return _COURSES[settings.compare.course][1]
+    return _METHODS[settings.compare.course][1]
 
 
 def step_of(cases: Sequence[Case]) -> float:

@@ -1,4 +1,4 @@
-"""The error ladder of one log: nominal, calibrated, and one effect more on every rung."""
+"""Ablation on one log: nominal model, calibrated model, and one effect more each time."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from seals.sysid.validation.misfit import Fall, Misfit, Yardstick, fall, measure
 from seals.sysid.validation.model import Model, nominal, with_speeds
 
 NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
-"""Names of the rungs below the effects."""
+"""Names of the variants below the effects."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ladder:
-    """Errors of one log from the nominal model up to the model with all its effects.
+class Ablation:
+    """Errors of one log from the nominal model to the model with all its effects.
 
     Args:
         name: of the log.
-        rungs: from the nominal model upwards.
+        variants: from the nominal model upwards.
         gains: fall of the misfit that each effect brings to the model with all others; where only
-            ends were compared, the fall from each rung below.
-        total: fall from the first rung to the last.
+            ends were compared, the fall from each variant below.
+        total: fall from the first variant to the last.
         alone: what calibration without the effects reaches; None when it was not asked for, or
             diverged.
-        edge: by how much the last rung beats calibration alone, each charged for the distance of
+        edge: by how much the last variant beats calibration alone, each charged for the distance of
             its nominal values from the stated ones; None when it was not asked for.
         floor: plain errors that a perfect model would leave, by channel and horizon.
     """
 
     name: str
-    rungs: tuple[Misfit, ...]
+    variants: tuple[Misfit, ...]
     gains: Mapping[str, Fall]
     total: Fall
     alone: Misfit | None = None
@@ -44,27 +44,27 @@ class Ladder:
 
     @property
     def regression(self) -> bool:
-        """Whether the last rung is worse than one below it, as far as they were compared."""
+        """Return true where the last variant is worse than one below it."""
         return self.total.worse or any(gain.worse for gain in self.gains.values())
 
     @property
     def best_below(self) -> Misfit:
-        """The best rung below the last."""
-        return min(self.rungs[:-1], key=lambda m: m.level)
+        """The best variant below the last."""
+        return min(self.variants[:-1], key=lambda m: m.level)
 
     @property
     def first(self) -> Misfit:
         """The nominal model."""
-        return self.rungs[0]
+        return self.variants[0]
 
     @property
     def last(self) -> Misfit:
         """The model with all effects."""
-        return self.rungs[-1]
+        return self.variants[-1]
 
 
-def rungs_of(problem: Problem, overlay: Overlay) -> list[Model]:
-    """Return the models of a ladder: nominal, calibrated, and one effect more each.
+def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
+    """Return the model variants of an ablation: nominal, calibrated, and one effect more each.
 
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.
@@ -93,14 +93,14 @@ def library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
     return with_speeds(candidate_set, overlay.speeds)
 
 
-def climb(
+def replay_variants(
     name: str,
     problem: Problem,
     overlay: Overlay,
     *,
     tell: Callable[[int], None] | None = None,
-) -> Ladder:
-    """Replay a log on every rung, and without each effect in turn.
+) -> Ablation:
+    """Replay a log on every variant, and without each effect in turn.
 
     Args:
         name: of the log.
@@ -111,23 +111,23 @@ def climb(
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.
     """
-    models = rungs_of(problem, overlay)
+    models = model_variants(problem, overlay)
     others = _without_each(models, overlay)
     alone = _alone(problem, overlay)
     every = [*models, *others.values(), *([] if alone is None else [alone])]
     ruler = yardstick(problem, every)
     replays = Replays(ruler, tell)
-    rungs = [replays.of(m) for m in models]
-    last, parts = rungs[-1], overlay.parts
+    variants = [replays.of(m) for m in models]
+    last, parts = variants[-1], overlay.parts
     gains = {part: fall(replays.of(m), last) for part, m in others.items()}
     if parts:
-        gains[parts[-1]] = fall(rungs[-2], last)
+        gains[parts[-1]] = fall(variants[-2], last)
     rival = None if alone is None else _replayed(replays, alone)
-    return Ladder(
+    return Ablation(
         name=name,
-        rungs=tuple(rungs),
+        variants=tuple(variants),
         gains={part: gains[part] for part in parts},
-        total=fall(rungs[0], last),
+        total=fall(variants[0], last),
         alone=rival,
         edge=None if rival is None else _edge(rival, last, problem, overlay),
         floor=noise_floor(last, ruler),
@@ -140,20 +140,22 @@ def compare_ends(
     overlay: Overlay,
     *,
     tell: Callable[[int], None] | None = None,
-) -> Ladder:
+) -> Ablation:
     """Replay a log without any of the effects, and with all of them."""
-    models = rungs_of(problem, overlay)
+    models = model_variants(problem, overlay)
     below = models[: len(models) - len(overlay.parts)]
     ends = [*below, models[-1]]
     ruler = yardstick(problem, ends)
     replays = Replays(ruler, tell)
-    rungs = tuple(replays.of(m) for m in ends)
-    gains = {m.model.name: fall(m, rungs[-1]) for m in rungs[:-1]}
-    return Ladder(name=name, rungs=rungs, gains=gains, total=fall(rungs[0], rungs[-1]), floor={})
+    variants = tuple(replays.of(m) for m in ends)
+    gains = {m.model.name: fall(m, variants[-1]) for m in variants[:-1]}
+    return Ablation(
+        name=name, variants=variants, gains=gains, total=fall(variants[0], variants[-1]), floor={}
+    )
 
 
 def replay_count(overlay: Overlay) -> int:
-    """Return how many replays a ladder takes."""
+    """Return the number of replays of an ablation."""
     parts, calibrated = len(overlay.parts), bool(overlay.nominal)
     return 1 + parts + max(parts - 1, 0) + 2 * calibrated
 
@@ -177,7 +179,7 @@ class Replays:
 
 
 def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
-    """The model without each effect but the last, which the ladder itself leaves out."""
+    """The model without each effect but the last, which the ablation itself leaves out."""
     parts = overlay.parts
     base = models[-1 - len(parts)]
     return {
@@ -204,10 +206,10 @@ def _replayed(replays: Replays, model: Model) -> Misfit | None:
 
 def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fall:
     """Fall from calibration alone to the whole model, each with the price of its values."""
-    parameters, price = problem.plant.candidate_set.parameters, 0.0
+    parameters, penalty = problem.plant.candidate_set.parameters, 0.0
     for key, fitted in overlay.nominal.items():
         tolerance = parameters[key].tolerance
         if tolerance > 0.0:
-            price += (fitted.alone**2 - fitted.value**2) / tolerance**2
+            penalty += (fitted.alone**2 - fitted.value**2) / tolerance**2
     plain = fall(rival, last)
-    return Fall(value=plain.value + price / last.windows.observed, noise=plain.noise)
+    return Fall(value=plain.value + penalty / last.windows.observed, noise=plain.noise)

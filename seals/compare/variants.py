@@ -1,4 +1,4 @@
-"""The error ladder: the same measurement against models with more and more effects."""
+"""Model variants of a comparison: the same measurement against more and more effects."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
-from seals.compare.courses import predictor_of
 from seals.compare.fitted import FitKey, fit_keys
+from seals.compare.prediction_methods import predictor_of
 from seals.compare.score import CaseScore, pooled, score_case
 from seals.compare.settings import CompareSettings
 from seals.compare.solve import Solution, Solver
@@ -25,7 +25,7 @@ SINGLE = "model"
 
 @dataclass(frozen=True, kw_only=True)
 class FittedValue:
-    """One fitted parameter.
+    """Fitted parameter.
 
     Args:
         key: as written by the user.
@@ -43,11 +43,11 @@ class FittedValue:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
-    """One model of the ladder.
+class ModelVariant:
+    """Model variant: the effects that act, their fitted parameters and scores.
 
     Args:
-        name: of the rung.
+        name: of the variant.
         effects: that act.
         fitted: parameters found on the training stretches.
         scores: one per case.
@@ -70,23 +70,24 @@ class Rung:
         return scores[channel].rms if channel in scores else float("nan")
 
 
-def climb(
+def fit_variants(
     settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float
-) -> list[Rung]:
-    """Fit and judge every rung.
+) -> list[ModelVariant]:
+    """Fit and judge every variant.
 
     Raises:
-        ConfigError: a rung names an effect that the model does not hold.
+        ConfigError: a variant names an effect that the model does not hold.
     """
-    rungs = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {
+    variants = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {
         SINGLE: list(settings.effects)
     }
     return [
-        _rung(name, active, settings, robot, cases, step=step) for name, active in rungs.items()
+        _variant(name, active, settings, robot, cases, step=step)
+        for name, active in variants.items()
     ]
 
 
-def _rung(
+def _variant(
     name: str,
     active: list[str],
     settings: CompareSettings,
@@ -94,7 +95,7 @@ def _rung(
     cases: Sequence[Case],
     *,
     step: float,
-) -> Rung:
+) -> ModelVariant:
     effects = _active(name, active, settings.effects)
     keys = [k for k in fit_keys(settings.fit, settings.effects) if k.effect in effects]
     bound = bind_effects(effects, robot.links)
@@ -115,7 +116,7 @@ def _rung(
     if rest:
         _keep(found, rest, solver(rest).solve(values, free=()))
     ordered = [found[c.name] for c in cases]
-    return Rung(
+    return ModelVariant(
         name=name,
         effects=list(effects),
         fitted=fitted,
