@@ -17,12 +17,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
 from seals.sysid.predictors.linearise import Prediction, columns_along, predict
 from seals.sysid.predictors.problem import Problem, transient_rows, windows_of
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
 Names = tuple[str, ...]
 """Effects that are declared missing, the likeliest first; none for nothing missing."""

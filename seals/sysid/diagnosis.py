@@ -12,9 +12,10 @@ import numpy as np
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.reported_values import reported_values
+from seals.sysid.candidates.reported_values import reported_values, with_interval
 from seals.sysid.data.join import join_logs
-from seals.sysid.decision.evidence import Answer, Claim, decide
+from seals.sysid.decision.answer import Claim
+from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
 from seals.sysid.predictors.problem import Problem, prepare
@@ -22,9 +23,6 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
 
-_NORMAL90 = 1.6449
-_LAW = 0.03
-"""1-sigma by which real laws differ from those of the library, as a share."""
 FOLDS = 5
 """Parts of the log that are held out in turn."""
 
@@ -46,7 +44,7 @@ class Diagnosis:
 
     problem: Problem
     search: Search[EvidenceHypothesis]
-    answer: Answer
+    answer: EvidenceAnswer
     held_out: Mapping[str, float]
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
@@ -171,8 +169,8 @@ def held_out_misfit(hypothesis: EvidenceHypothesis, problem: Problem) -> float:
     return total / float(windows.observed)
 
 
-def _effect(claim: Claim) -> dict[str, Any]:
-    candidate = claim.hypothesis.candidates[claim.index]
+def _effect(claim: Claim[EvidenceHypothesis]) -> dict[str, Any]:
+    candidate = claim.candidate
     return {
         "name": candidate.name,
         **_place(candidate),
@@ -216,18 +214,10 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -
     )
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
         value, spread = values[key], fit.spread(key)
-        # the datasheet's tolerance of the same quantity cannot be told from the effect
-        # and a law of nature differs a little from the one in the book
-        known = np.hypot(spread, own[key])
-        half = _NORMAL90 * float(np.hypot(known, _LAW * value))
         effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
         meta = parameters_of(effect) if effect is not None else {}
         parameter = candidate_set.parameters[key].parameter
         unit = meta[parameter].unit if parameter in meta else "1"
-        out[name] = {
-            "value": float(value),
-            "low90": float(value - half),
-            "high90": float(value + half),
-            "unit": unit,
-        }
+        # the datasheet's tolerance of the same quantity cannot be told from the effect
+        out[name] = with_interval(value, float(np.hypot(spread, own[key])), unit)
     return out

@@ -16,17 +16,15 @@ from seals.compare.variants import FittedValue, ModelVariant
 from seals.logs import Log, refuse_if_bad
 from seals.run.progress import progress
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision.cross_validation import Answer, Claim, decide
+from seals.sysid.candidates.reported_values import with_interval
+from seals.sysid.decision.cross_validation import RunsAnswer, RunsClaim, decide
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.batch import prepare
 from seals.sysid.scores.cross_validation import ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch, expected_fits, search_runs
 
-_NORMAL90 = 1.6449
 _GRAIN = 32
 """Units of the progress bar for every hypothesis: it looks up at multiples of this."""
-_LAW = 0.03
-"""1-sigma by which real laws differ from those of the library, as a share."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +41,7 @@ class RunsDiagnosis:
 
     name: str
     search: RunsSearch
-    answer: Answer
+    answer: RunsAnswer
     variants: tuple[ModelVariant, ...]
     seconds: float
 
@@ -156,12 +154,12 @@ def _variant(found: RunsSearch, model: ValidatedHypothesis) -> ModelVariant:
     )
 
 
-def _effect(found: RunsSearch, claim: Claim) -> dict[str, Any]:
+def _effect(found: RunsSearch, claim: RunsClaim) -> dict[str, Any]:
     return {
         "name": claim.candidate.name,
         "law": claim.candidate.law,
         "confidence": claim.confidence,
-        "parameters": _parameters(found, claim.candidate, claim.model),
+        "parameters": _parameters(found, claim.candidate, claim.hypothesis),
     }
 
 
@@ -174,13 +172,9 @@ def _parameters(
     for name in candidate.keys:
         k = found.validator.index[name]
         value = float(model.fit.values[k])
-        half = _NORMAL90 * math.hypot(float(spread[k]), _LAW * value)
-        out[name.partition(".")[2]] = {
-            "value": value,
-            "low90": value - half,
-            "high90": value + half,
-            "unit": experiment.parameter(k).unit,
-        }
+        out[name.partition(".")[2]] = with_interval(
+            value, float(spread[k]), experiment.parameter(k).unit
+        )
     return out
 
 

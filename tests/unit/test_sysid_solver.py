@@ -74,7 +74,7 @@ class Rosenbrock:
         task.at = outcome.at
 
 
-def solved(rule: StepRule, model: Rosenbrock, starts: Sequence[Floats]) -> list[Valley]:
+def solved(rule: StepRule[Valley], model: Rosenbrock, starts: Sequence[Floats]) -> list[Valley]:
     """Solve from several starts together."""
     tasks = [Valley(at=np.array(s, dtype=float)) for s in starts]
     settle(model, tasks, [[model.place(t.at)] for t in tasks], rule)
@@ -87,7 +87,7 @@ def solved(rule: StepRule, model: Rosenbrock, starts: Sequence[Floats]) -> list[
 @pytest.mark.parametrize(
     "rule", [Backtracking(absolute=1e-14, excess_of_whole=0.0), LevenbergMarquardt(settled=1e-12)]
 )
-def test_a_bent_valley_is_followed_to_its_end(rule: StepRule) -> None:
+def test_a_bent_valley_is_followed_to_its_end(rule: StepRule[Valley]) -> None:
     """The minimum of Rosenbrock's function is 0 at (1, 1), from both sides."""
     for task in solved(rule, Rosenbrock(), [np.array([-1.2, 1.0]), np.array([2.0, -3.0])]):
         assert task.at == pytest.approx([1.0, 1.0], abs=1e-5)

@@ -9,6 +9,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 
+_NORMAL90 = 1.6449
+"""Half width of a 90 % interval in standard deviations."""
+_LAW = 0.03
+"""1-sigma by which real laws differ from those of the library, as a share."""
 _MEAN, _REST = float(np.sqrt(2.0 / np.pi)), float(np.sqrt(1.0 - 2.0 / np.pi))
 """Mean and spread of the absolute value of a unit normal variable."""
 
@@ -52,3 +56,24 @@ def reported_values(
         stated = law.as_stated(named, moved, rates)
         out = {k: stated[k.partition(".")[2]] for k in out}
     return out, {k: s for k, (_, s) in own.items()}
+
+
+def with_interval(value: float, spread: float, unit: str) -> dict[str, float | str]:
+    """Return a value with its 90 % interval, the error of the law itself included.
+
+    Args:
+        value: estimate.
+        spread: its 1-sigma.
+        unit: of both.
+
+    Example:
+        >>> with_interval(2.0, 0.0, "kg")["low90"]
+        1.901306
+    """
+    half = _NORMAL90 * float(np.hypot(spread, _LAW * value))
+    return {
+        "value": float(value),
+        "low90": float(value - half),
+        "high90": float(value + half),
+        "unit": unit,
+    }

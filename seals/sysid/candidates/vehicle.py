@@ -36,7 +36,7 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
             known = replace(known, in_arm=callable(getattr(law, "joint_loads", None)))
         found += [(name, known, a) for a in law.additions(name, subject)]
     found += [("", Identification(), a) for a in _structure(subject)]
-    made, waves = Collector(vehicle.effects), {}
+    made, waves = Collector(vehicle.effects), dict[str, Waves]()
     for law in wave_laws():
         additions = law.additions(subject)
         beside = tuple(a.instance for a in additions if a.effect is not None)

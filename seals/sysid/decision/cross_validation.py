@@ -9,57 +9,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.answer import Answer, Claim
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.scores.cross_validation import Margin, ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch
 
-
-@dataclass(frozen=True, kw_only=True)
-class Claim:
-    """Effect named by an answer.
-
-    Args:
-        candidate: the effect.
-        model: in which it was fitted.
-        confidence: that it is this one and not one of its rivals.
-        rivals: labels of those that could stand in its place.
-        settled: labels of those that only their innovations rule out.
-    """
-
-    candidate: Candidate
-    model: ValidatedHypothesis
-    confidence: float
-    rivals: tuple[str, ...] = ()
-    settled: tuple[str, ...] = ()
+RunsClaim = Claim[ValidatedHypothesis]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
-    """Verdict with its reasons.
+class RunsAnswer(Answer[ValidatedHypothesis]):
+    """Answer about several runs.
 
     Args:
-        verdict: what is said.
-        claims: effects, best first.
         gain: of the chosen model over the nominal one.
-        reasons: in words.
         others: claims of the rivals, for the written form.
     """
 
-    verdict: Verdict
-    claims: tuple[Claim, ...]
     gain: Margin
-    reasons: tuple[str, ...] = ()
-    others: tuple[Claim, ...] = ()
+    others: tuple[RunsClaim, ...] = ()
 
 
-def decide(found: RunsSearch) -> Answer:
+def decide(found: RunsSearch) -> RunsAnswer:
     """Decide on the result of a search."""
     validator, best = found.validator, found.best
     gain = validator.margin(best, found.nominal)
     if not best.candidates:
         return _quiet(found, gain)
-    claims: list[Claim] = []
-    others: list[Claim] = []
+    claims: list[RunsClaim] = []
+    others: list[RunsClaim] = []
     for k in range(len(best.candidates)):
         claim, close = _claim(found, k)
         claims.append(claim)
@@ -67,7 +45,7 @@ def decide(found: RunsSearch) -> Answer:
             others += close
     claims.sort(key=lambda c: -c.confidence)
     significant = any(not c.rivals for c in claims)
-    return Answer(
+    return RunsAnswer(
         verdict=Verdict.named if significant else Verdict.ambiguous,
         claims=tuple(claims),
         gain=gain,
@@ -76,7 +54,7 @@ def decide(found: RunsSearch) -> Answer:
     )
 
 
-def _claim(found: RunsSearch, index: int) -> tuple[Claim, list[Claim]]:
+def _claim(found: RunsSearch, index: int) -> tuple[RunsClaim, list[RunsClaim]]:
     """Compute the confidence in one effect against its rivals beside the other effects."""
     validator, best = found.validator, found.best
     own = best.candidates[index]
@@ -97,12 +75,13 @@ def _claim(found: RunsSearch, index: int) -> tuple[Claim, list[Claim]]:
     close.sort(key=lambda pair: pair[0])
     confidence = 1.0 / (1.0 + odds)
     rivals = [
-        Claim(candidate=h.candidates[-1], model=h, confidence=1.0 - confidence) for _, h in close
+        Claim(hypothesis=h, index=len(h.candidates) - 1, confidence=1.0 - confidence)
+        for _, h in close
     ]
     labels = tuple(r.candidate.label for r in rivals)
     claim = Claim(
-        candidate=own,
-        model=best,
+        hypothesis=best,
+        index=index,
         confidence=confidence,
         rivals=labels,
         settled=tuple(settled),
@@ -115,14 +94,14 @@ def _chance(margin: Margin) -> float:
     return 0.5 * math.erfc(margin.mean / max(margin.error, 1e-9) / math.sqrt(2.0))
 
 
-def _words(found: RunsSearch, claim: Claim) -> list[str]:
+def _words(found: RunsSearch, claim: RunsClaim) -> list[str]:
     """Describe the rivals of a claim, and those ruled out by fast changes only."""
     own = claim.candidate.label
     out = [f"{s} follows slow changes as well, fast ones speak for {own}" for s in claim.settled]
     return [_alike(found, claim), *out] if claim.rivals else out
 
 
-def _alike(found: RunsSearch, claim: Claim) -> str:
+def _alike(found: RunsSearch, claim: RunsClaim) -> str:
     names = [claim.candidate.label, *claim.rivals]
     words = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
     experiment = found.validator.experiment
@@ -134,7 +113,7 @@ def _alike(found: RunsSearch, claim: Claim) -> str:
     return f"{words} from one speed ({np.mean(speeds):.2g} m/s): drop at another speed"
 
 
-def _quiet(found: RunsSearch, gain: Margin) -> Answer:
+def _quiet(found: RunsSearch, gain: Margin) -> RunsAnswer:
     """Decide where no effect is significant: nothing missing, not observable, or none of these."""
     candidate_set = found.validator.experiment.candidate_set
     left = float(found.nominal.held_out_log_rms.mean())
@@ -154,7 +133,7 @@ def _quiet(found: RunsSearch, gain: Margin) -> Answer:
     else:
         verdict = Verdict.nothing_missing
         words = "no effect lowers the error on held-out runs by more than twice its standard error"
-    return Answer(verdict=verdict, claims=(), gain=gain, reasons=(words,))
+    return RunsAnswer(verdict=verdict, claims=(), gain=gain, reasons=(words,))
 
 
 def _list(candidates: Sequence[Candidate]) -> str:

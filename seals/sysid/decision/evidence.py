@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.answer import Answer, Claim
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
@@ -18,53 +19,25 @@ from seals.sysid.selection.window_models import rivals_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim:
-    """Effect named by an answer.
+class EvidenceAnswer(Answer[EvidenceHypothesis]):
+    """Answer about one log.
 
     Args:
-        hypothesis: model in which it was fitted.
-        index: of the effect among the hypothesis's candidates.
-        confidence: that it is this effect and no other.
-        rivals: names that explain the log as well.
-        alike: names that explain it nearly as well, rivals among them.
-    """
-
-    hypothesis: EvidenceHypothesis
-    index: int
-    confidence: float
-    rivals: tuple[str, ...] = ()
-    alike: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Name of the effect."""
-        return self.hypothesis.candidates[self.index].name
-
-
-@dataclass(frozen=True, kw_only=True)
-class Answer:
-    """Verdict with its reasons.
-
-    Args:
-        verdict: what is said.
-        claims: effects, best first.
         disturbance_level: of the residual.
         explained: share of the misfit that the claims explain.
         excitation: expected gain by candidate.
-        reasons: in words.
         blind: effects that the log could not show.
     """
 
-    verdict: Verdict
-    claims: tuple[Claim, ...]
     disturbance_level: DisturbanceLevel
     explained: float
     excitation: Mapping[str, float] = field(default_factory=dict)
-    reasons: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
 
 
-def decide(problem: Problem, search: Search[EvidenceHypothesis], *, processes: int = 1) -> Answer:
+def decide(
+    problem: Problem, search: Search[EvidenceHypothesis], *, processes: int = 1
+) -> EvidenceAnswer:
     """Decide on the result of a search; the processes share the fits of the rivals."""
     best, policy = search.best, problem.policy
     left = disturbance_level(best)
@@ -75,7 +48,7 @@ def decide(problem: Problem, search: Search[EvidenceHypothesis], *, processes: i
     restless = left.level > policy.disturbance_refused and left.gain > least
     if restless and share < policy.explained:
         words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
-        return Answer(
+        return EvidenceAnswer(
             verdict=Verdict.none_of_these,
             claims=(),
             disturbance_level=left,
@@ -88,7 +61,7 @@ def decide(problem: Problem, search: Search[EvidenceHypothesis], *, processes: i
         return _quiet(search, left, blind=[c.name for c in best.candidates])
     if _between_powers(best):
         words = "a drag that grows neither with the first nor with the second power of the speed"
-        return Answer(
+        return EvidenceAnswer(
             verdict=Verdict.none_of_these,
             claims=(),
             disturbance_level=left,
@@ -100,7 +73,7 @@ def decide(problem: Problem, search: Search[EvidenceHypothesis], *, processes: i
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
     doubtful = len(claims) == 1 and bool(claims[0].rivals)
-    return Answer(
+    return EvidenceAnswer(
         verdict=Verdict.ambiguous if doubtful else Verdict.named,
         claims=tuple(claims),
         disturbance_level=left,
@@ -151,7 +124,7 @@ def _unexcited(
 
 def _quiet(
     search: Search[EvidenceHypothesis], left: DisturbanceLevel, blind: Sequence[str] = ()
-) -> Answer:
+) -> EvidenceAnswer:
     """Decide where no effect is significant: nothing missing, or a log that could not show it."""
     policy = search.nominal.fitter.candidate_set.policy
     gains = expected_gains(search.nominal)
@@ -167,7 +140,7 @@ def _quiet(
     blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
-    return Answer(
+    return EvidenceAnswer(
         verdict=verdict,
         claims=(),
         disturbance_level=left,
@@ -184,7 +157,7 @@ def _claim(
     index: int,
     temperature: float,
     processes: int,
-) -> Claim:
+) -> Claim[EvidenceHypothesis]:
     """Compute the confidence in one effect against its rivals."""
     rivals = rivals_of(search, best, index, processes=processes)
     name, policy = best.candidates[index].name, best.fitter.candidate_set.policy

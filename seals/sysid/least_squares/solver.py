@@ -86,7 +86,7 @@ class LeastSquares(Protocol[T_contra, Found]):
         ...
 
 
-class StepRule(Protocol):
+class StepRule(Protocol[T_contra]):
     """Schedule of steps.
 
     Args:
@@ -98,15 +98,15 @@ class StepRule(Protocol):
         """Most trials for each step."""
         ...
 
-    def proposals(self, task: Iterate) -> Sequence[Proposal]:
+    def proposals(self, task: T_contra) -> Sequence[Proposal]:
         """Return the steps to try next."""
         ...
 
-    def accepts(self, task: Iterate, cost: float) -> bool:
+    def accepts(self, task: T_contra, cost: float) -> bool:
         """Return true where a trial of this cost is kept."""
         ...
 
-    def update(self, task: Iterate, before: float) -> None:
+    def update(self, task: T_contra, before: float) -> None:
         """Adapt damping and progress after trials; ``before`` is the cost before them."""
         ...
 
@@ -114,7 +114,7 @@ class StepRule(Protocol):
 def minimise(
     model: LeastSquares[T, Found],
     tasks: Sequence[T],
-    rule: StepRule,
+    rule: StepRule[T],
     *,
     steps: int,
     tell: Tell | None = None,
@@ -145,7 +145,7 @@ def settle(
     model: LeastSquares[T, Found],
     tasks: Sequence[T],
     found: Sequence[Sequence[Found]],
-    rule: StepRule,
+    rule: StepRule[T],
 ) -> None:
     """Keep the outcomes of trials that the rule accepts, and adapt the tasks.
 

@@ -1,9 +1,13 @@
-"""Schedules of steps: backtracking line search, Levenberg-Marquardt damping."""
+"""Schedules of steps: backtracking line search, Levenberg-Marquardt damping, paces of blocks."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, field
 
+import numpy as np
+
+from seals.arrays import Floats
 from seals.sysid.least_squares.solver import Iterate, Proposal
 
 
@@ -105,3 +109,80 @@ class LevenbergMarquardt:
             task.damping *= self.raised
             task.refused += 1
             task.done = bool(task.damping > self.most)
+
+
+@dataclass(kw_only=True)
+class BlockIterate(Iterate):
+    """State of a problem whose unknowns come in blocks.
+
+    Args:
+        pace: share of a step that each block takes, shape (blocks,).
+        misfit: sum of squares of each block at the present point, shape (blocks,).
+        best_misfit: the same at the best point, shape (blocks,).
+        best_cost: cost at the best point.
+        moved: largest move of the last step, in units of the longest one.
+    """
+
+    pace: Floats
+    misfit: Floats
+    best_misfit: Floats = field(default_factory=lambda: np.zeros(0))
+    best_cost: float = np.inf
+    moved: float = np.inf
+
+    @abstractmethod
+    def remember(self) -> None:
+        """Take the present point as the best one."""
+
+    @abstractmethod
+    def recall(self) -> None:
+        """Go back to the best point."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlockPace:
+    """Undamped steps, every block at a pace of its own; the cost may rise for a while.
+
+    Far from a model that could be true full steps swing about: a block whose misfit rises goes half
+    as far the next time.
+
+    Args:
+        longer: factor on the pace of a block whose misfit fell.
+        shorter: factor on the pace of a block whose misfit rose.
+        least: pace.
+        slack: rise of a block's misfit above the best one that does not count.
+        still: move below which a problem may be solved, in units of the longest one.
+        settled: change of the cost below which it may be.
+        trials: most trials for each step.
+    """
+
+    longer: float = 1.5
+    shorter: float = 0.5
+    least: float = 0.1
+    slack: float = 1.0
+    still: float = 0.1
+    settled: float = 0.5
+    trials: int = 1
+
+    def proposals(self, task: BlockIterate) -> list[Proposal]:
+        """Return the full step; the problem applies the paces."""
+        return [Proposal(0.0, 1.0)]
+
+    def accepts(self, task: BlockIterate, cost: float) -> bool:
+        """Keep every step."""
+        return True
+
+    def update(self, task: BlockIterate, before: float) -> None:
+        """Adapt the paces; remember the best point, and go back to it from an unsound one."""
+        if task.done:
+            return
+        task.kept()
+        # numbers that ran out of digits give squares below zero
+        sound = bool(np.all(task.misfit > 0.0))
+        task.done = sound and task.moved < self.still and abs(before - task.cost) < self.settled
+        falls = task.misfit <= task.best_misfit + self.slack
+        pace = np.where(falls, self.longer * task.pace, self.shorter * task.pace)
+        task.pace = np.clip(pace, self.least, 1.0)
+        if not sound:
+            task.recall()
+        elif task.done or task.cost < task.best_cost:
+            task.remember()

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.least_squares.normal_equations import Fit, newton_step
+from seals.sysid.least_squares.solver import Proposal, minimise
+from seals.sysid.least_squares.step_rules import BlockIterate, BlockPace
 from seals.sysid.predictors.problem import stated_starts, transient_rows
 from seals.sysid.predictors.substep_integrator import SubstepFitter, SubstepIntegrator
 from seals.sysid.predictors.surface_model_error import SurfaceModelError
@@ -21,10 +24,6 @@ _KNOT = 0.05
 """Spacing of the knots of the disturbance [s]."""
 _REACH = np.repeat([0.06, 0.1, 0.4, 1.0], 3)
 """Longest step of a trajectory: position [m], turn [rad], velocity [m/s], spin [rad/s]."""
-_STILL, _SETTLED = 0.1, 0.5
-"""Share of the reach, and change of the misfit, below which a fit has settled."""
-_SLOWEST = 0.1
-"""Least share of a step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,31 +94,74 @@ def linearise_about(
 def converged(now: LinearisedModel, *, rounds: int) -> LinearisedModel:
     """Iterate Gauss-Newton steps of values, start states and gusts until they gain nothing.
 
-    A run whose misfit rises goes half as far the next time: far from a model that could be true,
-    full steps swing about. Without an end the best place on the way is returned.
+    Args:
+        now: model to start from.
+        rounds: steps at most.
+
+    Returns:
+        The best model on the way; ``done`` where the iteration converged there.
     """
-    best, pace = now, np.ones(now.fitter.windows.count)
-    for _ in range(rounds):
-        if now.done:
-            break
-        taken = _stepped(now, pace)
-        if taken is None:
-            break
-        after, moved = taken
-        fall = now.fit.cost - after.fit.cost
-        now = replace(after, done=moved < _STILL and abs(fall) < _SETTLED)
-        pace = np.where(after.fit.misfit <= best.fit.misfit + 1.0, 1.5 * pace, 0.5 * pace)
-        pace = np.clip(pace, _SLOWEST, 1.0)
-        # numbers that ran out of digits give squares below zero
-        sound = bool(np.all(after.fit.misfit > 0.0))
-        if sound and (now.done or after.fit.cost < best.fit.cost):
-            best = now
-        elif not sound:
-            now = best
-    return best
+    task = _RunTask(
+        now=now,
+        best=now,
+        done=now.done,
+        cost=now.fit.cost,
+        pace=np.ones(now.fitter.windows.count),
+        misfit=now.fit.misfit,
+    )
+    task.remember()
+    minimise(_Descent(), [task], BlockPace(), steps=rounds)
+    return replace(task.best, done=task.done and not task.stuck)
 
 
-def _stepped(now: LinearisedModel, pace: Floats) -> tuple[LinearisedModel, float] | None:
+class _Step(NamedTuple):
+    """Model after a step, with the largest move in units of the reach."""
+
+    cost: float
+    model: LinearisedModel
+    moved: float
+
+
+@dataclass(kw_only=True)
+class _RunTask(BlockIterate):
+    """Model of whole runs on its way to the measurements; a block is a run."""
+
+    now: LinearisedModel
+    best: LinearisedModel
+    stuck: bool = False
+
+    def remember(self) -> None:
+        """Take the present model as the best one."""
+        self.best, self.best_cost, self.best_misfit = self.now, self.cost, self.misfit
+
+    def recall(self) -> None:
+        """Go back to the best model."""
+        self.now, self.cost, self.misfit = self.best, self.best_cost, self.best_misfit
+
+
+class _Descent:
+    """Gauss-Newton steps of models, each about a trajectory that moves with it."""
+
+    def linearise(self, tasks: Sequence[_RunTask]) -> None:
+        """Do nothing: a model is linearised where it was moved to."""
+
+    def evaluate(
+        self, tasks: Sequence[_RunTask], proposals: Sequence[Sequence[Proposal]]
+    ) -> list[list[_Step]]:
+        """Take a step; a task whose step is not finite ends."""
+        out: list[list[_Step]] = []
+        for task in tasks:
+            step = _stepped(task.now, task.pace)
+            task.stuck = task.done = step is None
+            out.append([] if step is None else [step])
+        return out
+
+    def keep(self, task: _RunTask, outcome: _Step) -> None:
+        """Move to the model after a step."""
+        task.now, task.moved, task.misfit = outcome.model, outcome.moved, outcome.model.fit.misfit
+
+
+def _stepped(now: LinearisedModel, pace: Floats) -> _Step | None:
     """Take one step, run by run at its pace; return it with the largest move in units of the reach.
 
     None where the step is not finite: the equations, or the trajectory that it leads to.
@@ -146,4 +188,4 @@ def _stepped(now: LinearisedModel, pace: Floats) -> tuple[LinearisedModel, float
         error[run] *= min(share, far)
     trajectory = fitter.trajectory.moved(error)
     moved = linearise_about(fitter.integrator, trajectory, now.fit.free, values, now.disturbance)
-    return moved, largest
+    return _Step(moved.fit.cost, moved, largest)

@@ -11,11 +11,11 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.evidence import evidence_temperature
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
-from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
 _NOTHING = 5e-4

@@ -70,11 +70,11 @@ def search_own_trajectories(
         one.fitter.attach(integrator)
     plain, delayed = found
     models = WholeRunModels(plain, outsets[0], asked=asked, processes=processes)
-    late = models.hypothesis(named[:1], delayed)
-    if late.score > asked and is_significant(named[0], late.fit, models.candidate_set):
-        late = replace(late, score=late.score + nominal.fit.cost - plain.fit.cost)
-        if late.score > best.score + asked:
-            return Search(nominal=nominal, best=late, rounds=((late,),))
+    timed = models.hypothesis(named[:1], delayed)
+    if timed.score > asked and is_significant(named[0], timed.fit, models.candidate_set):
+        timed = replace(timed, score=timed.score + nominal.fit.cost - plain.fit.cost)
+        if timed.score > best.score + asked:
+            return Search(nominal=nominal, best=timed, rounds=((timed,),))
     if plain.fit.cost > best.fit.cost - problem.policy.late_gain:
         return None
     return search(models, SearchStages(effects=1))

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import GUSTS, Problem
 from seals.sysid.predictors.substep_integrator import SubstepIntegrator
@@ -26,7 +27,6 @@ from seals.sysid.scores.laplace_evidence import (
     keys_of,
     occam_factor,
 )
-from seals.sysid.selection.linear_screen import candidate_keys, linear_gain, screen
 from seals.sysid.selection.search import Refinement
 
 _COARSE = 2

@@ -8,6 +8,12 @@ from dataclasses import replace
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.linear_screen import (
+    CandidateEquations,
+    candidate_keys,
+    linear_gain,
+    screen,
+)
 from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import (
     LATE,
@@ -21,12 +27,6 @@ from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.linear_screen import (
-    CandidateEquations,
-    candidate_keys,
-    linear_gain,
-    screen,
-)
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import Job, fitted, hopeful, refined
