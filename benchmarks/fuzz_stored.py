@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import json
+import struct
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -102,11 +104,16 @@ def _state() -> Target:
     place = Path(tempfile.mkdtemp(prefix="fuzz_state_")) / "checkpoint"
     world = build_world(settings)
     write_checkpoint(place, world, {"rows": [1.0, 2.0], "note": "a"})
+
+    def load(folder: Path) -> None:
+        _sign(folder / STATE)
+        take_up(folder, world)
+
     scene = {SCENE: (place / SCENE).read_bytes()} if (place / SCENE).is_file() else {}
     return Target(
         whole=(place / STATE).read_bytes(),
         name=STATE,
-        load=lambda folder: take_up(folder, world),
+        load=load,
         beside=scene,
         folder=True,
     )
@@ -115,16 +122,32 @@ def _state() -> Target:
 def _training() -> Target:
     import torch
 
-    from seals.learn.training.checkpoint import FILE, FORM, read_checkpoint
+    from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
 
-    stream = io.BytesIO()
-    torch.save({"form": FORM, "agent": {"w": torch.ones(3, 4)}, "place": {"step": 5}}, stream)
-    return Target(
-        whole=stream.getvalue(),
-        name=FILE,
-        load=lambda folder: read_checkpoint(folder, device="cpu"),
-        folder=True,
-    )
+    place = Path(tempfile.mkdtemp(prefix="fuzz_training_"))
+    write_checkpoint(place, {"agent": {"w": torch.ones(3, 4)}, "place": {"step": 5}})
+
+    def load(folder: Path) -> None:
+        _sign(folder / FILE)
+        read_checkpoint(folder, device="cpu")
+
+    return Target(whole=(place / FILE).read_bytes(), name=FILE, load=load, folder=True)
+
+
+def _sign(file: Path) -> None:
+    """Give a damaged state the lengths and the digest that belong to it: its content is read."""
+    raw = file.read_bytes()
+    if len(raw) < _BEGIN:
+        return
+    magic, version, text, _ = _HEAD.unpack_from(raw)
+    text = min(text, len(raw) - _BEGIN)
+    head = _HEAD.pack(magic, version, text, len(raw) - _BEGIN - text)
+    digest = hashlib.blake2b(head + raw[_BEGIN:], digest_size=_DIGEST).digest()
+    file.write_bytes(head + digest + raw[_BEGIN:])
+
+
+_HEAD, _DIGEST = struct.Struct("<8sIQQ"), 32
+_BEGIN = _HEAD.size + _DIGEST
 
 
 def _words() -> Target:

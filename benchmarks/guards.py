@@ -44,10 +44,10 @@ GUARDS: dict[str, Guard] = {
     **PAGE,
     **RUN_FOLDERS,
     **STORED_STATES,
-    "checkpoint of a training": Guard(
+    "old checkpoints of trainings": Guard(
         "seals.learn.training.checkpoint",
-        "weights_only=True",
-        "weights_only=False",
+        "if (folder / OLD).exists():",
+        "if False:",
         RUNNING,
         "without_running",
         "torch",

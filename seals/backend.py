@@ -166,7 +166,7 @@ class Storing(Protocol):
     """What a backend offers that can be kept on disk, for checkpoints of a run."""
 
     def store(self, path: Path) -> Any:
-        """Write the scene to a file; return what is pickled beside it."""
+        """Write the scene to a file; return what is kept beside it: arrays, numbers, records."""
         ...
 
     def recall(self, path: Path, bodies: Any) -> Any:

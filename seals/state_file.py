@@ -41,6 +41,7 @@ MOST_BYTES = 1 << 32
 _HEAD = struct.Struct("<8sIQQ")
 _DIGEST = 32
 _LINE = 64
+_PIECE = 1 << 20
 _DIGITS = 40
 _DTYPES = frozenset(
     np.dtype(name).newbyteorder("<").str
@@ -109,20 +110,14 @@ def read_state(path: Path, kind: str, *, most: int = MOST_BYTES) -> Any:
         if size > most:
             raise StateError(f"it has {size:,} bytes; this one has at most {most:,}")
         head = _read_head(file.read(_HEAD.size), size)
-        digest, text = file.read(_DIGEST), file.read(head.text)
-        numbers = bytearray(head.arrays)
-        file.readinto(numbers)
-    held = hashlib.blake2b(head.raw, digest_size=_DIGEST)
-    held.update(text)
-    held.update(numbers)
-    if held.digest() != digest:
-        raise StateError("its digest is another one: it was damaged or cut short")
-    try:
-        return _READERS[head.version](text, numbers, kind)
-    except RecursionError as cause:
-        raise StateError("it is nested too deeply") from cause
-    except (ValueError, TypeError, KeyError, OverflowError) as cause:
-        raise StateError(" ".join(str(cause).split())[:300] or type(cause).__name__) from cause
+        if _digest_of(head, file) != file.read(_DIGEST):
+            raise StateError("its digest is another one: it was damaged or cut short")
+        try:
+            return _READERS[head.version](file, head, kind)
+        except RecursionError as cause:
+            raise StateError("it is nested too deeply") from cause
+        except (ValueError, TypeError, KeyError, OverflowError) as cause:
+            raise StateError(" ".join(str(cause).split())[:300] or type(cause).__name__) from cause
 
 
 class _Head(NamedTuple):
@@ -166,9 +161,19 @@ def _read_head(raw: bytes, size: int) -> _Head:
     return _Head(raw, version, text, arrays)
 
 
-def _read_2(text: bytes, numbers: bytearray, kind: str) -> Any:
+def _digest_of(head: _Head, file: BinaryIO) -> bytes:
+    """Return the digest of what follows, piece by piece, and go back to where it stands."""
+    found = hashlib.blake2b(head.raw, digest_size=_DIGEST)
+    file.seek(_HEAD.size + _DIGEST)
+    while part := file.read(_PIECE):
+        found.update(part)
+    file.seek(_HEAD.size)
+    return found.digest()
+
+
+def _read_2(file: BinaryIO, head: _Head, kind: str) -> Any:
     about = json.loads(
-        text.decode("ascii"),
+        file.read(head.text).decode("ascii"),
         parse_constant=_refuse_number,
         parse_float=_finite,
         parse_int=_whole,
@@ -178,22 +183,21 @@ def _read_2(text: bytes, numbers: bytearray, kind: str) -> Any:
         raise StateError("its JSON text has other entries")
     if about["kind"] != kind:
         raise StateError(f"it is of the kind '{str(about['kind'])[:40]}', not '{kind}'")
-    return unpacked(about["state"], _arrays(about["arrays"], numbers))
+    return unpacked(about["state"], _arrays(about["arrays"], file, head.arrays))
 
 
-def _arrays(table: Any, numbers: bytearray) -> list[np.ndarray]:
+def _arrays(table: Any, file: BinaryIO, held: int) -> list[np.ndarray]:
     """Return the arrays; all declared sizes are added up before the first one is made."""
     declared = [_declared(row) for row in table]
     total = sum(_padded(size) for *_, size in declared)
-    if total != len(numbers):
-        raise StateError(f"its arrays declare {total:,} bytes and there are {len(numbers):,}")
-    found, place = [], 0
+    if total != held:
+        raise StateError(f"its arrays declare {total:,} bytes and there are {held:,}")
+    found = []
     for dtype, order, shape, size in declared:
-        flat = np.zeros(0, dtype)
-        if size:
-            flat = np.frombuffer(numbers, dtype, math.prod(shape), place)
-        found.append(np.array(flat.reshape(shape, order=order), order=order))
-        place += _padded(size)
+        flat = np.empty(math.prod(shape), dtype)
+        file.readinto(flat.view(np.uint8))
+        file.seek(_padded(size) - size, os.SEEK_CUR)
+        found.append(flat.reshape(shape, order=order))
     return found
 
 

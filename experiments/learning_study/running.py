@@ -90,7 +90,7 @@ def compare(out: Path) -> int:
 
 def _started(job: Training) -> subprocess.Popen[bytes]:
     """Begin a training, or take it up where it stopped."""
-    cut_off = (job.folder / "checkpoint.pt").exists()
+    cut_off = (job.folder / "checkpoint.bin").exists()
     words = ("train", f"resume={job.folder}") if cut_off else job.words
     job.folder.mkdir(parents=True, exist_ok=True)
     with (job.folder / "log.txt").open("ab") as log:

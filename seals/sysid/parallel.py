@@ -1,4 +1,9 @@
-"""Run independent fits in forked processes that share the log by copy-on-write."""
+"""Run independent fits in forked processes that share the log by copy-on-write.
+
+Results come back through the pipe of `multiprocessing`, which pickles them. Both ends are this
+program: the children are forked from this very process, and nothing that is pickled comes from a
+file or from a socket that others can write to.
+"""
 
 from __future__ import annotations
 

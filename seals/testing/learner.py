@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import copy
-import io
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from seals.learn.learner import Spaces, need_torch
 from seals.learn.networks import actor_of
+from seals.learn.training.checkpoint import read_checkpoint, write_checkpoint
 from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 from seals.testing.reaching import PointReach, demonstrations
@@ -163,13 +165,10 @@ class _LearnerCheck:
 
     def continues(self, agent: Any) -> None:
         """Put a fresh agent into the state of a used one, through a file, and go on with both."""
-        import torch
-
-        kept = io.BytesIO()
-        torch.save(agent.state(), kept)
-        kept.seek(0)
         other = self._start(pixels=self.environment.pixels)
-        other.load(torch.load(kept, weights_only=True))
+        with tempfile.TemporaryDirectory() as folder:
+            write_checkpoint(Path(folder), {"agent": agent.state()})
+            other.load(read_checkpoint(Path(folder), device="cpu")["agent"])
         scene = copy.deepcopy(self.environment.snapshot())
         courses = []
         for each in (agent, other):

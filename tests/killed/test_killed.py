@@ -136,7 +136,7 @@ def test_a_run_goes_on_after_five_kills(name: str, killer: Killer) -> None:
 def test_a_training_goes_on_after_five_kills(killer: Killer) -> None:
     """Curves and weights are those of a training in one go, bit for bit."""
     pytest.importorskip("torchrl", reason="the extra learn is not installed")
-    killer.haunt(TRAINING, place=HERE, again=["train", "resume={}"], kept="checkpoint.pt")
+    killer.haunt(TRAINING, place=HERE, again=["train", "resume={}"], kept="checkpoint.bin")
 
 
 @pytest.mark.killed

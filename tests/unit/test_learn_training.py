@@ -23,7 +23,7 @@ from seals.learn.learner import Spaces
 from seals.learn.networks import description
 from seals.learn.policy import load_policy
 from seals.learn.starts import validation_seeds
-from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
+from seals.learn.training.checkpoint import FILE, OLD, read_checkpoint, write_checkpoint
 from seals.learn.training.course import Course
 from seals.learn.training.loop import Training
 from seals.learn.training.rows import Rows
@@ -344,7 +344,32 @@ def test_a_checkpoint_is_read_without_running_anything(tmp_path: Path) -> None:
     (tmp_path / FILE).write_bytes(pickle.dumps(Trap()))
     with pytest.raises(ConfigError, match="cannot be taken up"):
         read_checkpoint(tmp_path, device="cpu")
+    (tmp_path / FILE).rename(tmp_path / OLD)
+    with pytest.raises(ConfigError, match="is a pickle, as SEALS wrote them before"):
+        read_checkpoint(tmp_path, device="cpu")
     assert not (tmp_path / "sprung").exists()
+
+
+def test_tensors_come_back_bit_for_bit(tmp_path: Path) -> None:
+    """Kinds, order in memory, keys of an optimiser, and tensors of one number."""
+    kept = {
+        "turned": torch.arange(6.0, dtype=torch.float64).reshape(2, 3).T,
+        "flags": torch.tensor([True, False]),
+        "step": torch.tensor(3.0),
+        "empty": torch.zeros(0, 4),
+        "state": {0: {"betas": (0.9, 0.999), "shape": torch.Size([2, 3])}},
+        "random": torch.get_rng_state(),
+    }
+    write_checkpoint(tmp_path, kept)
+    back = read_checkpoint(tmp_path, device="cpu")
+    assert back["state"] == {0: {"betas": (0.9, 0.999), "shape": (2, 3)}}
+    for name in ("turned", "flags", "step", "empty", "random"):
+        assert torch.equal(back[name], kept[name])
+        assert back[name].dtype == kept[name].dtype
+        assert back[name].stride() == kept[name].stride()
+    with pytest.raises(ConfigError, match=r"course\.checkpoint=0"):
+        write_checkpoint(tmp_path, {"a": object()})
+    assert torch.equal(read_checkpoint(tmp_path, device="cpu")["step"], kept["step"])
 
 
 @pytest.mark.parametrize(("name", "value"), [("steps", -1), ("episodes", 0), ("look_every", 0)])

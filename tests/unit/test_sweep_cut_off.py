@@ -71,7 +71,7 @@ def launcher() -> Any:
 
 VERBS = [("run", runs, "checkpoint/state.pkl", SHORT)]
 VERBS += [("run", runs, ".checkpoint.before/state.pkl", SHORT)]
-VERBS += [("train", trainings, "checkpoint.pt", ["env=reach", "learner=sac"])]
+VERBS += [("train", trainings, "checkpoint.bin", ["env=reach", "learner=sac"])]
 
 
 @pytest.mark.parametrize(("verb", "module", "file", "words"), VERBS)
@@ -276,7 +276,7 @@ def test_a_killed_training_of_a_sweep_goes_on_at_its_checkpoint(
         seen: set[int] = set()
         # the first one holds nothing but the start
         while len(seen) < 2 and first.poll() is None:
-            seen |= {file.stat().st_mtime_ns for file in folder.glob("0/checkpoint.pt")}
+            seen |= {file.stat().st_mtime_ns for file in folder.glob("0/checkpoint.bin")}
             time.sleep(0.02)
         os.kill(first.pid, signal.SIGKILL)
     steps, before = [], trainings._take_up

@@ -1,17 +1,20 @@
-"""The state of a training on disk, whole or not at all, and read without running any of it."""
+"""The state of a training on disk: arrays and JSON, whole or not at all, read as data."""
 
 from __future__ import annotations
 
-import warnings
+import os
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
+from seals.learn.training.tensor_state import stored, tensors_of
 from seals.logs.atomic import atomic_path
+from seals.state_file import StateError, read_state, write_state
 
-FILE = "checkpoint.pt"
-FORM = 1
-"""Version of the form of a checkpoint."""
+FILE = "checkpoint.bin"
+OLD = "checkpoint.pt"
+"""File as it was written before, a pickle of PyTorch; it is refused."""
+KIND = "training"
 
 
 def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
@@ -20,11 +23,19 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
     Args:
         folder: of the training.
         state: nested mappings and lists of tensors, numbers, text and None.
-    """
-    import torch
 
-    with atomic_path(folder / FILE) as beside:
-        torch.save({"form": FORM, **state}, beside)
+    Raises:
+        ConfigError: a part of the state cannot be kept on disk.
+        DiskFull: there is no room; the earlier one stands.
+    """
+    try:
+        with atomic_path(folder / FILE) as beside:
+            write_state(beside, KIND, stored(state))
+    except TypeError as cause:
+        raise ConfigError(
+            f"the state of this training cannot be kept on disk: {cause}.\n"
+            "Train without checkpoints: course.checkpoint=0"
+        ) from cause
 
 
 def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
@@ -33,30 +44,29 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     Raises:
         ConfigError: there is none, or it cannot be used.
     """
-    import torch
-
     path = folder / FILE
-    if not path.is_file():
+    if not has_checkpoint(folder):
+        if (folder / OLD).exists():
+            raise ConfigError(
+                f"resume={folder}: its {OLD} is a pickle, as SEALS wrote them before; it is read "
+                "no more.\nBegin the training anew without resume."
+            )
         raise ConfigError(
             f"resume={folder}: there is no {FILE} in this folder.\n"
             "A training that came to its end keeps none; begin anew without resume."
         )
     try:
-        with warnings.catch_warnings():
-            # what is no checkpoint is refused below, in words of our own
-            warnings.simplefilter("ignore")
-            state: dict[str, Any] = torch.load(path, map_location=device, weights_only=True)
-    except Exception as cause:  # torch lets errors of every kind through on damaged files
+        state = read_state(path, KIND, most=_half_of_memory())
+        if not isinstance(state, dict):
+            raise StateError(f"it holds a {type(state).__name__}")
+        found: dict[str, Any] = tensors_of(state, device)
+    except (StateError, TypeError) as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(
             f"{path} cannot be taken up: {words[:200]}\n"
             "It is damaged, or was not written by seals train; begin anew without resume."
         ) from cause
-    if not isinstance(state, dict) or state.get("form") != FORM:
-        raise ConfigError(
-            f"{path} is of another version of seals.\nBegin the training anew without resume."
-        )
-    return state
+    return found
 
 
 def has_checkpoint(folder: Path) -> bool:
@@ -66,4 +76,10 @@ def has_checkpoint(folder: Path) -> bool:
 
 def remove_checkpoint(folder: Path) -> None:
     """Remove the checkpoint of a training that is complete, or begins anew."""
-    (folder / FILE).unlink(missing_ok=True)
+    for name in (FILE, OLD):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _half_of_memory() -> int:
+    """Bytes that a checkpoint may have: what it holds was in the memory of such a machine."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
