@@ -178,7 +178,7 @@ def sparse(
     Returns:
         Effects of the columns that are kept, and BIC of the fit.
     """
-    # a column that does nothing in this log is no column
+    # a column that does nothing in this log is not a column
     length = np.linalg.norm(table.columns, axis=0)
     alive = np.flatnonzero(length > 1e-9 * max(float(length.max()), 1e-30))
     unit = table.columns[:, alive] / length[alive]

@@ -44,7 +44,7 @@ def columns(*parts: Array) -> Array:
 
 
 def some(flags: Array) -> bool:
-    """Return whether any flag is set; where numbers are not asked for always yes.
+    """Return whether any flag is set; always True for traced arrays.
 
     Whoever asks must be right, if slower, with yes; see `unasked`.
 
@@ -62,7 +62,7 @@ _DECIDING = [True]
 
 
 def deciding() -> bool:
-    """Return whether laws may ask for numbers to decide what they do."""
+    """Return whether laws may branch on the values of an array."""
     return _DECIDING[-1]
 
 
@@ -77,7 +77,7 @@ def undecided() -> Iterator[None]:
 
 
 def unasked(array: Array) -> bool:
-    """Return whether the numbers of an array are not asked for.
+    """Return whether an array is traced, so that its values are unknown.
 
     On an accelerator the answer would have to be waited for, and work that is decided by it could
     not be recorded once and replayed; nor can it be followed once and compiled.

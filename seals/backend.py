@@ -15,7 +15,7 @@ from seals.robot.model import RobotModel
 
 
 class Configuration(NamedTuple):
-    """Where a robot is and how it moves.
+    """Pose and velocity of a robot: base and joints.
 
     Args:
         position: base origin, world [m], shape (3,).
@@ -163,7 +163,7 @@ class Backend(Protocol):
 
 @runtime_checkable
 class Storing(Protocol):
-    """What a backend offers that can be kept on disk, for checkpoints of a run."""
+    """Protocol of a backend whose state can be stored on disk, for checkpoints."""
 
     def store(self, path: Path) -> Any:
         """Write the scene to a file; return what is kept beside it: arrays, numbers, records."""

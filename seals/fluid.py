@@ -90,13 +90,13 @@ class MomentumBalance(NamedTuple):
 
     @property
     def gap(self) -> Floats:
-        """What is left over [N s], shape (3,)."""
+        """Return the residual of the balance [N s], shape (3,)."""
         gain = self.before + self.gravity + self.sources
         return gain - self.after - self.bodies - self.walls
 
 
 class Surrounding(NamedTuple):
-    """What a fluid is opened in.
+    """Context in which a fluid is opened.
 
     Args:
         environment: gravity, water and its level.

@@ -135,7 +135,7 @@ def by_joint(values: Array, joints: Joints) -> Array:
 
 
 class Inputs(NamedTuple):
-    """What acts on the robot from outside the physics.
+    """Inputs to the physics: commands, drive states and battery voltage.
 
     Args:
         step: time since the memory was last updated [s].
@@ -156,7 +156,7 @@ class Inputs(NamedTuple):
 
 
 class JointDrive(NamedTuple):
-    """What joint drives do before their limit, and how it falls with the joints' own motion.
+    """Unlimited force of joint drives, and its stiffness and damping.
 
     Args:
         force: generalised force without the limit [N m or N], shape (N, J).
@@ -172,7 +172,7 @@ class JointDrive(NamedTuple):
 
 
 class Drives(NamedTuple):
-    """What the actuators on one link do; n actuators, about the link origin, link axes.
+    """Thrusts and torques of the n actuators on one link, about its origin, link axes.
 
     Args:
         position: of the hubs [m], shape (n, 3).
@@ -207,7 +207,7 @@ class Timing(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What an inertial sensor reports, sensor axes, shape (N, 3).
+    """Reading of an inertial sensor, sensor axes, shape (N, 3).
 
     Args:
         angular_velocity: [rad/s].

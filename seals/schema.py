@@ -21,7 +21,7 @@ _LENGTH = "seals.length"
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """What is known about one physical parameter.
+    """Metadata of one physical parameter.
 
     Args:
         unit: SI unit as text, ``"1"`` for a pure number.

@@ -1,4 +1,4 @@
-"""Reading files that nobody vouches for: bounded size, bounded depth, refusals in words."""
+"""Bounded reading of untrusted files: size, depth and clear errors."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def _gunzip(file: Path, raw: bytes, most: int) -> bytes:
     try:
         content = unpacker.decompress(raw, most)
     except zlib.error as error:
-        raise LogError(f"'{file}' is not a sound gzip file ({error}).") from error
+        raise LogError(f"'{file}' is not a valid gzip file ({error}).") from error
     if unpacker.unconsumed_tail:
         raise LogError(f"'{file}' unpacks to more than the allowed {most:,} bytes.")
     if not unpacker.eof:

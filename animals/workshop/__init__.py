@@ -1,1 +1,1 @@
-"""What the animals' scripts share: drawn shells and limbs, and legs of three joints."""
+"""Shared parts of the animals' generator scripts: shells, limbs and three-joint legs."""

@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 def numbers(
     key: str, values: Sequence[float], count: int, *, sign: str = "any", what: str = "drive"
 ) -> Floats:
-    """Return one number a drive, shape (count,); a single one stands for all.
+    """Return one number per drive, shape (count,); a single number applies to all.
 
     Args:
         key: full name, for the refusal.
@@ -33,7 +33,7 @@ def numbers(
     if array.shape not in ((1,), (count,)):
         raise ConfigError(
             f"{key}={list(values)} has {len(values)} numbers.\n"
-            f"Allowed: {count}, one a {what}, or one number for all."
+            f"Allowed: {count}, one per {what}, or one number for all."
         )
     wrong = {"positive": array <= 0.0, "not negative": array < 0.0}.get(sign, ~np.isfinite(array))
     if not np.all(np.isfinite(array)) or np.any(wrong):
@@ -43,7 +43,7 @@ def numbers(
 
 
 def vectors(key: str, values: Sequence[Sequence[float]], count: int) -> Floats:
-    """Return one vector a drive, shape (count, 3); a single one stands for all.
+    """Return one vector per drive, shape (count, 3); a single vector applies to all.
 
     Raises:
         ConfigError: there is none, another number of rows, or a row is not three finite numbers.

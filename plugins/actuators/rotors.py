@@ -177,7 +177,7 @@ class Rotors(ActuatorOptions, Effect):
 
     @staticmethod
     def power(drives: Drives, params: Parameters) -> Array:
-        """Electrical power of the rotors as they really run [W]."""
+        """Electrical power of the rotors at their actual speed [W]."""
         xp = namespace(drives.torque)
         torque, speed = xp.abs(drives.torque), xp.abs(drives.speed)
         return (torque + params["friction_torque"]) * speed + params[

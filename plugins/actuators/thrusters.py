@@ -1,4 +1,4 @@
-"""Underwater thrusters driven by the force asked of them."""
+"""Underwater thrusters commanded by force."""
 
 from __future__ import annotations
 

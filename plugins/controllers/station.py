@@ -26,7 +26,7 @@ WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
 
 @state_record
 class Memory(NamedTuple):
-    """What the controller remembers; nothing in it is ever written to.
+    """Memory of the station-keeping controller; immutable.
 
     Args:
         sum: of the velocity error, world axes [m], shape (3,).

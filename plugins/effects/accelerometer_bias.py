@@ -63,7 +63,7 @@ class AccelerometerBias(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("accelerometer_scale", "wind", "tether"),
         may_begin=True,
-        measurement="Turning the sensor over at rest would tell.",
+        measurement="Turning the sensor over at rest would distinguish them.",
         words={"bias": "offset of the accelerometer"},
         compared=Comparison(order=(Stage.sensors, 0), scales={"bias": lambda _: 0.3}),
     )

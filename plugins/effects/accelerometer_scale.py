@@ -63,7 +63,7 @@ class AccelerometerScale(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("accelerometer_bias", "added_mass", "buoyancy"),
         may_begin=True,
-        measurement="Turning the sensor over at rest would tell.",
+        measurement="Turning the sensor over at rest would distinguish them.",
         words={"scale": "scale of the accelerometer"},
         compared=Comparison(order=(Stage.sensors, 1)),
     )

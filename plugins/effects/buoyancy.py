@@ -57,7 +57,7 @@ class Buoyancy(Effect):
     zero_when_dry: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
         confounders=("payload",),
-        measurement="Weighing the vehicle under water would tell.",
+        measurement="Weighing the vehicle under water would distinguish them.",
         words={"volume_change": "displaced volume"},
         compared=Comparison(
             order=(Stage.water, 0),

@@ -69,7 +69,7 @@ class CentreOfGravity(Effect):
     }
     identification: ClassVar[Identification] = Identification(
         confounders=("weak_rotor", "centre_of_buoyancy"),
-        measurement="Balancing the vehicle on an edge would tell.",
+        measurement="Balancing the vehicle on an edge would distinguish them.",
         words={"offset": "centre of gravity"},
         compared=Comparison(
             order=(Stage.body, 2), scales={"offset": lambda s: 0.05 * s.length}, rigid=True

@@ -75,7 +75,7 @@ class Payload(Effect):
         may_begin=True,
         may_end=True,
         in_arm=True,
-        measurement="Weighing the vehicle would tell.",
+        measurement="Weighing the vehicle would distinguish them.",
         compared=Comparison(
             order=(Stage.body, 0),
             scales={"mass": lambda s: 0.1 * s.mass},

@@ -47,7 +47,7 @@ class ThrustCoefficient(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("payload", "battery_sag", "wind", "ground_effect"),
         answers=True,
-        measurement="A thrust stand would tell.",
+        measurement="A thrust stand would distinguish them.",
         words={"relative_change": "thrust of all actuators"},
         compared=Comparison(order=(Stage.joints, 1)),
     )

@@ -54,7 +54,7 @@ class WeakRotor(Effect):
         confounders=("centre_of_gravity",),
         may_begin=True,
         answers=True,
-        measurement="A thrust stand would tell.",
+        measurement="A thrust stand would distinguish them.",
         words={"relative_loss": "thrust loss of actuator {}"},
         compared=Comparison(order=(Stage.joints, 4)),
     )
@@ -77,7 +77,7 @@ class WeakRotor(Effect):
     def __post_init__(self) -> None:
         """Refuse an index below the first."""
         if self.rotor < 1:
-            raise ConfigError(f"weak_rotor.rotor={self.rotor} is not allowed.\nAllowed: from 1 on.")
+            raise ConfigError(f"weak_rotor.rotor={self.rotor} is not allowed.\nAllowed: 1 or more.")
 
     def constants(self) -> dict[str, Floats]:
         """Return the drive's index."""

@@ -11,7 +11,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Commanded:
-    """Wants what it was last told by `tell`; before that, to stand still with its arms at rest.
+    """Guide with an externally set reference (`tell`); at rest until the first one.
 
     Args:
         rate: calls a second [Hz].
@@ -32,7 +32,7 @@ class Commanded:
         self.wanted = Reference()
 
     def tell(self, aim: Reference) -> None:
-        """Say what is wanted from the next call on."""
+        """Set the reference from the next call on."""
         self.wanted = aim
 
     def bind(self, plant: Plant) -> None:
@@ -43,7 +43,7 @@ class Commanded:
         return ()
 
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
-        """Return what was told."""
+        """Return the reference that was set."""
         return self.wanted, memory
 
     def finished(self, memory: Any) -> bool | None:

@@ -23,7 +23,7 @@ WAVES = 4
 
 
 class ArmMotion(enum.Enum):
-    """What the arms do: rest, swing through their whole range, or wander smoothly at random."""
+    """Motion of the arms: at rest, swinging through their range, or smooth random motion."""
 
     stowed = "stowed"
     sweep = "sweep"
@@ -103,7 +103,7 @@ class Hover:
         return Memory(situation.time, place, yaw)
 
     def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
-        """Return the way back to the place, and the arms' next angles."""
+        """Return the velocity back to the position, and the arms' next angles."""
         time = situation.time - memory.time - self.delay
         joints = {}
         if self.arm is not ArmMotion.stowed and time > 0.0:
@@ -113,7 +113,7 @@ class Hover:
         return aim, memory
 
     def finished(self, memory: Memory) -> bool | None:
-        """Never: a hover goes on."""
+        """Return None: a hover never ends."""
         return None
 
     def stage(self, memory: Memory) -> str:

@@ -1,4 +1,4 @@
-"""A guide that does what a trained policy says."""
+"""Guide that follows a trained policy."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Learned:
         """
         if not situation.phase.size:
             raise ConfigError(
-                "guide learned looks at the phases of the legs, which this controller has not.\n"
+                "guide learned observes leg phases, which this controller does not have.\n"
                 "Say controller=gait or controller=cpg"
             )
         still = (0.0,) * len(self._task.action_names)
@@ -103,7 +103,7 @@ class Learned:
         return Memory(far, still, 0, False)
 
     def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
-        """Return what the policy wants now."""
+        """Return the reference of the policy."""
         import torch
 
         now = self._instant(situation, memory)
@@ -134,7 +134,7 @@ class Learned:
         return np.array([x, y, situation.position[2]])
 
     def _instant(self, s: RobotState, memory: Memory) -> Instant:
-        """What the task looks at: a batch of one."""
+        """Observation of the task, as a batch of one."""
         goal = self._goal(s)[None]
         angle = 2.0 * np.pi * s.phase
         nothing = np.zeros((1, 1))
@@ -158,7 +158,7 @@ class Learned:
         )
 
     def _refuse_others(self) -> None:
-        """Refuse a policy that sees or says other things than its task does with this robot."""
+        """Refuse a policy whose observations or actions do not fit its task with this robot."""
         for kind in ("observation", "action"):
             given = list(self._policy.metadata.get(kind, ()))
             wanted = list(getattr(self._task, f"{kind}_names"))

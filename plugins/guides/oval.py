@@ -18,7 +18,7 @@ from seals.state_records import state_record
 
 @state_record
 class Memory(NamedTuple):
-    """Start of the course: time [s] and heading [rad], and the last time at which it was asked."""
+    """Memory of the oval: start time [s], heading [rad] and time of the last call."""
 
     time: float
     yaw: float

@@ -22,7 +22,7 @@ from seals.teleop.device import Device, Script
 
 @state_record
 class Memory(NamedTuple):
-    """What the stick has led to so far; nothing in it is ever written to.
+    """Memory of the stick guide; immutable.
 
     Args:
         time: of the last call [s].
@@ -96,7 +96,7 @@ class Stick:
         self._device = device
 
     def bind(self, plant: Plant) -> None:
-        """Get to know the arms; read the script.
+        """Store the arms of the robot; read the script.
 
         Raises:
             ConfigError: the script cannot be used.

@@ -195,7 +195,7 @@ class SacAgent:
         return seen
 
     def _recordable(self) -> bool:
-        """Whether an improvement takes no number from the host."""
+        """Return whether an improvement takes no number from the host."""
         return True
 
     def _lowest(self, values: Tensor) -> Tensor:

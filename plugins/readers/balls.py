@@ -103,7 +103,7 @@ def read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     except LogError:
         raise
     except Exception as error:  # openpyxl lets errors of every kind through on damaged files
-        raise LogError(f"'{file}' is not a sound spreadsheet ({error}).") from error
+        raise LogError(f"'{file}' is not a valid spreadsheet ({error}).") from error
 
 
 def _filled(sheet: Any) -> list[tuple[Any, ...]]:

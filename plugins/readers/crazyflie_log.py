@@ -43,10 +43,12 @@ class _Cursor:
     def text(self) -> str:
         end = self.content.find(b"\0", self.place, self.place + 256)
         if end < 0:
-            raise LogError(f"'{self.where}': a name in the header has no end: no Crazyflie log.")
+            raise LogError(f"'{self.where}': a name in the header has no end: not a Crazyflie log.")
         raw, self.place = self.content[self.place : end], end + 1
         if not raw or not raw.isascii():
-            raise LogError(f"'{self.where}': a name in the header is not text: no Crazyflie log.")
+            raise LogError(
+                f"'{self.where}': a name in the header is not text: not a Crazyflie log."
+            )
         return raw.decode("ascii")
 
 

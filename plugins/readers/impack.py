@@ -142,7 +142,7 @@ def _from_ide(path: Path, sensor: ImpackSensor) -> tuple[Floats, Floats]:
             session = recording.channels[_IDE_CHANNEL[sensor]].getSession()
             rows = np.asarray(session.arraySlice(), dtype=np.float64)
     except Exception as error:  # idelib lets errors of every kind through on damaged files
-        raise LogError(f"'{path}' is not a sound enDAQ recording: {error}") from error
+        raise LogError(f"'{path}' is not a valid enDAQ recording: {error}") from error
     # times come in microseconds
     return rows[0] * 1e-6, rows[1:4]
 

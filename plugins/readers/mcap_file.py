@@ -31,7 +31,7 @@ def messages(
         present: receives every topic met and its type.
 
     Raises:
-        LogError: it is no MCAP, is damaged, or unpacks to more than it may.
+        LogError: it is not an MCAP file, is damaged, or unpacks to more than it may.
         MissingExtra: the package for MCAP is absent.
     """
     file = regular_file(path, most=MOST_BYTES)
@@ -78,7 +78,7 @@ def _damage(file: Path) -> Iterator[None]:
     ) as error:
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise LogError(
-            f"'{file}' is not a sound MCAP file ({reason}).\nRepair it: mcap recover FILE"
+            f"'{file}' is not a valid MCAP file ({reason}).\nRepair it: mcap recover FILE"
         ) from error
 
 

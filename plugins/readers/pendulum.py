@@ -73,7 +73,7 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         return dict(loadmat(str(file)))
     except Exception as error:  # scipy lets errors of every kind through on damaged files
-        raise LogError(f"'{file}' is not a sound MATLAB file ({error}).") from error
+        raise LogError(f"'{file}' is not a valid MATLAB file ({error}).") from error
 
 
 def _log(path: Path, content: dict[str, Any], name: str) -> Log:

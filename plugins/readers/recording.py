@@ -1,4 +1,4 @@
-"""What the readers of recorded messages share: their fields, and the way to one log."""
+"""Base of readers of recorded messages: options, and conversion to one log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Itera
 
 @dataclass(kw_only=True)
 class Recording:
-    """Fields and work of a reader of recorded messages; the readers themselves tell the meaning."""
+    """Base of readers of recorded messages; subclasses interpret the messages."""
 
     source: ClassVar[Source]
     kind: ClassVar[str]

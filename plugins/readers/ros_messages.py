@@ -60,7 +60,7 @@ def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
         try:
             return json.loads(raw)
         except (ValueError, RecursionError) as error:
-            raise LogError(f"{where}: a message is no JSON ({str(error)[:80]}).") from error
+            raise LogError(f"{where}: a message is not JSON ({str(error)[:80]}).") from error
     store = _store()
     if encoding != "cdr" or kind not in store.types:
         raise LogError(
@@ -107,7 +107,7 @@ def number(message: Any, path: str, *, where: str) -> float:
     for part in path.split("."):
         match = _PART.match(part)
         if match is None:
-            raise LogError(f"{where}: '{path}' is no path.\nWrite a.b[0].c")
+            raise LogError(f"{where}: '{path}' is not a path.\nWrite a.b[0].c")
         found = _member(found, match["name"], path, where)
         for index in re.findall(r"\d+", match["indices"]):
             found = _entry(found, int(index), path, where)
@@ -135,7 +135,7 @@ def _member(found: Any, name: str, path: str, where: str) -> Any:
 
 def _entry(found: Any, index: int, path: str, where: str) -> Any:
     if isinstance(found, str | bytes) or not hasattr(found, "__getitem__"):
-        raise LogError(f"{where}: '{path}' counts entries of what is no list.")
+        raise LogError(f"{where}: '{path}' counts entries of a value that is not a list.")
     try:
         return found[index]
     except (IndexError, KeyError) as error:
@@ -143,7 +143,7 @@ def _entry(found: Any, index: int, path: str, where: str) -> Any:
 
 
 def channels(message: Any, kind: str, *, where: str) -> dict[str, float]:
-    """Return what a message of a known type says, by column of the log.
+    """Return the values of a message of a known type, by column of the log.
 
     Raises:
         LogError: a field is absent or holds no number.

@@ -29,7 +29,7 @@ class Message(NamedTuple):
 
 @dataclass(kw_only=True)
 class Choice:
-    """What is wanted of a recording.
+    """Selection of topics and fields of a recording.
 
     Args:
         topics: known topics to read; empty for all.

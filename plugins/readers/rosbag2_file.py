@@ -36,7 +36,7 @@ def storages(place: Path) -> list[Path]:
     if not place.is_dir():
         if place.suffix not in _STORAGES:
             raise LogError(
-                f"'{regular_file(place, most=MOST_BYTES)}' is no rosbag2.\n"
+                f"'{regular_file(place, most=MOST_BYTES)}' is not a rosbag2.\n"
                 "Give its folder (with metadata.yaml), or a file .db3 or .mcap"
             )
         return [place]
@@ -52,7 +52,9 @@ def storages(place: Path) -> list[Path]:
     files = [place / PurePath(str(name)).name for name in names]
     for file in files:
         if file.suffix not in _STORAGES or not file.resolve().is_relative_to(place.resolve()):
-            raise LogError(f"'{place}': '{file.name}' is no file .db3 or .mcap inside the folder.")
+            raise LogError(
+                f"'{place}': '{file.name}' is not a .db3 or .mcap file inside the folder."
+            )
     return files
 
 
@@ -93,7 +95,7 @@ def _database(file: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mes
                 yield from _topic(base, number, topics[number], file)
     except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
         raise LogError(
-            f"'{file}' is not a sound rosbag2 file ({error}).\nCopy it again, or: ros2 bag reindex"
+            f"'{file}' is not a valid rosbag2 file ({error}).\nCopy it again, or: ros2 bag reindex"
         ) from error
 
 
@@ -111,7 +113,7 @@ def _check_tables(base: sqlite3.Connection, file: Path) -> None:
     kinds = dict(base.execute("SELECT name, type || ' ' || substr(sql, 1, 14) FROM sqlite_master"))
     for table, wanted in _TABLES.items():
         if not str(kinds.get(table, "")).upper().startswith("TABLE CREATE TABLE"):
-            raise LogError(f"'{file}' holds no table '{table}': it is no rosbag2.")
+            raise LogError(f"'{file}' holds no table '{table}': it is not a rosbag2.")
         columns: list[Any] = list(base.execute(f"PRAGMA table_xinfo({table})"))
         # the last number tells columns that are computed
         plain = {row[1] for row in columns if row[6] == 0}

@@ -1,4 +1,4 @@
-"""What the readers of recordings share: columns chosen by topic and field, and the finished log."""
+"""Columns of recordings by topic and field, and their merge into one log."""
 
 from __future__ import annotations
 

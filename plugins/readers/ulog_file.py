@@ -32,7 +32,7 @@ Samples = NDArray[Any]
 
 @dataclass(kw_only=True)
 class _State:
-    """What was declared so far, and the bytes of the wanted topics."""
+    """Parser state: declarations so far, and the bytes of the selected topics."""
 
     formats: dict[str, str] = field(default_factory=dict)
     topics: dict[int, tuple[str, int]] = field(default_factory=dict)
@@ -51,7 +51,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
         where: the file, for refusals.
 
     Raises:
-        LogError: it is no ULog, is damaged, or declares more than it may.
+        LogError: it is not a ULog, is damaged, or declares more than it may.
     """
     if raw[: len(MAGIC)] != MAGIC or len(raw) < _HEADER:
         raise LogError(f"'{where}' is not a ULog file: it does not start as one.")
@@ -116,7 +116,7 @@ def _text(body: bytes, where: str) -> str:
         return body.decode("ascii")
     except UnicodeDecodeError as error:
         raise LogError(
-            f"'{where}' is damaged: a name in it is no text ({error.reason})."
+            f"'{where}' is damaged: a name in it is not text ({error.reason})."
         ) from error
 
 

@@ -167,7 +167,7 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
 
 
 def _heading(words: list[str]) -> dict[str, int]:
-    """Return the place of each known column; empty where the line is no heading."""
+    """Return the place of each known column; empty where the line is not a heading."""
     found: dict[str, int] = {}
     for place, word in enumerate(words[:256]):
         name = word.strip().strip('"').lower().replace("°", "deg").replace("º", "deg")
@@ -190,7 +190,7 @@ def _moment(word: str, where: str) -> datetime:
             return datetime.strptime(full, clock)
         except ValueError:
             continue
-    raise LogError(f"'{where}': '{word[:40]}' is no time of day.\nAllowed: 14:03:22.518")
+    raise LogError(f"'{where}': '{word[:40]}' is not a time of day.\nAllowed: 14:03:22.518")
 
 
 def _turned(columns: dict[str, Floats], axes: list[str]) -> dict[str, Floats]:

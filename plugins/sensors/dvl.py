@@ -25,7 +25,7 @@ BEAM, RANGE, SPIN = "dvl_beam_velocity", "dvl_beam_range", "dvl_spin"
 
 @dataclass(kw_only=True)
 class SensorDvl(Instrument):
-    """Velocity over ground from the Doppler shift of four slanted beams, while the bottom is heard.
+    """Doppler velocity log: velocity over ground from four slanted beams with bottom lock.
 
     Equation:
         b_k = d_k . v (1 + scale_error) + noise, with d_k = (sin a cos c_k, sin a sin c_k, -cos a)

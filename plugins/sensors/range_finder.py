@@ -1,4 +1,4 @@
-"""Range finder or altimeter: a ray or a cone to the nearest thing."""
+"""Range finder or altimeter: distance to the nearest object along a ray or in a cone."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SensorRangeFinder(Instrument):
     Equation:
         range = min over the rays of the distance to the first thing hit, times (1 + gain_error),
         plus bias and noise. range_valid is 1 between ``nearest`` and ``farthest``; otherwise it is
-        0 and there is no range.
+        0 and there is not a range.
 
     Args:
         rate: readings a second [Hz].

@@ -112,7 +112,7 @@ class TaskCatch(TaskReach):
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What is seen, in order."""
+        """Names of the observed quantities, in order."""
         pads = getattr(self, "_pads", 0)
         hand = ("grip", "closed", *(f"touch_{k + 1}" for k in range(pads)))
         rest = ("up_x", "up_y", "submersion", *hand)
@@ -213,7 +213,7 @@ class TaskCatch(TaskReach):
         return self.stages(now) - cost, memory
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Return what a diver would do who keeps nothing in mind, shape (N, 4)."""
+        """Return the actions of a memoryless scripted diver, shape (N, 4)."""
         plan = Plan(
             speed=self.speed,
             steps=self.rate * self.closing,

@@ -45,7 +45,7 @@ LAP = 8.0
 
 
 class Plan(NamedTuple):
-    """What the diver knows of its task.
+    """Task state of the diver.
 
     Args:
         speed: velocity of an action of 1 [m/s].
@@ -102,7 +102,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
 
 
 def _calm(now: Instant) -> Array:
-    """Whether the body hangs so quietly that the hand stays where it is, shape (N, 1)."""
+    """Return whether the body hangs so quietly that the hand stays where it is, shape (N, 1)."""
     xp = namespace(now.position)
     lean, turn = now.rotation[:, 2, 0:2], now.angular_velocity[:, 0:2]
     level = xp.sum(lean * lean, axis=1, keepdims=True) < CALM * CALM

@@ -1,4 +1,4 @@
-"""What learners observe of robot and target."""
+"""Observations of robot and target for learners."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
 
 
 class See(enum.Enum):
-    """What a learner observes.
+    """Kind of observation.
 
     ``paper``: positions and orientations of robot and target, and the robot's velocity. ``full``:
     the target as seen from the hand of a level body, velocities, lean, submersion and the last

@@ -142,7 +142,7 @@ class TaskReach:
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What is seen, in order."""
+        """Names of the observed quantities, in order."""
         return names_of(self.sight, self.action_names)
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
@@ -218,7 +218,7 @@ class TaskReach:
 
     @property
     def over_with_success(self) -> bool:
-        """Whether success ends the episode."""
+        """Return whether success ends the episode."""
         return self.ends or self.reward_form is Reward.paper
 
     def scripted_policy(self, now: Instant) -> Array:

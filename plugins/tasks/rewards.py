@@ -15,7 +15,7 @@ OVERSPEED = -5.0
 
 
 class Reward(enum.Enum):
-    """Which reward a task gives.
+    """Kind of reward of a task.
 
     ``paper``: three regions over five orders of magnitude. ``shaped``: minus the distance, with a
     bounded bonus near the target. ``progress``: the distance that a step gained, with that bonus.

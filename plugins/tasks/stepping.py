@@ -29,7 +29,7 @@ TURN_GAIN = 3.0
 
 
 class Steps(NamedTuple):
-    """What the walker knows of its task.
+    """Task state of the walker.
 
     Args:
         speed: of an action of 1 [m/s].

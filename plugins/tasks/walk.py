@@ -125,7 +125,7 @@ class TaskWalk:
             numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)
             if not numbers or len(pair) != 2 or pair[0] > pair[1]:
                 raise ConfigError(
-                    f"task.manner.{name}={pair} is no range.\n"
+                    f"task.manner.{name}={pair} is not a range.\n"
                     "Allowed: two numbers [least, largest]."
                 )
 

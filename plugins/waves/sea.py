@@ -20,7 +20,7 @@ STEEPEST = 2.0 * math.pi / 15.0
 
 
 class Spectrum(enum.Enum):
-    """How the energy is spread over the frequencies."""
+    """Shape of the wave spectrum."""
 
     regular = "regular"
     """One wave: height from trough to crest, and its period."""

@@ -1,4 +1,4 @@
-"""Writes a machine as a URDF with its meshes, and tells what its robot.yaml needs to know."""
+"""Writer of a machine: URDF, meshes and values of its robot.yaml."""
 
 from __future__ import annotations
 

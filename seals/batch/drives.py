@@ -29,7 +29,7 @@ class BatchDrives:
         """Convert the numbers once."""
         if response.delay > 0.0:
             raise ConfigError(
-                f"commands arrive {response.delay:g} s late; a batch of robots knows no delay.\n"
+                f"commands arrive {response.delay:g} s late; a batch has no command delay.\n"
                 "Leave the effect command_delay out, or use backend=pybullet."
             )
         self.count = len(response.lag)

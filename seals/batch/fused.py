@@ -142,7 +142,7 @@ class FusedBody(RigidBody):
 
 
 def _rows(x: Array, rows: slice) -> Array:
-    """Rows of one link; one row stands for all."""
+    """Rows of one link; one row applies to all."""
     return x if x.shape[0] == 1 else x[rows]
 
 

@@ -236,7 +236,7 @@ class BatchDynamics:
         return self.body.rates(state, time, inputs, memory, posture)
 
     def _stiff(self, step: Any) -> bool:
-        """Whether the joint drives are too steep for explicit steps of this length [s]."""
+        """Return whether the joint drives are too steep for explicit steps of this length [s]."""
         return self._rate > 0.0 and float(np.max(step)) * self._rate > STEEPEST
 
     def _implicit(

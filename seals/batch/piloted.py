@@ -28,7 +28,7 @@ from seals.world.drivetrain import response_of
 
 
 class PilotedSettings(Protocol):
-    """What a batch under control needs of the settings of a run."""
+    """Settings of a run that a controlled batch needs."""
 
     environment: EnvironmentSettings
     wave: Any
@@ -117,7 +117,7 @@ class PilotedTwin:
         self._torque = self.twin.no_torque()
 
     def start(self, state: TwinState, drive: Array) -> Flight:
-        """Return flights that begin now.
+        """Return flights at their start.
 
         Args:
             state: of the bodies.
@@ -129,7 +129,7 @@ class PilotedTwin:
         return Flight(state, time, whole, memory, self.controller.start(self.batch))
 
     def fly(self, flight: Flight, velocity: Array, yaw: Array, steps: int) -> Flight:
-        """Return flights after some steps under wanted velocities.
+        """Return flights after some steps under reference velocities.
 
         Args:
             flight: before.

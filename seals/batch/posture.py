@@ -1,4 +1,4 @@
-"""What the state alone decides: poses and velocities of the links, and the water around them."""
+"""Quantities that depend on the state alone: link poses and velocities, and the water around."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from seals.multibody.rows import by_batch, take_motion
 
 
 class Force(NamedTuple):
-    """What some effects do at known accelerations, their inertia's resistance taken off.
+    """Loads of some effects at known accelerations, less their inertial reaction.
 
     Args:
         links: wrenches about the link origins, link axes [N, N m], shape (B, L, 6).
@@ -96,7 +96,7 @@ class Response:
         return out
 
     def force(self, effects: EffectSet) -> Force:
-        """What some effects do at the states and accelerations of the twin.
+        """Loads of some effects at the states and accelerations of the batch.
 
         Args:
             effects: without flows, with the values that count.

@@ -87,7 +87,7 @@ def _bounds(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[Robo
 
 
 def joint_loads_of(robot: RobotModel) -> tuple[Floats, Floats]:
-    """Return what hangs on each joint, all joints at zero.
+    """Return the load on each joint, all joints at zero.
 
     Returns:
         Inertia of everything beyond each joint about its axis [kg m^2], mass for one that slides

@@ -43,7 +43,7 @@ def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def _beyond(robot: RobotModel, where: str, joints: tuple[int, ...], pose: Floats) -> Iterator[str]:
-    """Yield what lies outside the limits, in words."""
+    """Yield messages about values outside the limits."""
     for j, value in zip(joints, pose, strict=True):
         low, high = float(robot.lower[j]), float(robot.upper[j])
         if not low - ROUNDING <= value <= high + ROUNDING:

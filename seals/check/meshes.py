@@ -49,7 +49,7 @@ def _scaled(path: Path) -> list[tuple[str, float]]:
 
 
 def _look(path: Path, name: str, scale: float) -> Iterator[RobotFinding]:
-    """Yield what is odd about one mesh file."""
+    """Yield findings about one mesh file."""
     triangles, extent = _size(path)
     if triangles > MANY_TRIANGLES:
         advice = f"Above {MANY_TRIANGLES:,} loading and contacts are slow; simplify it."

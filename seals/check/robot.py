@@ -31,7 +31,7 @@ FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
 def check_robot(
     settings: RobotSettings, actuators: Mapping[str, Effect] | None = None
 ) -> list[RobotFinding]:
-    """Look at mass, inertia, hulls, floating, drives, joints and meshes of a robot.
+    """Check mass, inertia, hulls, floating, drives, joints and meshes of a robot.
 
     Args:
         settings: the robot folder as configured.

@@ -44,7 +44,7 @@ def _reader_of(place: Path) -> str:
     if not place.exists():
         raise ConfigError(f"log={place} does not exist.\nGive the path of a log file or folder.")
     raise ConfigError(
-        f"log={place}: its name does not tell how to read it.\n"
+        f"log={place}: its name does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
     )
 

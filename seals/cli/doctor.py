@@ -65,7 +65,7 @@ def python() -> Iterator[Remark]:
 
 
 def packages() -> Iterator[Remark]:
-    """Report the versions of what SEALS depends on, and whether they are the wanted ones."""
+    """Report the versions of the dependencies and whether they meet the requirements."""
     try:
         from packaging.requirements import Requirement  # comes with Hydra
     except ImportError:

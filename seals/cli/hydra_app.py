@@ -81,7 +81,7 @@ def plan(arguments: list[str]) -> int:
 
 
 def teleop(arguments: list[str]) -> int:
-    """Fly by hand: compose, then hand over to ``seals.teleop.application``."""
+    """Fly manually: compose, then hand over to ``seals.teleop.application``."""
     return launch("teleop", arguments, _teleop_task)
 
 

@@ -17,7 +17,7 @@ OPTIONS = {"robot": ("urdf", "package", "density"), "effect": (), "sensor": ()}
 
 
 def new(arguments: list[str]) -> int:
-    """Make what is asked for in the working directory, and say what comes next."""
+    """Create a new item in the working directory, and print the next steps."""
     words, options = _sorted(arguments)
     kind = words[0] if words else ""
     if kind not in KINDS:

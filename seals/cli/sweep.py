@@ -41,7 +41,7 @@ class Begun(NamedTuple):
 
 
 def begun(root: str, words: Sequence[str]) -> Begun:
-    """Take up an earlier sweep where a command asks for that; other commands stay as they are.
+    """Resume an earlier sweep on request; leave other commands unchanged.
 
     Args:
         root: of its jobs, such as ``run``.
@@ -69,7 +69,8 @@ def begun(root: str, words: Sequence[str]) -> Begun:
     note = _note(folder)
     if note["verb"] != root or sorted(note["words"]) != sorted(own_words(rest)):
         raise ConfigError(
-            f"{folder} was begun by other words: seals {note['verb']} {' '.join(note['words'])}.\n"
+            f"{folder} was started with other overrides: seals {note['verb']} "
+            f"{' '.join(note['words'])}.\n"
             "Give the very same ones, or take it up by its folder alone: resume=FOLDER"
         )
     hydras = [word for word in rest if word not in own_words(rest)]
@@ -93,7 +94,7 @@ def _named(words: Sequence[str]) -> Path | None:
 
 
 def _stated(words: Sequence[str]) -> Path | None:
-    """Return the folder that is to be taken up, where one is given.
+    """Return the folder of the sweep to resume, if one is given.
 
     Raises:
         ConfigError: it is given by something that only Hydra can look up.
@@ -130,7 +131,7 @@ def _newest(root: str, words: Sequence[str]) -> Path:
     if found:
         return max(found)[1]
     raise ConfigError(
-        f"{RESUME}: none of the {len(places)} sweeps in runs/ was begun by these words.\n"
+        f"{RESUME}: none of the {len(places)} sweeps in runs/ was started with these overrides.\n"
         "Name its folder: resume=FOLDER, or begin the sweep without --resume."
     )
 
@@ -209,7 +210,7 @@ def _refuse_other_places(words: Sequence[str]) -> None:
 
 
 def _refuse_absent_launcher(words: Sequence[str]) -> None:
-    """Refuse a launcher whose package is absent: Hydra would say that there is no such option."""
+    """Refuse a launcher whose package is not installed."""
     for word in words:
         key, _, name = word.partition("=")
         if key != _LAUNCHER:

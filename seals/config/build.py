@@ -64,7 +64,7 @@ def _refuse_untyped(node: Any, where: str) -> None:
 
 
 def _tuples(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
-    """Give fields annotated as tuples their tuples: the configuration knows lists only."""
+    """Convert lists of the configuration to tuples where fields are annotated so."""
     hints = typing.get_type_hints(cls)
     for name, value in values.items():
         arguments = typing.get_args(hints.get(name))

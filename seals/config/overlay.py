@@ -192,7 +192,7 @@ def free_name(name: str, taken: Mapping[str, Any]) -> str:
 
 
 def find_overlay(name: str) -> Path | None:
-    """Return the file that ``model=NAME`` stands for: a path, or a name in the folder of models."""
+    """Return the file of ``model=NAME``: a path, or a name in the folder of models."""
     places = (Path(name), Path(f"{name}.yaml"), Path(FOLDER) / f"{name}.yaml", Path(FOLDER) / name)
     return next((p for p in places if p.suffix == ".yaml" and p.is_file()), None)
 
@@ -256,7 +256,7 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
 
 
 def _effect(raw: Any, where: str) -> Effect:
-    """An effect to add; an addition to one of its kind unless it says otherwise."""
+    """An effect to add; by default a correction of one of its kind."""
     made: Effect = _plugin("effect", {"correction": True, **_mapping(raw, where)}, where)
     return made
 

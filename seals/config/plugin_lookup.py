@@ -1,4 +1,4 @@
-"""Which installed plug-in a class is: the way back from an object, or a class path, to its name."""
+"""Look-up of the plug-in name of an object or a class path."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plugin_at(kind: str, path: str, *, where: str) -> registry.Plugin:
     if found is None:
         names = registry.names(kind)
         raise UnknownPlugin(
-            f"{where} is '{path}', which is no installed {kind}.\n"
+            f"{where} is '{path}', which is not an installed {kind}.\n"
             f"{suggestion(path.rpartition('.')[2], names, label='Installed')}"
         )
     return found

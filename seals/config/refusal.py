@@ -1,4 +1,4 @@
-"""Say in two lines what Hydra and OmegaConf say in many, or hide one level down."""
+"""Two-line messages for errors of Hydra and OmegaConf."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
     except yaml.MarkedYAMLError as error:
         place = error.problem_mark or error.context_mark
         where = f"{place.name}, line {place.line + 1}" if place else "a file of configuration"
-        raise ConfigError(f"{where} is no YAML: {error.problem}.\nMend it.") from error
+        raise ConfigError(f"{where} is not valid YAML: {error.problem}.\nCorrect it.") from error
     except (HydraException, OmegaConfBaseException) as error:
         refusal = explain(error, overrides, root=root)
         raise refusal from error
@@ -57,7 +57,7 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
 
 
 def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
-    """Return the refusal that says what a Hydra or OmegaConf error means."""
+    """Return a ConfigError that explains an error of Hydra or OmegaConf."""
     chain = list(_chain(error))
     for link in chain:
         if isinstance(link, SealsError):
@@ -77,7 +77,7 @@ def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> Sea
 def _elsewhere(
     error: BaseException, chain: Sequence[BaseException], root: str
 ) -> ConfigError | None:
-    """Explain a group that only other verbs know; None where that is not the matter."""
+    """Explain a group that belongs to other verbs; None for others."""
     asked = re.search(r"Could not override '(\w+)'", str(error))
     keys = [str(getattr(link, "full_key", "")) for link in chain]
     group = asked.group(1) if asked else next((key for key in keys if key), "")

@@ -155,7 +155,7 @@ def find_robot(name: str) -> RobotFile:
     if is_robot_folder(name):
         return read_robot(Path(name))
     registry.get("robot", name)
-    raise ConfigError(f"robot '{name}' vanished.\nSee: seals list robot")
+    raise ConfigError(f"robot '{name}' is no longer there.\nSee: seals list robot")
 
 
 def robot_option(name: str) -> Container:
@@ -215,7 +215,7 @@ def model_option(name: str) -> Container:
     """
     path = find_overlay(name)
     if path is None:
-        raise ConfigError(f"model '{name}' vanished.\nModels lie in the folder models/")
+        raise ConfigError(f"model '{name}' is no longer there.\nModels lie in the folder models/")
     node: Container = OmegaConf.create(load_overlay(path))
     return node
 

@@ -1,4 +1,4 @@
-"""What a folder of configuration may say unless its user trusts it: values, and plug-ins by name.
+"""Restrictions on untrusted configuration folders: values, and plug-ins by name, only.
 
 Hydra reads more than values from the YAML in ``--config-dir``: a section ``hydra`` names classes
 that it makes, programs' surroundings and further folders. A folder holding any of that is refused
@@ -156,8 +156,8 @@ def _content(place: Path) -> Any:
     except (yaml.scanner.ScannerError, yaml.parser.ParserError) as cause:
         # nobody could compose with it: trust would not help
         raise ConfigError(
-            f"{place} is no YAML ({' '.join(str(cause).split())[:200]}).\n"
-            "Mend it, or move it out of the folder."
+            f"{place} is not valid YAML ({' '.join(str(cause).split())[:200]}).\n"
+            "Correct it, or move it out of the folder."
         ) from cause
     except (OSError, UnicodeDecodeError, yaml.YAMLError, SealsError) as cause:
         raise _distrust(

@@ -1,4 +1,4 @@
-"""Which class a configuration may name: that of the plug-in chosen, and none inside of its values.
+"""Restriction of ``_target_`` to the class of the chosen plug-in.
 
 Hydra makes an object of every mapping with ``_target_``, however deep it lies.
 """

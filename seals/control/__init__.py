@@ -1,4 +1,4 @@
-"""Control: what a guide wants, what a controller commands, what both may know."""
+"""Control: references of guides, commands of controllers, and the state both receive."""
 
 from seals.control.plant import Layout, Plant
 from seals.control.protocols import (

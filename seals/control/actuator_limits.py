@@ -45,7 +45,7 @@ class ActuatorLimitEstimator:
     """
 
     def __init__(self, plant: Plant) -> None:
-        """Find the effects that the model knows."""
+        """Select the effects that the controller's model contains."""
         effects = plant.effects
         self._layout, self._actuators = plant.layout, effects.actuators
         self._laws = [b for b in effects.actuations if KNOWN in b.effect.accounts_for]

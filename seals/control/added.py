@@ -1,4 +1,4 @@
-"""Added mass and drag of a whole robot under water, as a controller reckons with them."""
+"""Added mass and drag of a whole robot under water, for model-based control."""
 
 from __future__ import annotations
 

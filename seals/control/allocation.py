@@ -1,4 +1,4 @@
-"""From a wanted force and torque to the commands of the drives."""
+"""Control allocation: from force and torque to the commands of the drives."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RANK = 1e-6
 
 
 class Saturation(enum.Enum):
-    """What gives way when the drives cannot do all that is wanted.
+    """Priority under saturation: which demand is reduced first.
 
     ``paper``: the pseudo-inverse; squared speeds below zero become zero, then all shrink alike
     until the largest is allowed. ``priority``: the best within all limits, roll and pitch before
@@ -194,7 +194,7 @@ def has_rank(a: Floats) -> bool:
 
 
 def shrunk(u: Floats, low: Floats, high: Floats) -> Floats:
-    """Return what may be commanded: below ``low`` clipped, then all shrunk to fit under ``high``.
+    """Return feasible commands: clipped at ``low``, then scaled to fit under ``high``.
 
     Example:
         >>> shrunk(np.array([-1.0, 2.0, 4.0]), np.zeros(3), np.full(3, 2.0))

@@ -1,4 +1,4 @@
-"""Attitude control on the rotation group, and the attitude that a wanted force asks for."""
+"""Attitude control on SO(3), and the attitude for a wanted force."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.arrays import Floats
 
 
 def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
-    """Return the attitude whose z axis lies along a wanted force, as far as it may lean.
+    """Return the attitude with its z axis along a wanted force, within a tilt limit.
 
     A force that points down is taken for one that pulls along -z: the robot leans the other way.
     Near zero a force has no direction, and the robot stays level.

@@ -1,4 +1,4 @@
-"""Controllers over a batch: what they see, what they give, and the allocation they share."""
+"""Controllers over a batch: state, commands and control allocation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BEYOND = 1e-12
 
 
 class View(NamedTuple):
-    """What a controller may know of every robot of a batch; see `seals.control.RobotState`.
+    """State of every robot of a batch for controllers; see `seals.control.RobotState`.
 
     Args:
         step: time until the next call [s].
@@ -56,7 +56,7 @@ class View(NamedTuple):
 
 @runtime_checkable
 class BatchController(Protocol):
-    """Turns wanted velocities into commands of the drives, for a robot whose joints are held."""
+    """Velocity controller over a batch of robots whose joints are held."""
 
     def start(self, batch: int) -> Any:
         """Return the memory at the start, arrays of B rows each."""
@@ -166,7 +166,7 @@ class BatchAllocation:
 
 
 class _Search(NamedTuple):
-    """Where the search for the best shares stands, row by row.
+    """State of the active-set search, row by row.
 
     Args:
         h: quadratic form, shape (B, n, n).
@@ -238,7 +238,7 @@ def _round(now: _Search) -> tuple[Array, Array, _Search]:
 
 
 def _tried(now: _Search) -> tuple[Array, Array]:
-    """Return the best shares with the bounds as they are, and which of them are wrong."""
+    """Return the optimum for the present active set, and the violated bounds."""
     xp = namespace(now.g)
     h, g, free = now.h, now.g, now.free
     eye = xp.eye(g.shape[1], dtype=g.dtype, device=g.device)[None]

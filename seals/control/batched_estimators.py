@@ -1,4 +1,4 @@
-"""Immersion and actuator limits of every robot of a batch, as a controller knows them."""
+"""Immersion and actuator limits of every robot of a batch, for controllers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BatchActuatorLimitEstimator:
     def __init__(
         self, plant: Plant, effects: EffectSet, *, links: int, like: Array, batch: int
     ) -> None:
-        """Find the effects that the model knows."""
+        """Select the effects that the controller's model contains."""
         layout = plant.layout
         self._links, self._batch = links, batch
         self._actuators = effects.actuators
@@ -57,7 +57,7 @@ class BatchActuatorLimitEstimator:
         }
 
     def now(self, motion: Motion, sample: Sample) -> BatchActuatorLimits:
-        """Return what the drives can do, rows of motion and sample link by link."""
+        """Return the actuator limits; rows of motion and sample link by link."""
         xp, one = namespace(self._ones), self._ones
         dry = BatchActuatorLimits(one, one * self._limit, one * self._low * (1.0 - self._rotors))
         if not self._wet or sample.depth is None or not some(sample.depth >= -self._far):

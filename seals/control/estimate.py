@@ -1,4 +1,4 @@
-"""Where a controller believes the robot is: the truth, or the last estimate of a sensor."""
+"""Pose estimate of a controller: the truth, or the last estimate of a sensor, extrapolated."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Estimate(NamedTuple):
 
 
 class Estimator:
-    """Holds the last estimate and carries it on in time.
+    """Hold the last estimate and extrapolate it in time.
 
     Args:
         sense: name of the sensor, or ``truth``.

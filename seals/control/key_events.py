@@ -1,4 +1,4 @@
-"""What a person pressed and when: a list of events, read from and written to small files."""
+"""Input events of a pilot over time, read from and written to small files."""
 
 from __future__ import annotations
 
@@ -99,7 +99,9 @@ def _yaml(path: Path, text: str) -> list[Event]:
         entries = plain_yaml(text)
     except yaml.YAMLError as cause:
         words = " ".join(str(cause).split())
-        raise ConfigError(f"script {path} is no YAML: {words}.\nCheck the brackets.") from cause
+        raise ConfigError(
+            f"script {path} is not valid YAML: {words}.\nCheck the brackets."
+        ) from cause
     if not isinstance(entries, list):
         raise ConfigError(
             f"script {path} holds no list.\n"

@@ -1,4 +1,4 @@
-"""Which key, axis or button does what: one table for the help, the devices and the scripts."""
+"""Key map: one table of keys, axes and buttons for help, devices and scripts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ JOINTS = 6
 
 
 class Stick(NamedTuple):
-    """What a person wants, as shares of full.
+    """Stick input of a pilot, as fractions of full deflection.
 
     Args:
         forward: along the heading [1].
@@ -35,7 +35,7 @@ class Stick(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Whether the robot itself shall move."""
+        """Return whether the robot itself shall move."""
         return any((self.forward, self.left, self.up, self.turn))
 
 
@@ -99,12 +99,12 @@ _WORDS = {
 
 
 def is_control(name: str) -> bool:
-    """Whether a name is that of a key, axis or button that may appear in a script."""
+    """Return whether a name is that of a key, axis or button that may appear in a script."""
     return name in CONTROLS or bool(re.fullmatch(r"(axis|button)_\d+", name))
 
 
 def stick_of(held: Mapping[str, float]) -> Stick:
-    """Return what the held controls ask for.
+    """Return the stick input of the held controls.
 
     Example:
         >>> stick_of({"w": 1.0, "q": 1.0}).forward, stick_of({"axis_3": -0.5}).forward

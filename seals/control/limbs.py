@@ -1,4 +1,4 @@
-"""Targets of the joints from what a guide wants of arms and grippers."""
+"""Joint targets from the references for arms and grippers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def stowed(robot: RobotModel) -> Floats:
 
 
 def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
-    """Return the joint values wanted now, within the joint limits, shape (J,).
+    """Return the joint targets, within the joint limits, shape (J,).
 
     Args:
         aim: of the guide.
@@ -45,7 +45,7 @@ def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
         if len(values) != len(arm.joints):
             raise ConfigError(
                 f"aim.joints.{name} has {len(values)} values.\n"
-                f"Allowed: {len(arm.joints)}, one a joint of the arm."
+                f"Allowed: {len(arm.joints)}, one per joint of the arm."
             )
         out[list(arm.joints)] = values
     for name, grip in aim.grip.items():
@@ -67,7 +67,7 @@ def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
 
 @state_record
 class Reckoned(NamedTuple):
-    """Motion of the joints as their servos will make it, without noise and before it happens.
+    """Predicted motion of the joints under their servos.
 
     Args:
         position: [rad or m], shape (J,).

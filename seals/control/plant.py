@@ -1,4 +1,4 @@
-"""What a guide or a controller knows of its robot before the start: parts, drives, surroundings."""
+"""Model of a robot for guides and controllers: parts, drives, surroundings."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Plant(NamedTuple):
 
 
 def build_plant(robot: RobotModel, effects: EffectSet, environment: EnvironmentSettings) -> Plant:
-    """Return what guides and controllers may know of a robot.
+    """Return the model of a robot for guides and controllers.
 
     Raises:
         ConfigError: a drive sits on a link that moves against the base.

@@ -1,4 +1,4 @@
-"""The protocols of guides and controllers, and what passes between them.
+"""Protocols of guides and controllers, and the data between them.
 
 guide --Reference--> controller --ActuatorCommand--> drives and servos, at the controller's rate.
 Guides and controllers keep nothing to themselves: their memory is handed in and handed back, so
@@ -154,7 +154,7 @@ class ActuatorCommand(NamedTuple):
 
 
 class ControllerOptions:
-    """Defaults of what a controller may have; a base of controllers, or read by `options_of`."""
+    """Optional attributes of a controller and their defaults; see `options_of`."""
 
     _former: ClassVar[Mapping[str, str]] = {"weighs": "needs_mass_properties"}
 
@@ -185,7 +185,7 @@ class ControllerOptions:
 
 @runtime_checkable
 class Controller(Protocol):
-    """Turns what a guide wants into commands: a keyword-only dataclass with explicit memory.
+    """Controller: references in, actuator commands out; a dataclass with explicit memory.
 
     What a controller may have beside these, and the defaults: `ControllerOptions`.
 
@@ -212,13 +212,13 @@ class Controller(Protocol):
     def command(
         self, situation: RobotState, aim: Reference, memory: Any
     ) -> tuple[ActuatorCommand, Any]:
-        """Return the order for the coming period and the new memory; ``memory`` stays as it is."""
+        """Return the command for the coming period and the new memory; ``memory`` stays."""
         ...
 
 
 @runtime_checkable
 class Guide(Protocol):
-    """Says what the robot shall do: a keyword-only dataclass with explicit memory.
+    """Guide: reference generator; a keyword-only dataclass with explicit memory.
 
     Attributes:
         rate: calls a second [Hz].
@@ -239,7 +239,7 @@ class Guide(Protocol):
         ...
 
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
-        """Return what is wanted now and the new memory; ``memory`` stays as it is."""
+        """Return the reference and the new memory; ``memory`` is not modified."""
         ...
 
     def finished(self, memory: Any) -> bool | None:

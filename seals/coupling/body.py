@@ -171,7 +171,7 @@ class CoupledBody(BodyOptions):
         return wrench, joint_force
 
     def _stands(self, dynamics: Dynamics, step: float) -> bool:
-        """Whether a leg of the robot touches something, or did so a moment ago."""
+        """Return whether a leg of the robot touches something, or did so a moment ago."""
         if not self._feet or dynamics.joint_drive is None:
             return False
         return self._motors.wanted(not self._feet.isdisjoint(self._contacts.links), step)
@@ -226,7 +226,7 @@ class CoupledBody(BodyOptions):
             )
 
     def _at_stop(self, q: Floats) -> bool:
-        """Whether a joint stands at a limit."""
+        """Return whether a joint stands at a limit."""
         if not self._limits:
             return False
         return any(x <= a or x >= b for x, (a, b) in zip(q.tolist(), self._stops, strict=True))

@@ -57,7 +57,7 @@ class InertiaSplit:
         self._raised = bool(self._iso.any())
 
     def idle(self, dynamics: Dynamics) -> bool:
-        """Whether the engine's own equations are the full ones: no added inertia has a weight."""
+        """Return whether the engine's own equations are complete: no added inertia acts."""
         none = all(weightless(added) for _, _, added, _ in dynamics.found.inertias)
         return none and not self._raised and not dynamics.discontinuous
 
@@ -196,6 +196,6 @@ def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
 
 
 def at_rest(found: Evaluation) -> bool:
-    """Whether the media of all added inertias are at rest."""
+    """Return whether the media of all added inertias are at rest."""
     fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
     return not any(np.count_nonzero(x) for x in fields.values())

@@ -1,4 +1,4 @@
-"""How much of a drive's disc is under water."""
+"""Submerged fraction of a drive's disc."""
 
 from __future__ import annotations
 

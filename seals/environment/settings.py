@@ -16,7 +16,7 @@ _PLACE = (-12000.0, 12000.0)
 
 @dataclass(kw_only=True)
 class EnvironmentSettings:
-    """What surrounds the robot; the world is East-North-Up and z = 0 is a free choice.
+    """Environment settings: air, water, ground; the world frame is East-North-Up.
 
     Args:
         gravity: acceleration of gravity, downwards [m/s^2].

@@ -1,4 +1,4 @@
-"""How much of each hull is under water: exactly, or from tables."""
+"""Submerged part of each hull, exactly or from tables."""
 
 from __future__ import annotations
 

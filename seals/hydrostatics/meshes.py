@@ -32,7 +32,7 @@ Numbers = NDArray[np.int64]
 
 
 class NoteKind(enum.Enum):
-    """What was noticed about a mesh."""
+    """Findings about a mesh."""
 
     FLIPPED = "flipped"
     BROKEN = "broken"
@@ -167,7 +167,7 @@ def _checked(name: str, vertices: Vector, faces: Numbers, scale: float, any_size
     if not any_size and not low <= extent <= high:
         factor = 0.001 if extent > high else 1000.0
         raise RobotError(
-            f"{name} is {extent:.4g} m long; {low:g} to {high:g} m is believed.\n"
+            f"{name} is {extent:.4g} m long; {low:g} to {high:g} m is expected.\n"
             f"Another unit? Give scale={scale * factor:g}, or any_size=True if it is right."
         )
     return scaled

@@ -66,7 +66,7 @@ def refuse_elsewhere(name: str, path: Path, where: str) -> None:
         where: what names that file, for the message.
 
     Raises:
-        RobotError: it is absolute, an address, leads elsewhere, or is no ordinary file.
+        RobotError: it is absolute, an address, leads elsewhere, or is not an ordinary file.
     """
     advice = (
         "\nAllowed: an ordinary file in its folder, or in one beside it. Take the line out; "
@@ -75,7 +75,7 @@ def refuse_elsewhere(name: str, path: Path, where: str) -> None:
     shown = f"{where}: '{path.name}' names '{name[:80]}'"
     plain = name.replace("\\", "/").removeprefix("file://").removeprefix("package://")
     if "\0" in name or _SCHEME.match(plain) or plain.startswith(("/", "~")):
-        raise RobotError(f"{shown}, which is no name of a file near it.{advice}")
+        raise RobotError(f"{shown}, which does not name a file near it.{advice}")
     try:
         target = (path.parent / plain).resolve()
         near = target.is_relative_to(path.parent.resolve().parent)
@@ -151,7 +151,7 @@ def _of_dae(path: Path) -> Iterator[str]:
     try:
         root = ElementTree.fromstring(path.read_bytes())
     except (ElementTree.ParseError, ValueError, LookupError) as cause:
-        raise ValueError(f"no sound XML ({cause})") from cause
+        raise ValueError(f"not valid XML ({cause})") from cause
     for element in root.iter():
         tag = str(element.tag).rpartition("}")[2]
         if tag in ("init_from", "ref") and (element.text or "").strip():
@@ -202,7 +202,7 @@ def _of_glb(path: Path) -> Iterator[str]:
             raise ValueError("it does not start as a binary glTF, or declares more than it holds")
         content = plain_json(stream.read(length))
     if not isinstance(content, dict):
-        raise ValueError("its description is no mapping")
+        raise ValueError("its description is not a mapping")
     for kind in ("buffers", "images"):
         for item in _list(content, kind):
             uri = item.get("uri")

@@ -1,4 +1,4 @@
-"""What a hull answers: the wetted volume below a plane, its centroid and its waterplane."""
+"""Result of a hull query: wetted volume below a plane, centroid, waterplane."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
                 raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
             return {name: _parse(f"{file}:{name}", archive.read(f"{name}.npy")) for name in names}
     except _ARCHIVE as error:
-        raise LogError(f"'{file}' is not a sound .npz file ({error}).\nFetch it again.") from error
+        raise LogError(f"'{file}' is not a valid .npz file ({error}).\nFetch it again.") from error
 
 
 def refuse_hollow(archive: zipfile.ZipFile, file: Path) -> None:
@@ -83,7 +83,7 @@ def _parse(where: str, raw: bytes) -> Floats:
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, _, dtype = read(stream)
     except (ValueError, EOFError, SyntaxError, TokenError, TypeError, RecursionError) as error:
-        raise LogError(f"'{where}' is not a sound NumPy array ({error}).") from error
+        raise LogError(f"'{where}' is not a valid NumPy array ({error}).") from error
     if dtype.kind not in "fiu":
         raise LogError(f"'{where}' holds {dtype}, numbers are needed.")
     declared, held = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()

@@ -170,7 +170,7 @@ _TABLE = (
         meaning="of the antenna, world axes",
     ),
     Channel(
-        stem="range", aside=True, unit="m", meaning="distance to the nearest thing along a beam"
+        stem="range", aside=True, unit="m", meaning="distance to the nearest object along a beam"
     ),
     Channel(stem="range_valid", aside=True, unit="1", meaning="whether a beam returned, 1 or 0"),
     Channel(stem="contact", aside=True, unit="1", meaning="whether a pad is touched, 1 or 0"),

@@ -94,7 +94,7 @@ def _walk(stream: BinaryIO, file: Path, chunk: Any, most: int) -> int:
 
 def _unsound(file: Path, what: str) -> LogError:
     return LogError(
-        f"'{file}' is not a sound Parquet file: it declares {what}.\nWas it copied completely?"
+        f"'{file}' is not a valid Parquet file: it declares {what}.\nWas it copied completely?"
     )
 
 

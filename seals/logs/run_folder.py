@@ -59,7 +59,7 @@ def new_id() -> str:
 
 @contextlib.contextmanager
 def held(folder: Path) -> Iterator[bool]:
-    """Hold the lock of a run folder; inside of one that is held by the same run it is no news.
+    """Hold the lock of a run folder; nothing more inside one held by the same run.
 
     Args:
         folder: of the run; made when it does not exist.

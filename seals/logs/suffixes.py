@@ -31,7 +31,7 @@ def reader_of(place: Path) -> str:
         found = "native"
     if found is None:
         raise ConfigError(
-            f"'{place}': its name does not tell how to read it.\n"
+            f"'{place}': its name does not show which reader to use.\n"
             "Name the reader, for instance reader='csv'. See: seals list reader"
         )
     return found

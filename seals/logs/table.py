@@ -59,7 +59,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
             columns |= _numbers(file, table.rename_columns([name]))
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise LogError(
-            f"'{file}' is not a sound Parquet file: {_short(error)}\nWas it copied completely?"
+            f"'{file}' is not a valid Parquet file: {_short(error)}\nWas it copied completely?"
         ) from error
     return columns
 

@@ -18,7 +18,7 @@ from seals.multibody.spatial import kirchhoff
 
 
 class LinkLoads(Protocol):
-    """What acts on the links, as an evaluation of effects gives it; each entry with its origin."""
+    """Loads on the links from an evaluation of effects, each with its origin."""
 
     @property
     def loads(self) -> Sequence[tuple[Any, Any, Wrench]]:
@@ -159,7 +159,7 @@ class Assembly:
 
 
 def weightless(added: AddedInertia) -> bool:
-    """Whether an added inertia adds nothing anywhere; only NumPy is asked."""
+    """Return whether an added inertia adds nothing anywhere; only NumPy is asked."""
     return type(added.weight) is np.ndarray and not added.weight.any()
 
 

@@ -196,7 +196,7 @@ class Kinematics:
         return self._in_links(linear[:, :, :, None], angular[:, :, :, None])
 
     def _joint_bias(self, moving: LinkVelocities, rates: Array) -> tuple[Array, Array]:
-        """What the joints add to the bias, world axes, each (B, L, 3)."""
+        """Contribution of the joints to the bias accelerations, world axes, each (B, L, 3)."""
         xp, tree = namespace(rates), self.tree
         turning = self.axes * rates[:, :, None]
         change = cross_last(self._of_links(moving.angular, tree.parents), turning)

@@ -94,7 +94,7 @@ class Tree:
 
     @cached_property
     def drift(self) -> Floats:
-        """What cross products of links, of joints twice and of the base add to the bias.
+        """Return the cross-product terms of links, joints and base in the bias.
 
         Shape (L, L + 2 J + 1).
         """
@@ -124,7 +124,7 @@ class Tree:
 
     @cached_property
     def sliding(self) -> bool:
-        """Whether any joint slides."""
+        """Return whether any joint slides."""
         return any(self.prismatic)
 
     @cached_property

@@ -30,7 +30,7 @@ WIDEST = 2.9
 @state_record
 @dataclass(frozen=True, kw_only=True)
 class Lens:
-    """What a camera sees of the space in front of it; pixels are square unless both angles rule.
+    """Camera intrinsics; pixels are square unless both angles are given.
 
     Args:
         width: pixels along a row.
@@ -117,7 +117,7 @@ class Lens:
 
 
 class Cameras(NamedTuple):
-    """Where cameras are; all of one call share a lens.
+    """Poses of cameras; all of one call share a lens.
 
     Args:
         origin: world [m], shape (N, C, 3): C cameras in each of N environments.

@@ -43,7 +43,7 @@ class Shot(NamedTuple):
 
 
 class SceneView:
-    """The scene of a run as its cameras see it; nothing is drawn until one asks.
+    """Scene of a run, rendered on demand for its cameras.
 
     Args:
         renderer: that draws; opened here.
@@ -121,7 +121,7 @@ class SceneView:
 
 
 class CameraView:
-    """One camera's view of the scene; it keeps the last picture for whoever wants it.
+    """View of one camera; stores its last picture.
 
     Args:
         scene: of the run, with its renderer.

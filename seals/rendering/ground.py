@@ -75,7 +75,7 @@ class Planes:
 
 
 def _dark(rays: Image, reach: Image, origin: Floats, rotation: Floats, tile: float) -> Mask:
-    """Which pixels look at a dark square of a plane."""
+    """Return the mask of pixels that see a dark square of a plane."""
     # counted from the camera's own square, single precision is good far from the origin
     start = np.mod(np.asarray(origin[:2]) / tile, 2.0).astype(np.float32)
     near = np.minimum(reach, np.float32(1e6))

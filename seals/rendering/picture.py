@@ -1,4 +1,4 @@
-"""What a renderer hands out, and the protocol of renderers."""
+"""Pictures, and the protocol of renderers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to see: shapes with colours, each on a link that moves or in the world."""
+"""Visual scene: coloured shapes, each on a moving link or fixed in the world."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SIZES = {"plane": 0, "box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "mesh":
 
 
 class Detail(enum.Enum):
-    """How closely links are drawn.
+    """Level of detail of the links.
 
     ``visual`` takes the URDF's visual geometry; ``simple`` the primitives that displace water, or
     the collision geometry of links that displace none.
@@ -62,7 +62,7 @@ class Shape(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """Everything that cameras may see.
+    """Visual scene of cameras: shapes, colours and frames.
 
     Args:
         shapes: all solids.
@@ -89,7 +89,7 @@ class Scene(NamedTuple):
 
 
 class Poses(NamedTuple):
-    """Where the frames of a scene are.
+    """Poses of the frames of a scene.
 
     Args:
         position: world [m], shape (N, F, 3): F frames in each of N environments.

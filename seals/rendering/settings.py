@@ -1,4 +1,4 @@
-"""Typed settings of what cameras see beside the water's optics."""
+"""Typed settings of the scene beside the water's optics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class SightSettings:
-    """How the scene is drawn for cameras.
+    """Settings of the scene for cameras.
 
     Args:
         detail: ``visual`` draws links as their URDF does, ``simple`` by the primitives that

@@ -40,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True, kw_only=True)
 class Code:
-    """Text as it would be typed, kept line by line."""
+    """Preformatted text."""
 
     text: str
     kind: str = field(default="code", init=False)
@@ -48,7 +48,7 @@ class Code:
 
 @dataclass(frozen=True, kw_only=True)
 class Fold:
-    """Blocks that open on a click, for what few readers want."""
+    """Collapsible blocks, for details."""
 
     title: str
     blocks: Sequence[Block]

@@ -1,1 +1,1 @@
-"""Robots: reading URDF and meshes, checking them, and the model that the physics sees."""
+"""Robots: reading and checking of URDF and meshes, and the physical model."""

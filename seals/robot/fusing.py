@@ -15,7 +15,7 @@ from seals.robot.model import RobotModel
 
 
 def fused(robot: RobotModel, joints: Sequence[float], keep: Collection[str] = ()) -> RobotModel:
-    """Return the robot with its joints held, links fused into those that are kept.
+    """Return the robot with its joints held, links merged rigidly into those that remain.
 
     Mass, inertia and displaced water are those of the whole robot in that posture; contact
     geometry, arms and grippers are left out.

@@ -167,6 +167,6 @@ def _values(where: str, values: Sequence[float], joints: tuple[int, ...]) -> Flo
     if len(values) != len(joints):
         raise RobotError(
             f"{where}={list(values)} has {len(values)} values.\n"
-            f"Allowed: {len(joints)}, one a joint, in the order of 'joints'."
+            f"Allowed: {len(joints)}, one per joint, in the order of 'joints'."
         )
     return np.asarray(values, dtype=float)

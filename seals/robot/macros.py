@@ -31,7 +31,7 @@ def holds_macros(text: str) -> bool:
 
 
 def expanded(path: Path) -> str:
-    """Return the URDF that a xacro file stands for.
+    """Return the URDF expanded from a xacro file.
 
     The package xacro runs in a process of its own, with little time and memory, without the
     environment of this one; it opens ordinary files near the given one only, and writes none.

@@ -32,7 +32,7 @@ _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 @dataclass(frozen=True, kw_only=True)
 class RobotFile:
-    """What one ``robot.yaml`` holds, checked for its keys but not yet for its values.
+    """Contents of a ``robot.yaml``: keys checked, values not yet.
 
     Args:
         settings: name, folder, URDF and summary; the rest is still in ``hulls`` and ``limbs``.

@@ -62,7 +62,7 @@ class ArmSettings:
     Args:
         joints: from the base on.
         tool: the link that the arm moves.
-        stowed: joint values at rest, one a joint; empty for zeros [rad or m].
+        stowed: joint values at rest, one per joint; empty for zeros [rad or m].
     """
 
     joints: list[str] = field(default_factory=list)
@@ -76,8 +76,8 @@ class GripperSettings:
 
     Args:
         joints: of the fingers.
-        open: joint values when open, one a joint [rad or m].
-        closed: joint values when closed on nothing, one a joint [rad or m].
+        open: joint values when open, one per joint [rad or m].
+        closed: joint values when closed on nothing, one per joint [rad or m].
         tips: links that touch, each with a contact force of its own.
     """
 
@@ -104,7 +104,7 @@ class LegSettings:
 
 @dataclass(kw_only=True)
 class RobotSettings:
-    """A robot as the run sees it.
+    """Settings of a robot in a run.
 
     Args:
         name: name of the robot, that of its entry point or folder.

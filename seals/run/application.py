@@ -114,7 +114,7 @@ def run_into(
 
 @dataclass
 class _Beginning:
-    """What began a run.
+    """Start of a run: words, configuration and time.
 
     Args:
         overrides: what the user wrote.

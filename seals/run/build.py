@@ -95,7 +95,7 @@ def _check(settings: RunSettings) -> None:
         check_tree(getattr(settings, key), where=key)
     if settings.seed < 0:
         raise ConfigError(
-            f"seed={settings.seed} is not allowed.\nAllowed: a whole number from 0 on."
+            f"seed={settings.seed} is not allowed.\nAllowed: a whole number, 0 or more."
         )
     if not settings.robot.urdf:
         raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")

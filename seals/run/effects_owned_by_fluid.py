@@ -30,7 +30,7 @@ def resting_effects(settings: RunSettings) -> tuple[str, ...]:
 
 
 def owned(effect: Effect, fluid: Fluid) -> bool:
-    """Whether an effect of water belongs to a fluid."""
+    """Return whether an effect of water belongs to a fluid."""
     in_water = options_of(effect, EffectOptions).medium in (MediumKind.water, None)
     shared = set(effect.accounts_for) & set(fluid.accounts_for)
     return in_water and bool(shared) and not effect.correction

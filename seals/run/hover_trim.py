@@ -20,7 +20,7 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
         start: where it starts, and with which angles of its joints.
 
     Raises:
-        ConfigError: it has drives that are no rotors, starts under water, or cannot lift itself.
+        ConfigError: it has drives that are not rotors, starts under water, or cannot lift itself.
     """
     layout, level = plant.layout, plant.environment.water_level
     wet = level is not None and float(start.position[2]) < level
@@ -44,7 +44,7 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
 def carrying_speeds(plant: Plant, joints: Floats) -> Floats:
     """Return the speeds at which all rotors together lift the weight, shape (1, n).
 
-    Drives that are no rotors stand still.
+    Drives that are not rotors stand still.
 
     Args:
         plant: the robot.

@@ -178,7 +178,7 @@ def _solids(settings: RunSettings) -> dict[str, Any]:
 
 
 def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
-    """Whether an effect is a fault of sensors that are not inertial: no law of the vehicle."""
+    """Return whether an effect is a fault of sensors that are not inertial."""
     named = [n for n in options_of(effect, EffectOptions).sensors if n in sensors]
     return bool(named) and not any("specific_force" in sensors[n].channels() for n in named)
 
@@ -214,7 +214,7 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
 
 
 def _tolerance(settings: RunSettings) -> dict[str, Any]:
-    """What the steps of a simulation leave open of a log; all else is known exactly."""
+    """Resolution limit of logged channels due to the time step; all else is exact."""
     step = settings.time.step
     early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
     late = "s, an accelerometer reads the mean over a step"

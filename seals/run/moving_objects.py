@@ -18,7 +18,7 @@ from seals.world.servos import check_gains
 
 
 def moves(settings: ObjectSettings, found: RobotFile) -> bool:
-    """Whether an object has a guide: that of the run, or the one its folder names."""
+    """Return whether an object has a guide: that of the run, or the one its folder names."""
     return settings.guide is not None or "guide" in found.parts
 
 

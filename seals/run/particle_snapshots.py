@@ -36,7 +36,7 @@ def subsampled(places: ArrayLike) -> NDArray[np.float32]:
 
 
 def passed(now: float, step: float, every: float) -> bool:
-    """Whether a step has reached or crossed a multiple of an interval.
+    """Return whether a step has reached or crossed a multiple of an interval.
 
     Args:
         now: time at the end of the step [s].

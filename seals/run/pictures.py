@@ -102,7 +102,7 @@ class Pictures:
             write_json(where / SCENE, self._described(name))
 
     def _described(self, name: str) -> dict[str, Any]:
-        """What a reader of the files needs to know."""
+        """Metadata for readers of the pictures."""
         sensor: Any = self.actor.sensor_suite.sensors[name]
         lens, scene = sensor.lens, self._cameras()[name].view.scene
         return {

@@ -1,4 +1,4 @@
-"""How far long work is and the time left: a bar at a terminal, a line a minute elsewhere."""
+"""Progress of long work: a bar at a terminal, one line a minute elsewhere."""
 
 from __future__ import annotations
 

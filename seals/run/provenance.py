@@ -1,4 +1,4 @@
-"""Where a run comes from: versions, revision, machine, checksums of the robot's files."""
+"""Provenance of a run: versions, revision, machine, checksums of the robot's files."""
 
 from __future__ import annotations
 

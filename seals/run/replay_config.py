@@ -27,7 +27,7 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
         key: that named it, for messages.
 
     Raises:
-        ConfigError: the folder is no run, or names something that is not installed.
+        ConfigError: the folder is not a run, or names something that is not installed.
         RobotError: the robot's files have changed since.
     """
     from omegaconf import OmegaConf
@@ -40,7 +40,7 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
         for section, kind in _SEVERAL.items():
             parts = raw.get(section) or {}
             if not isinstance(parts, dict):
-                raise ConfigError(f"{section}={parts} is no mapping.\nGive the folder of a run.")
+                raise ConfigError(f"{section}={parts} is not a mapping.\nGive the folder of a run.")
             raw[section] = {
                 name: _typed(kind, node, where=f"{section}.{name}") for name, node in parts.items()
             }
@@ -68,7 +68,7 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
         # what is missing at its end would become default values
         raise ConfigError(f"{path} was cut short.\nRestore it, or start anew with the same words.")
     if not isinstance(raw, dict):
-        raise ConfigError(f"{path} is no mapping.\nGive the folder of a run.")
+        raise ConfigError(f"{path} is not a mapping.\nGive the folder of a run.")
     refuse_lookups(
         raw,
         where=str(path),

@@ -35,7 +35,7 @@ MOST_STEPS = 20_000_000
 
 
 class Ending(enum.Enum):
-    """How a run ended."""
+    """Ending of a run."""
 
     done = "done"
     interrupted = "interrupted"
@@ -44,7 +44,7 @@ class Ending(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """What a run left behind.
+    """Result of a run: log, ledger, ending.
 
     Args:
         log: in the native format.
@@ -125,7 +125,7 @@ class Keeper(Protocol):
 
 
 class _Books(NamedTuple):
-    """What is written down of a run."""
+    """Recorders of a run."""
 
     recorder: Recorder
     objects: ObjectRecorder

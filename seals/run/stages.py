@@ -49,7 +49,7 @@ class Stages:
 
     @property
     def outcome(self) -> bool | None:
-        """Whether the guide is done (True), gave up (False), or was cut off or absent (None)."""
+        """Return True when the guide is done, False when it gave up, None otherwise."""
         return None if self._pilot is None else self._pilot.finished
 
     def described(self) -> dict[str, Any]:

@@ -40,7 +40,7 @@ class Takeover:
         changes: what was changed, in words.
 
     Raises:
-        RobotError: the file is missing, or is not a sound URDF.
+        RobotError: the file is missing, or is not a valid URDF.
         MissingExtra: it holds macros, and xacro is not installed.
     """
 

@@ -1,1 +1,1 @@
-"""What sensors share: mounting, noise, late and lost readings, and what they may look at."""
+"""Sensor base classes: mounting, noise, latency, dropouts, and the inputs of a sensor."""

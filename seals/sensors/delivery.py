@@ -1,4 +1,4 @@
-"""The way of a reading: lost or not, late by a fault, then late by what the sensor says."""
+"""Delivery of readings: dropouts, delay by faults, and the sensor's latency."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Values: TypeAlias = Mapping[str, Floats]
 
 @state_record
 class Line(NamedTuple):
-    """Memory of one sensor's way; nothing in it is ever written to.
+    """Memory of the delivery of one sensor; immutable.
 
     Args:
         lost: whether the last reading was lost.
@@ -69,7 +69,7 @@ class Delivery:
     def report(
         self, time: float, step: float, reading: Values | None, line: Line, rng: np.random.Generator
     ) -> tuple[Values | None, Line]:
-        """Return what stands in the log at a time, and the memory.
+        """Return the reading to be logged at a time, and the new memory.
 
         Args:
             time: [s].
@@ -95,7 +95,7 @@ class Delivery:
     def arrivals(
         self, time: float, reading: Values | None, line: Line
     ) -> tuple[tuple[tuple[float, Values], ...], Line]:
-        """Return what arrives by a time, with the time each stands for, and the memory."""
+        """Return the readings that arrive by a time, with their time stamps, and the new memory."""
         if not self.latency:
             return (() if reading is None else ((time, reading),)), line
         count = sum(1 for taken, _ in line.coming if taken + self.latency <= time + INSTANT)

@@ -1,4 +1,4 @@
-"""Base of sensors that look at the world when a reading is due, and add errors to what they see."""
+"""Base of sensors that sample the true state when a reading is due and add errors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __getattr__ = renamed_members(__name__, {"Seen": "TrueValues", "Felt": "SensorIn
 
 @state_record
 class InstrumentState(NamedTuple):
-    """Memory of an instrument; nothing in it is ever written to.
+    """Memory of an instrument; immutable.
 
     Args:
         time: of the last reading [s].
@@ -63,7 +63,7 @@ class Instrument(MountedSensor, ABC):
 
     @abstractmethod
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
-        """Return what there is to see, without errors, and the memory of its own.
+        """Return the true quantities, and the sensor's own memory.
 
         None is silence: there is no reading. A quantity may be left out.
 
@@ -73,7 +73,7 @@ class Instrument(MountedSensor, ABC):
         """
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the quantities that `look` sees."""
+        """Return the error models of the quantities of `look`."""
         return {}
 
     def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:

@@ -1,4 +1,4 @@
-"""What every sensor says of itself: where it sits, and how its readings travel."""
+"""Base of sensors on a link: mounting link, latency and dropouts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sensor inside a robot may read: joints, rotors, battery."""
+"""Onboard state that sensors may read: joints, rotors, battery."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.robot.model import RobotModel
 
 
 class RobotEquipment(NamedTuple):
-    """What a robot has; a sensor that must know gets it by its method ``bind``.
+    """Equipment of a robot, given to sensors through their method ``bind``.
 
     Args:
         joints: names of the movable joints, in the order of their coordinates.
@@ -28,7 +28,7 @@ class RobotEquipment(NamedTuple):
 
 
 class OnboardState(NamedTuple):
-    """The robot's own state, read when a sensor asks for it.
+    """Onboard state of the robot, evaluated on demand.
 
     Args:
         joints: joint coordinates [rad or m], shape (J,).
@@ -45,7 +45,7 @@ add_former_names(OnboardState, {"supply": "battery_state"})
 
 
 def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:
-    """Return what a robot has."""
+    """Return the equipment of a robot."""
     rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
     return RobotEquipment(robot.joints, rotors, bool(effects.batteries))
 
@@ -56,5 +56,5 @@ def spins(actuator: Any) -> bool:
 
 
 def nothing_aboard() -> OnboardState:
-    """Return the board of a robot without joints, rotors and battery."""
+    """Return the onboard state of a robot without joints, rotors and battery."""
     return OnboardState(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 
 class SensorOptions:
-    """Defaults of what a sensor may have; a base of sensors, or read through `options_of`."""
+    """Optional attributes of a sensor and their defaults; a base class, or read by `options_of`."""
 
     inertial: ClassVar[bool] = True
     """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""
@@ -27,4 +27,4 @@ class SensorOptions:
     """Mean length of a loss, at least one reading; 0 loses each by itself [s]."""
 
     def bind(self, outfit: Any) -> None:
-        """Get to know what the robot has; called once, before ``channels`` is asked."""
+        """Receive the robot's equipment; called once, before ``channels``."""

@@ -1,4 +1,4 @@
-"""Where rays meet solids, in closed form."""
+"""Ray intersection with solids, in closed form."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TINY = 1e-12
 
 
 class Shape(NamedTuple):
-    """A solid that rays can meet.
+    """Solid for ray intersection.
 
     Args:
         kind: ``plane`` (upper side of a level half space), ``box``, ``cylinder``, ``capsule``,
@@ -97,7 +97,7 @@ def distances(shape: Shape, origin: Floats, directions: Floats) -> Floats:
 
 
 def _span(shape: Shape, start: Floats, ways: Floats) -> tuple[Floats, Floats]:
-    """Where rays enter and leave a convex shape; enter above leave where they miss it."""
+    """Return entry and exit distances of a convex shape; entry exceeds exit for a miss."""
     if shape.kind == "plane":
         return _slab(start[2], ways[:, 2], -math.inf, 0.0)
     if shape.kind == "box":
@@ -119,7 +119,7 @@ def _span(shape: Shape, start: Floats, ways: Floats) -> tuple[Floats, Floats]:
 
 
 def _slab(start: float, way: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Where rays are between two levels of one coordinate."""
+    """Return the interval in which rays are between two levels of one coordinate."""
     flat = np.abs(way) < _TINY
     inside = low <= start <= high
     a, b = (low - start) / way, (high - start) / way
@@ -129,7 +129,7 @@ def _slab(start: float, way: Floats, low: float, high: float) -> tuple[Floats, F
 
 
 def _quadric(start: Floats, ways: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Where rays are within a radius of the origin, in as many coordinates as are given."""
+    """Return the interval in which rays are within a radius of the origin."""
     square = np.sum(ways * ways, axis=1)
     half = ways @ start
     rest = float(start @ start) - radius * radius

@@ -1,4 +1,4 @@
-"""Water, ground and other bodies about a sensor, found when it asks."""
+"""Water, ground and other bodies around a sensor, computed on demand."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _HALVINGS = 30
 
 
 class Surroundings:
-    """What a sensor may find out about its surroundings; nothing is computed unless it asks.
+    """Surroundings of a sensor, computed on demand.
 
     Args:
         environment: levels, water, ground.
@@ -150,7 +150,7 @@ class Surroundings:
         return out
 
     def _flat(self, time: float, point: Floats) -> bool:
-        """Whether the water lies still: such waves know no normal."""
+        """Return whether the water is still."""
         if self.waves is None:
             return True
         assert self.level is not None

@@ -1,1 +1,1 @@
-"""Many jobs by one command: what each of them notes, how they are watched and taken up again."""
+"""Sweeps: many jobs by one command, with a job log, progress and resumption."""

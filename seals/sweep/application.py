@@ -113,7 +113,7 @@ def _columns(rows: Sequence[Row], metrics: Sequence[str]) -> dict[str, list[Valu
 
 
 def _chosen(rows: Sequence[Row], columns: Mapping[str, list[Value]], where: str) -> list[int]:
-    """Return the places of the runs that meet all conditions."""
+    """Return the indices of the runs that satisfy all conditions."""
     conditions = read_conditions(where)
     known = {*columns, *(key for row in rows for key in row.words)}
     for condition in conditions:
@@ -130,7 +130,9 @@ def _chosen(rows: Sequence[Row], columns: Mapping[str, list[Value]], where: str)
         )
     ]
     if not found:
-        raise ConfigError(f"where={where}: none of the {len(rows)} runs meets it.\nLeave some out.")
+        raise ConfigError(
+            f"where={where}: none of the {len(rows)} runs satisfies it.\nLeave some conditions out."
+        )
     return found
 
 

@@ -92,7 +92,7 @@ class Claim:
         self._folder, self._descriptor = folder, descriptor
 
     def note(self, job: Job) -> None:
-        """Append one line to the book, and see to it that it is on disk.
+        """Append one line to the job log and flush it to disk.
 
         Raises:
             DiskFull: there is no room for it; the job counts as cut off.
@@ -120,7 +120,7 @@ def opened(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def claimed(folder: Path, number: int) -> Iterator[Claim]:
-    """Wait until nobody else does the job of a number, and hold it."""
+    """Lock the job of a number, waiting for other processes."""
     # byte 0 is the book's own
     with _locked(folder, number + 1) as descriptor:
         yield Claim(folder, descriptor)
@@ -128,7 +128,7 @@ def claimed(folder: Path, number: int) -> Iterator[Claim]:
 
 @contextlib.contextmanager
 def _locked(folder: Path, place: int) -> Iterator[int]:
-    """Lock one byte of a sweep's lock file; give its descriptor."""
+    """Lock one byte of a sweep's lock file; yield its descriptor."""
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:

@@ -1,4 +1,4 @@
-"""Before a sweep begins, each kind of value is composed once, and not each combination of them."""
+"""Check of a sweep before its start: each override value is composed once."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Condition(NamedTuple):
     text: str
 
     def holds(self, found: Value) -> bool:
-        """Whether a value meets it; a missing one meets only !=."""
+        """Return whether a value satisfies the condition; a missing one satisfies only !=."""
         if self.sign in ("=", "!="):
             return self._same(found) == (self.sign == "=")
         bound = read_value(self.text)

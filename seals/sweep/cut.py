@@ -1,4 +1,4 @@
-"""What a job that was cut off left behind to go on from, and whether that is this job's own."""
+"""Resumption of interrupted jobs of a sweep from their own checkpoints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HYDRA = ".hydra"
 def goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
-    """Return whether a job is to be taken up at its checkpoint; one that is not, is removed.
+    """Return whether a job resumes at its checkpoint; other checkpoints are removed.
 
     Args:
         folder: of the job.
@@ -41,7 +41,7 @@ def goes_on(
 
 
 def _checkpoints(verb: str) -> Any:
-    """Return the module that knows the checkpoints of a verb."""
+    """Return the checkpoint module of a verb."""
     if verb == "train":
         from seals.learn.training import checkpoint as of_trainings
 
@@ -52,7 +52,7 @@ def _checkpoints(verb: str) -> Any:
 
 
 def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:
-    """Whether a job of this very sweep, with these words, was at work in a folder."""
+    """Return whether a job of this very sweep, with these words, was at work in a folder."""
     import yaml
 
     try:
@@ -65,7 +65,7 @@ def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:
 
 
 def began(hydra: Any) -> str | None:
-    """Return when the sweep of a job began, which tells it from every other; None for no sweep."""
+    """Return the start time of a job's sweep, which identifies it; None without a sweep."""
     watch = hydra.callbacks.get("sweep") if hydra.get("callbacks") else None
     found = watch.get("began") if watch else None
     return None if found is None else str(found)

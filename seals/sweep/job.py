@@ -1,4 +1,4 @@
-"""One job of a sweep: skipped when done, taken up when cut off, noted when it ends."""
+"""One job of a sweep: skipped when done, resumed when interrupted, logged at its end."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
     number, words = int(hydra.job.num), tuple(str(word) for word in hydra.overrides.task)
     if began(hydra) is None:
         raise ConfigError(
-            "hydra.callbacks.sweep is not there: nobody would notice how this sweep ends.\n"
-            "Leave its words about hydra.callbacks.sweep out."
+            "hydra.callbacks.sweep is not there: the end of this sweep would not be recorded.\n"
+            "Leave out the overrides of hydra.callbacks.sweep."
         )
     with claimed(sweep, number) as claim, contextlib.ExitStack() as stack:
         before = read_jobs(sweep).get(number)

@@ -1,4 +1,4 @@
-"""Values that are lists, as they are written: ``[0,0,1]``, ``[[1,2],[3,4]]``."""
+"""Formatting of list values: ``[0,0,1]``, ``[[1,2],[3,4]]``."""
 
 from __future__ import annotations
 

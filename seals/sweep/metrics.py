@@ -100,7 +100,7 @@ def _read(folder: Path, table: str) -> dict[str, Floats]:
 
 
 def _plain(name: str) -> bool:
-    """Whether a name stays inside the run's folder."""
+    """Return whether a name stays inside the run's folder."""
     return bool(name) and not set(name) & set("/\\\0") and name != ".."
 
 

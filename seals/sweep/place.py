@@ -1,4 +1,4 @@
-"""A folder named by the clock is of one run only: two that begin in one second get two."""
+"""Unique run folders named by the clock."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def fresh_folder(path: Path) -> Path:
 
 
 def place(config: Any, kind: str) -> None:
-    """Make the folder of a run or sweep where the clock names it, and see that it is a new one.
+    """Create the folder of a run or sweep; add a number when it exists.
 
     A folder that a word names is the user's own business.
 

@@ -106,7 +106,7 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
 
 
 def _state(place: Path, facts: Mapping[str, Any]) -> str:
-    """Return how a run is or ended; what says that it goes on and has no process was cut off."""
+    """Return the state of a run; "running" without a process counts as interrupted."""
     state, lives = str(facts.get(STATE, "begun")), alive(place)
     if state == RUNNING and not lives and lockable():
         return INTERRUPTED
@@ -198,7 +198,7 @@ def written(value: Value) -> str:
 
 
 def shown(value: Value) -> str:
-    """Return a measure as it stands in a table for the eye.
+    """Return a measure formatted for a table.
 
     Example:
         >>> shown(3.0), shown(0.123456), shown(None)

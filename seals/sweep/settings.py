@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(kw_only=True)
 class RunsSettings:
-    """Which runs are listed, what of them, and where it goes.
+    """Settings of ``seals runs``: selection, columns and output.
 
     Args:
         name: of the listing, part of the name of Hydra's own folder.

@@ -33,7 +33,7 @@ _MOST_NUMBERS = 10
 
 
 class Sweep:
-    """One sweep as the process sees it that the user started.
+    """One sweep in the process that the user started.
 
     Args:
         verb: root of its jobs, such as ``run``.
@@ -77,7 +77,7 @@ class Sweep:
         began = self._noted(folder)
         self.folder = folder
         jobs = read_jobs(folder) if self.resumed else {}
-        # a job that failed is run again: only those that are done are no news
+        # a job that failed is run again: only those that are done are not reported
         self._ended = {number for number, job in jobs.items() if job.state == DONE}
         self._before = {number: job for number, job in jobs.items() if job.state != DONE}
         known = f"{total} jobs" if total is not None else "jobs"
@@ -170,12 +170,12 @@ class Sweep:
             (self.folder / name).unlink(missing_ok=True)
 
     def cut_short(self, fault: Exception) -> SealsError:
-        """Return the words about a sweep whose launcher gave up: a lost process, say."""
+        """Return the message about a sweep whose launcher failed."""
         assert self.folder is not None
         self.discard()
         text = f"{type(fault).__name__}: {' '.join(str(fault).split())}"
         if not (self.folder / NOTE).exists():
-            advice = "No job began. Mend it and begin anew; SEALS_DEBUG=1 shows more."
+            advice = "No job began. Correct it and start again; SEALS_DEBUG=1 shows more."
             return SealsError(f"the sweep could not begin: {text:.300}\n{advice}")
         without = self._without_end(read_jobs(self.folder))
         jobs = f"Without an end: {without}." if without else "Every job came to its end."
@@ -240,7 +240,7 @@ def watched(sweep: Sweep) -> Iterator[None]:
 
 
 class _Stopped(BaseException):
-    """Carries an error out of a callback: those of class Exception Hydra tells as warnings.
+    """Error that leaves a Hydra callback; plain exceptions would become warnings.
 
     Args:
         cause: to be raised in its place.
@@ -252,7 +252,7 @@ class _Stopped(BaseException):
 
 
 class Watch(Callback):
-    """Places runs and sweeps; tells the present sweep where it is, and each job whose it is.
+    """Hydra callback that assigns folders to runs, sweeps and jobs.
 
     Args:
         began: when the sweep began; the jobs find it in their own configuration.
@@ -293,7 +293,7 @@ class Watch(Callback):
 
 
 def count_of(config: Any) -> int | None:
-    """Return the number of jobs of a composed sweep; None when its sweeper alone knows."""
+    """Return the number of jobs of a composed sweep; None when the sweeper decides it."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 

@@ -30,7 +30,7 @@ AFTER = 1.0
 
 
 def execute(config: Any) -> int | None:
-    """Lead a robot by hand, or by a script, and fill Hydra's run folder.
+    """Teleoperate a robot manually or by a script, and fill the run folder.
 
     Args:
         config: composed by Hydra from the root ``teleop``.
@@ -86,7 +86,7 @@ def refuse_missing(export: str) -> None:
 
 
 def _origin(config: Any, *, by: str) -> Origin:
-    """Where a session's demonstration comes from: a script of keys is a program, too."""
+    """Source of a demonstration: a person, or a script of keys."""
     from omegaconf import OmegaConf
 
     from seals.learn.demonstrations.episode import Origin, Who
@@ -103,7 +103,7 @@ def _timed(overrides: Sequence[str]) -> bool:
 
 
 def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
-    """The script as a device, or a person; a script also says how long the run is."""
+    """Return the input device, script or person; a script also sets the duration."""
     script = str(config.script or getattr(settings.guide, "script", ""))
     if not script:
         from seals.control.plant import build_plant

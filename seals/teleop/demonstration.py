@@ -45,13 +45,15 @@ def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
     """
     if "aim_velocity" not in log.channels():
         raise LogError(
-            f"log '{log.name}' does not say what a guide wanted.\n"
+            f"log '{log.name}' holds no setpoints of a guide.\n"
             "Make one with a guide: seals teleop, or seals run controller=NAME guide=NAME"
         )
     step = float(np.median(np.diff(log.time))) if log.rows > 1 else 1.0
     rows = np.arange(0, log.rows, max(1, round(1.0 / (rate * step))))
     if len(rows) < 2:
-        raise LogError(f"log '{log.name}' is too short for a demonstration.\nFly for a second.")
+        raise LogError(
+            f"log '{log.name}' is too short for a demonstration.\nRecord at least one second."
+        )
     out = {"time": log.time[rows]}
     for stem in (*OBSERVED, *ACTED):
         if stem in log.channels():
@@ -102,7 +104,7 @@ def _flat(
     found = [stem for stem in stems if stem in columns]
     names = [name for stem in found for name in columns_of(stem, log.columns)]
     values = np.concatenate([columns[stem] for stem in found], axis=1).astype(np.float32)
-    # what the log never had, such as the third axis of a flat world, is no column
+    # what the log never had, such as the third axis of a flat world, is not a column
     kept = np.flatnonzero(~np.isnan(values).all(axis=0))
     return _filled(values[:, kept]), [names[k] for k in kept]
 

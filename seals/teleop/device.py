@@ -1,4 +1,4 @@
-"""Where a stick's events come from: a script, or a person at a keyboard or gamepad."""
+"""Input devices of a stick: a script, a keyboard or a gamepad."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from seals.schema import param
 
 
 class DeviceKind(Enum):
-    """What a person holds."""
+    """Kind of input device."""
 
     keyboard = "keyboard"
     joystick = "joystick"

@@ -38,7 +38,7 @@ class Columns:
         self._apart: dict[Node, Grid | None] = {}
 
     def call(self, target: Any, *args: Any, **more: Any) -> Any:
-        """Return what an operation gives; what is asked for twice is joined later."""
+        """Return the result of an operation; repeated requests are merged later."""
         return self.graph.call_function(target, args, more)
 
     def constant(self, node: Node, value: Tensor) -> None:

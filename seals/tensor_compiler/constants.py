@@ -1,4 +1,4 @@
-"""What a traced law makes of constants alone, made once."""
+"""Constant folding of traced laws."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ What is used twice on the way there counts twice.
 
 
 def moved(graph: GraphModule, device: Any) -> None:
-    """Put every constant on a device: a recording cannot fetch what lies elsewhere."""
+    """Move every constant to a device."""
     for k, node in enumerate(list(graph.graph.find_nodes(op="get_attr"))):
         value = _attribute(graph, node.target)
         if value.device != device:
@@ -84,7 +84,7 @@ def draws(node: Node) -> bool:
 
 
 def _constant(graph: GraphModule, node: Node, value: Tensor) -> Node:
-    """Put a constant in the place of a node; one number for many is not kept many times."""
+    """Replace a node by a constant, stored once when all entries are equal."""
     import torch
 
     first = value.reshape(-1)[0].item() if value.numel() > LARGEST else None

@@ -75,7 +75,7 @@ class Piece:
     """A law compiled for one form of what it is given."""
 
     def __init__(self, law: Callable[..., Any], given: Any) -> None:
-        """Call the law as it is, follow it, compile it, and call what was compiled."""
+        """Trace a law, compile it, and call the compiled form."""
         import torch
 
         rows = _apart(list(tensors(given)))
@@ -134,7 +134,7 @@ def _apart(rows: list[Tensor]) -> list[Tensor]:
 
 
 class _Place:
-    """Where a tensor that a law gave back comes from."""
+    """Origin of a tensor that a law returned."""
 
     def __init__(self, number: int, *, given: bool) -> None:
         self.number, self.given = number, given
@@ -173,7 +173,7 @@ def columnar(x: Tensor) -> Tensor:
 
 @functools.cache
 def _operator() -> Any:
-    """Return the operation that stands for a piece within another law."""
+    """Return the operation of a compiled piece within another law."""
     import torch
 
     def call(number: int, given: Sequence[Tensor]) -> list[Tensor]:

@@ -1,4 +1,4 @@
-"""What needs no operation: products with 0, 1 and -1, sums with 0, choices that are no choices."""
+"""Algebraic simplification: products with 0, 1 and -1, sums with 0, choices between equals."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def shortened(
 
 
 def _choice(given: Sequence[Any], result: dtype, kinds: Sequence[dtype]) -> Any:
-    """What a known mask takes, where that is of the type of the result."""
+    """Return the branch that a constant mask selects, if its type fits the result."""
     import torch
 
     chosen = given[1 if given[0] else 2]

@@ -91,7 +91,8 @@ class Agreement:
                     )
             except FloatingPointError as cause:
                 raise ContractError(
-                    f"{self.name}: the twin runs away in the scenes {', '.join(case.scenes)}.\n"
+                    f"{self.name}: the batch simulation diverges in the scenes "
+                    f"{', '.join(case.scenes)}.\n"
                     "Look for a sign that drives the body, or give smaller values=."
                 ) from cause
             without = simulate(

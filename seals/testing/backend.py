@@ -54,7 +54,7 @@ class BackendReport:
 
 
 def check_backend(backend: str | type, *, values: Mapping[str, Any] | None = None) -> BackendReport:
-    """Check that a rigid-body backend keeps the contract of its kind.
+    """Check the contract of a rigid-body backend.
 
     It must place a robot where it is told, with mass off the origin and tilted principal axes; fall
     freely; conserve linear and angular momentum of free motion; and continue bit for bit from a

@@ -10,7 +10,7 @@ from seals.state_tree import packed
 
 
 class ContractError(SealsError, AssertionError):
-    """A plug-in does not keep what its kind promises; the message says what and what to do."""
+    """Violation of a plug-in contract, with its remedy in the message."""
 
 
 def require(kept: bool, subject: str, broken: str, remedy: str) -> None:

@@ -50,7 +50,7 @@ class ControlReport:
 def check_guide(
     guide: str | type, *, robot: str = "aam", values: Mapping[str, Any] | None = None
 ) -> ControlReport:
-    """Check that a guide keeps the contract of its kind.
+    """Check the contract of a guide.
 
     It must repeat itself, leave its memory as it is, keep nothing to itself between calls, and aim
     at finite velocities.
@@ -87,7 +87,7 @@ def check_guide(
 def check_controller(
     controller: str | type, *, robot: str = "aam", values: Mapping[str, Any] | None = None
 ) -> ControlReport:
-    """Check that a controller keeps the contract of its kind.
+    """Check the contract of a controller.
 
     It must repeat itself, leave its memory as it is, and command no drive beyond its limits.
 
@@ -184,7 +184,7 @@ def _course(robot: str) -> tuple[list[RobotState], Plant]:
 
 
 class _Watcher:
-    """A guide and a controller that want nothing and remember what they saw."""
+    """Passive guide and controller that record their inputs."""
 
     rate = 1e4
     sense = "truth"

@@ -110,13 +110,13 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
 
 
 def _check_actuator(name: str, actuator: Any) -> None:
-    """Check that an actuator tells its columns, lags and limits."""
+    """Check that an actuator declares its columns, lags and limits."""
     stated = ("first", "count", "lag", "limit")
     missing = [key for key in stated if not hasattr(actuator, key)]
     require(
         not missing,
         name,
-        f"turns drives into thrust and does not tell {', '.join(missing)}",
+        f"turns drives into thrust and does not define {', '.join(missing)}",
         "Give the properties first, count (columns of its drives), lag [s], limit, shape (count,).",
     )
     shapes = {key: np.shape(getattr(actuator, key)) for key in ("lag", "limit")}

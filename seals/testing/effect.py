@@ -62,7 +62,7 @@ def check_effect(
     cases: Sequence[Case] | None = None,
     in_twin: type[Effect] | None = None,
 ) -> EffectReport:
-    """Check that an effect keeps the contract of its kind.
+    """Check the contract of an effect.
 
     It must declare its parameters with their physics and its law in words; every hook must be pure,
     give each row what it gives the batch, hand back memory of the declared shape, agree to 1e-12

@@ -53,7 +53,7 @@ class FluidReport:
 
 
 def check_fluid(fluid: str | type, *, values: Mapping[str, Any] | None = None) -> FluidReport:
-    """Check that a fluid keeps the contract of its kind.
+    """Check the contract of a fluid.
 
     It must lift a held cube by the weight of the water it displaces, within a tenth; balance its
     momentum to 1e-4 of what is exchanged in a step; continue from a snapshot; start over when it is

@@ -46,7 +46,7 @@ class LearnerReport:
 def check_learner(
     learner: str | type, *, values: Mapping[str, Any] | None = None, device: str = "cpu"
 ) -> LearnerReport:
-    """Check that a learner keeps the contract of its kind.
+    """Check the contract of a learner.
 
     Actions must fit the environment; updates must come when they are due and report what they say;
     one seed must mean one course; an agent put back from its state must go on bit by bit; the
@@ -99,7 +99,7 @@ class _LearnerCheck:
         return self.learner.start(spaces, device=self.device, seed=3)
 
     def course(self, steps: int) -> Any:
-        """Let an agent act and learn; keep what it told."""
+        """Let an agent act and learn; store its reported losses."""
         self.course_told = []
         agent = self._start(pixels=self.environment.pixels)
         if agent.wants != "no":
@@ -159,7 +159,7 @@ class _LearnerCheck:
         require(
             stated == self.course_told,
             self.name,
-            "tells other losses the second time",
+            "reports other losses the second time",
             "Draw from generators made of the seed only.",
         )
 

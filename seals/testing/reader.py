@@ -46,7 +46,7 @@ class ReaderReport:
 def check_reader(
     reader: str | type, source: str | Path | None = None, *, values: Mapping[str, Any] | None = None
 ) -> ReaderReport:
-    """Check that a reader keeps the contract of its kind.
+    """Check the contract of a reader.
 
     It must refuse a missing, an empty and a senseless source with a `LogError` in words, and turn a
     good source into logs in SI units with rising time, the same each time.
@@ -65,7 +65,7 @@ def check_reader(
     require(
         len(stated) == len(HEADINGS),
         name,
-        f"its docstring tells {stated}",
+        f"its docstring has the headings {stated}",
         f"Tell: {', '.join(HEADINGS)}",
     )
     made = cls(**(values or {}))

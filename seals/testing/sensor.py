@@ -54,7 +54,7 @@ class SensorReport:
 def check_sensor(
     sensor: str | type, *, values: Mapping[str, Any] | None = None, seed: int = 0
 ) -> SensorReport:
-    """Check that a sensor keeps the contract of its kind.
+    """Check the contract of a sensor.
 
     It must give its declared channels when due, under water or in the air above it, and nothing
     otherwise, repeat itself under one seed, draw random numbers only from the state it is given,

@@ -44,7 +44,7 @@ class WavesReport:
 def check_waves(
     wave: str | type, *, values: Mapping[str, Any] | None = None, seed: int = 0
 ) -> WavesReport:
-    """Check that a wave keeps the contract of its kind.
+    """Check the contract of a wave.
 
     Normal and rise must be the derivatives of the elevation; the water at the mean level must
     follow the surface; its velocity must be free of divergence and fade with depth; its
@@ -92,7 +92,7 @@ class _WaveCheck:
         require(
             abs(mean - LEVEL) <= largest,
             self.name,
-            f"has the mean level {mean:.2g} m, told {LEVEL} m",
+            f"has the mean level {mean:.2g} m, expected {LEVEL} m",
             "Use level.",
         )
 

@@ -1,4 +1,4 @@
-"""What there is to see of a run: its stage, the poses of all links over time, water and forces."""
+"""Display of a run: stage, link poses over time, water and forces."""
 
 from seals.view.replay import Replay, open_replay
 from seals.view.stage import Stage, build_stage

@@ -34,7 +34,7 @@ def execute(config: Any) -> int | None:
     viewer = build(config.show, where="show")
     if not hasattr(viewer, "show"):
         raise ConfigError(
-            "viewer@show: what was chosen shows no sessions.\n"
+            "viewer@show: the chosen viewer shows no sessions.\n"
             "Leave it out; the default is viewer@show=browser"
         )
     words, host, port = list(config.sliders), str(config.host), int(config.port)

@@ -35,7 +35,7 @@ class Instants:
 
 
 class ParticleSnapshots:
-    """The particles that a run has kept of its water.
+    """Stored particle snapshots of a run.
 
     Args:
         folder: of the run, None for none.

@@ -1,4 +1,4 @@
-"""A run in a process of its own, followed while it goes on."""
+"""Live run in a child process."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class Broadcast:
 
 
 def simulate_into(folder: str, mouth: Connection) -> None:
-    """Simulate a run and tell of it; the last word is the failure, empty for none.
+    """Simulate a run and report its progress, and at last its error text, empty for none.
 
     Args:
         folder: of the run; it holds ``.hydra/config.yaml``.

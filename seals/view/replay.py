@@ -24,7 +24,7 @@ from seals.view.stage import Stage, build_stage
 
 
 class Track(NamedTuple):
-    """Where one actor was, row by row.
+    """Poses of one actor, row by row.
 
     Args:
         position: of its base, world [m], shape (T, 3).
@@ -86,7 +86,7 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
         key: that named it, for messages.
 
     Raises:
-        ConfigError: it is no run, or has no log yet.
+        ConfigError: it is not a run, or has no log yet.
         RobotError: the robot's files have changed since.
     """
     place = Path(folder)

@@ -46,7 +46,7 @@ class Show(Protocol):
 
 
 class Session:
-    """What a viewer shows: one run at a time, replayed or going on.
+    """Session of a viewer: one run, replayed or live.
 
     Args:
         config: composed configuration of the run; restarts change values in a copy of it.
@@ -88,7 +88,7 @@ class Session:
         self.shown += 1
 
     def start(self) -> None:
-        """Start a run with the values of the sliders, in place of the one that goes on.
+        """Start a run with the values of the sliders; end the present one.
 
         Raises:
             SealsError: the configuration is refused.
@@ -147,7 +147,7 @@ class Session:
         self.start()
 
     def follow(self) -> bool:
-        """Take in what the run that goes on has said; return whether there is anything new."""
+        """Process messages of the live run; return whether there is new data."""
         if self.live is None:
             return False
         new = self.live.heard()
@@ -169,14 +169,14 @@ class Session:
 
     @property
     def end(self) -> float:
-        """Time up to which there is something to see [s]."""
+        """Time up to which data is available [s]."""
         if self.replay is not None:
             return self.replay.end
         return self._frames[-1].time if self._frames else 0.0
 
     @property
     def length(self) -> float:
-        """Time that the run takes, as far as it is known [s]."""
+        """Duration of the run, if known [s]."""
         if self.live is None:
             return self.end
         return max(self.end, float(self.stage.settings.time.duration))
@@ -199,7 +199,7 @@ class Session:
         return np.asarray(self._wet[max(k, 0)][1], dtype=float)
 
     def close(self) -> None:
-        """End the run that goes on, if any."""
+        """End the live run, if any."""
         if self.live is not None:
             self.live.stop()
             self.live = None

@@ -1,4 +1,4 @@
-"""Which values of a run can be turned by hand, and how far."""
+"""Sliders: adjustable values of a run and their ranges."""
 
 from __future__ import annotations
 

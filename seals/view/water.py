@@ -52,7 +52,7 @@ class Water:
 
     @property
     def moves(self) -> bool:
-        """Whether the surface changes over time."""
+        """Return whether the surface changes over time."""
         if self.meshes:
             return True
         return self.level is not None and self._sea(np.zeros((1, 3)), 0.0).normal is not None

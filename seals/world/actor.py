@@ -131,7 +131,7 @@ class Actor:
 
     @property
     def readings(self) -> Mapping[str, Any]:
-        """Return what every sensor reported at the last instant, by channel, or None."""
+        """Return the last reading of every sensor by channel, or None."""
         return self.sensor_suite.readings
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
@@ -198,7 +198,7 @@ class Actor:
         self.body.apply(whole, step)
 
     def _obey(self, order: ActuatorCommand) -> None:
-        """Hand an order to the drives and servos the robot has."""
+        """Apply a command to the robot's drives and servos."""
         if order.drive.size:
             self.command = order.drive[None]
         if order.joints.size:
@@ -225,7 +225,7 @@ class Actor:
         )
 
     def _inputs(self, time: float, step: float, joints: Joints) -> Inputs:
-        """What the commands have become by now."""
+        """Return the inputs of the effects after delays and lags."""
         train, share = self.drivetrain, 1.0
         if self.battery is not None:
             voltage: Any = self.evaluator.supplied(self.memory)
@@ -237,14 +237,14 @@ class Actor:
         return Inputs(step, torque, self.drive, self.voltage, position)
 
     def look(self) -> tuple[Kinematics, LinkVelocities]:
-        """Poses and velocities at the current time; kept until the next step."""
+        """Return poses and velocities at the current time; cached until the next step."""
         poses = self.body.poses()
         kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
         self._now = (kinematics, kinematics.move(poses.speed))
         return self._now
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
-        """Take the readings that are due at the new time, and let the pilot hear what arrives."""
+        """Take the readings that are due, and pass those that arrive to the pilot."""
         if not self.sensors:
             return
         self.sensor_suite.take(Instant(time, step, *self.look(), self._before), rng)
@@ -253,7 +253,7 @@ class Actor:
                 self.pilot.hear(taken, readings)
 
     def shapes(self) -> list[Shape]:
-        """Return the hulls of its links as they stand now, for the sensors of other bodies."""
+        """Return the hulls of the links at their present poses, for the sensors of other bodies."""
         if self._solid is None:
             pairs = enumerate(self.robot.hulls)
             self._solid = [(k, shape) for k, hull in pairs for shape in shapes_of_hull(hull)]

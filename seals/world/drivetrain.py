@@ -1,4 +1,4 @@
-"""From command to drive: delay, then the first-order lag of the actuators."""
+"""Drivetrain: command delay, then the first-order lag of the actuators."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ INSTANT = 1e-9
 
 
 class Delayed:
-    """A held value that is handed on a fixed time after it was given.
+    """Pure delay of a held value.
 
     Args:
         delay: [s]; below zero it is zero.
@@ -38,14 +38,14 @@ class Delayed:
         self._coming: tuple[tuple[float, Floats | None], ...] = ()
 
     def give(self, time: float, value: Floats | None) -> None:
-        """Accept the value commanded from ``time`` on [s]."""
+        """Store the value commanded from ``time`` on [s]."""
         last = self._coming[-1][1] if self._coming else self.now
         if not _same(value, last):
             kept = None if value is None else np.array(value, dtype=float)
             self._coming = (*self._coming, (time + self.delay, kept))
 
     def arrivals(self, time: float) -> list[tuple[float, Floats | None]]:
-        """Return what arrives up to ``time``, with its instant [s]; the last becomes ``now``."""
+        """Return the values that arrive up to ``time`` with their times [s]; store the last."""
         if not self._coming:
             return []
         due = [entry for entry in self._coming if entry[0] <= time + INSTANT]
@@ -54,12 +54,12 @@ class Delayed:
         return due
 
     def take(self, time: float) -> Floats | None:
-        """Return the value at work at ``time`` [s]."""
+        """Return the delayed value at ``time`` [s]."""
         self.arrivals(time)
         return self.now
 
     def snapshot(self) -> Any:
-        """Return what is on the way; values in it are never written to."""
+        """Return the pending values."""
         return self.now, self._coming
 
     def restore(self, kept: Any) -> None:
@@ -148,7 +148,7 @@ class Drivetrain:
         return self._follow(drive, held, time - at)
 
     def torque(self, time: float, torque: Floats) -> Floats:
-        """Return the joint torques at work at ``time``, shape (1, J)."""
+        """Return the delayed joint torques at ``time``, shape (1, J)."""
         self._torques.give(time, torque)
         return self._torques.take(time)  # type: ignore[return-value]
 
@@ -199,12 +199,12 @@ class Drivetrain:
         if np.shape(command) != (1, count) or not np.isfinite(command).all():
             raise ConfigError(
                 f"a command of shape {np.shape(command)}, or not finite, for {count} drives.\n"
-                f"Allowed: finite numbers of shape (1, {count}), one a drive of all actuators."
+                f"Allowed: finite numbers of shape (1, {count}), one per drive of all actuators."
             )
         return command
 
     def snapshot(self) -> Any:
-        """Return all commands on the way."""
+        """Return all pending commands."""
         lines = (self._commands, self._torques, self._positions)
         return (self._time, self._held), tuple(line.snapshot() for line in lines)
 

@@ -1,4 +1,4 @@
-"""Robots in a simulated fluid: which bodies it sees, how they move, what it does to them.
+"""Robots in a simulated fluid: their bodies, motion, and the fluid's wrenches.
 
 Links that no joint moves apart are one body. The fluid wants to know how easily a body moves when
 it is pushed, because it moves it along while it looks for the pressure. It is told the body's own
@@ -68,7 +68,7 @@ class Immersion:
         ]
 
     def placed(self, poses: LinkPoses) -> BodyStates:
-        """Return where the bodies are before the first step, at rest and unmoved."""
+        """Return the initial poses of the bodies, at rest."""
         rows = []
         for group in self.groups:
             turn = poses.rotations[0, group.root]
@@ -109,7 +109,7 @@ class Immersion:
         return _table(rows)
 
     def wrenches(self, impulses: Floats, dynamics: Dynamics, step: float) -> Floats:
-        """Return what the fluid's impulses are as wrenches held over a step.
+        """Return the fluid's impulses as constant wrenches over a step.
 
         Args:
             impulses: about the reference points, world axes [N s, N m s], shape (K, 6).

@@ -1,4 +1,4 @@
-"""Guide and controller of one robot, called at their rates; their memory is kept here."""
+"""Pilot: guide and controller of one robot, called at their rates, with their memory."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from seals.state_records import state_record
 
 
 class ControlInput(NamedTuple):
-    """The instant at which a pilot is called.
+    """Inputs of a pilot at one instant.
 
     Args:
         time: [s].
@@ -46,7 +46,7 @@ class ControlInput(NamedTuple):
 
 @state_record
 class PilotState(NamedTuple):
-    """What a pilot remembers; nothing in it is ever written to."""
+    """Memory of a pilot; immutable."""
 
     calls: int
     guide: Any
@@ -109,12 +109,12 @@ class Pilot:
 
     @property
     def finished(self) -> bool | None:
-        """Whether the guide is done (True), gave up (False) or goes on (None)."""
+        """Return True when the guide is done, False when it gave up, None while it goes on."""
         return None if self._kept.guide is None else self.guide.finished(self._kept.guide)
 
     @property
     def aim(self) -> Reference | None:
-        """What the guide wants now; None before the start."""
+        """Present reference of the guide; None before the start."""
         return self._kept.aim
 
     def reset(self) -> None:
@@ -123,11 +123,11 @@ class Pilot:
 
     @property
     def due(self) -> bool:
-        """Whether `command` will call the controller this time."""
+        """Return whether `command` will call the controller this time."""
         return self._kept.calls % self._every == 0
 
     def command(self, seen: ControlInput) -> ActuatorCommand:
-        """Return the order for the coming step; called once a step, after `hear`."""
+        """Return the command for the coming step; called once a step, after `hear`."""
         kept = self._kept
         if not self.due and kept.order is not None:
             self._kept = PilotState(kept.calls + 1, *kept[1:])
@@ -205,7 +205,7 @@ class Pilot:
         fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
         if not fits or not math.isfinite(order.drive @ order.drive + order.joints @ order.joints):
             raise PhysicsError(
-                f"the controller orders drives {order.drive} and joints {order.joints}.\n"
+                f"the controller commands drives {order.drive} and joints {order.joints}.\n"
                 f"Allowed: {drives} and {joints} finite numbers."
             )
 

@@ -45,7 +45,7 @@ class ReadingChain:
     def report(
         self, time: float, reading: dict[str, Floats], past: Past
     ) -> tuple[dict[str, Floats], Past]:
-        """Return what is reported at ``time`` and the readings to keep.
+        """Return the reading reported at ``time``, and the readings to store.
 
         Args:
             time: [s].
@@ -79,7 +79,7 @@ def _at(time: float, past: Past) -> tuple[Floats, Past]:
 
 
 class Faults:
-    """Which fault of the effects acts on which sensor.
+    """Assignment of sensor faults to sensors.
 
     A fault without names acts on the inertial sensors, as its law says. With names, or with ``*``
     for all, it acts on those: every sensor can be late, and what is mounted can be turned.

@@ -1,4 +1,4 @@
-"""All sensors of one robot: called when due, their readings reported and handed on."""
+"""Sensor suite of one robot: sampling, faults and delivery of readings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _STILL = np.zeros(3)
 
 
 class Instant(NamedTuple):
-    """The new time at which readings are taken.
+    """Instant at which readings are taken.
 
     Args:
         time: [s].
@@ -100,7 +100,7 @@ class SensorSuite:
         others: Mapping[str, Floats],
         shapes: Sequence[Callable[[], Sequence[Shape]]],
     ) -> None:
-        """Take note of the scene's other bodies.
+        """Register the scene's other bodies.
 
         Args:
             others: their origins, world [m], by name.
@@ -155,7 +155,7 @@ class SensorSuite:
     def _hand_on(
         self, name: str, now: Instant, reading: Values | None, rng: np.random.Generator
     ) -> None:
-        """Report a reading, and hear what arrives."""
+        """Log a reading, and collect the readings that arrive."""
         way = self._ways[name]
         if way.plain:
             if reading is not None:

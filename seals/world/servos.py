@@ -1,4 +1,4 @@
-"""Joint drives in the world: who takes them implicitly, and which gains a step can follow."""
+"""Joint drives in the world: implicit or explicit, with a check of their gains."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Servoing:
     """
 
     def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
-        """Find the drives; where the caller knows of their inertia, they stay explicit."""
+        """Find the drives; they stay explicit where the caller models their inertia."""
         self.armature = armature_of(effects, robot)
         driven = bool(effects.joint_drives and robot.tree.joints)
         self.implicit = implicit and driven and not robot.tree.drive_inertia

@@ -31,7 +31,7 @@ class Snapshot(NamedTuple):
 
 
 class Others(Mapping[str, Floats]):
-    """Origins of bodies in the world [m], read when asked for.
+    """Origins of bodies in the world [m], evaluated on demand.
 
     Args:
         actors: by name.

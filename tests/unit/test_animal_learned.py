@@ -113,7 +113,7 @@ def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
     catch = _copy(tmp_path / "catch", overrides=["env=catch"])
     with pytest.raises(ConfigError, match="looks at 'grip'"):
         _stepped(f"guide.policy={catch}")
-    with pytest.raises(ConfigError, match="looks at the phases of the legs"):
+    with pytest.raises(ConfigError, match="observes leg phases"):
         Learned().start(RobotState(**dict.fromkeys(RobotState._fields, np.zeros(0))))  # type: ignore[arg-type]
     wicked = _copy(tmp_path / "wicked", overrides=["env=crab_walk", "task._target_=os.system"])
     with pytest.raises(ConfigError, match="no training writes"):

@@ -202,7 +202,7 @@ def test_gains_of_a_servo_may_be_given_joint_by_joint() -> None:
     ahead = moving._replace(joint_rate=np.array([[1.2, 0.0]]))
     assert_allclose(Servos.joint_loads(joints, ahead, None, given)[0], [[0.2, 0.1]])
     assert_allclose(servo.of_joints("kp", 2), [1.0, 1.0])
-    with pytest.raises(ConfigError, match=r"servos\.kd_each=.*\n.*one a joint"):
+    with pytest.raises(ConfigError, match=r"servos\.kd_each=.*\n.*one per joint"):
         servo.of_joints("kd", 3)
     with pytest.raises(ConfigError, match=r"servos\.speed_limit"):
         Servos(speed_limit=[0.0])

@@ -113,10 +113,10 @@ def test_a_broken_file_is_no_question_of_trust(capsys: pytest.CaptureFixture[str
     folder = strange("name: [x\n", "experiment/broken.yaml")
     words = ["run", "--config-dir", str(folder), "experiment=broken"]
     said = refused(capsys, words)
-    assert "is no YAML" in said
+    assert "is not valid YAML" in said
     assert "trust" not in said
     said = refused(capsys, [*words, "--trust"])
-    assert re.search(r"broken.yaml, line \d is no YAML: expected ','", said)
+    assert re.search(r"broken.yaml, line \d is not valid YAML: expected ','", said)
 
 
 def test_links_that_lead_out_of_a_strangers_folder_are_refused() -> None:

@@ -195,7 +195,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
         "format_version is '9'",
     ),
     "meta not finite": (lambda p: _native(p, meta=(META + "m: .nan\n").encode()), "meta.m"),
-    "parquet cut": (lambda p: _cut(p, 0.6), "not a sound Parquet"),
+    "parquet cut": (lambda p: _cut(p, 0.6), "not a valid Parquet"),
     "parquet one byte": (lambda p: _cut(p, 1e-4), "Parquet|empty"),
     "table is a folder": (_swap, "is a folder"),
     "table is a pipe": (_pipe, "not an ordinary file"),

@@ -106,7 +106,7 @@ def spoil(flight: Path, how: str) -> None:
     [
         ("no table", "holds neither log.parquet nor log.csv"),
         ("no meta", "meta.yaml' does not exist"),
-        ("truncated", "not a sound Parquet file"),
+        ("truncated", "not a valid Parquet file"),
         ("no vehicle", "meta.yaml holds no 'vehicle'"),
         ("heavy", "vehicle.mass: meta.yaml says 'heavy'; give a number above 0"),
     ],

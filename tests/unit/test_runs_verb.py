@@ -173,7 +173,7 @@ def test_single_runs_and_trainings_are_rows_as_well(runs: Path) -> None:
         (["drops", "where=sed<1"], "Did you mean 'seed'?"),
         (["drops", "where=seed"], "this is not a condition"),
         (["drops", "where=seed<b"], "'b' is not a number"),
-        (["drops", "where=seed=7"], "none of the 4 runs meets it"),
+        (["drops", "where=seed=7"], "none of the 4 runs satisfies it"),
         (["drops", "metric=positon_z.min"], "Did you mean 'position_z'?"),
         (["drops", "metric=position_z.avg"], "Statistics: first"),
         (["drops", "metric=fits.eror.last"], "Did you mean 'error'?"),

@@ -247,8 +247,11 @@ def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
         (["-m", "robot=ball", "hydra.sweep.subdir=a"], "named by their numbers"),
         (["-m", "robot=ball", "hydra/launcher=jobli"], "Did you mean 'joblib'"),
         (["-m", "robot=ball", "hydra.sweep.dir=WHOLE"], "holds a sweep already"),
-        (["-m", "robot=box", "--resume", "hydra.sweep.dir=WHOLE"], "begun by other words"),
-        (["-m", "robot=box", "--resume", "++hydra.sweep.dir=WHOLE"], "begun by other words"),
+        (["-m", "robot=box", "--resume", "hydra.sweep.dir=WHOLE"], "started with other overrides"),
+        (
+            ["-m", "robot=box", "--resume", "++hydra.sweep.dir=WHOLE"],
+            "started with other overrides",
+        ),
         (["-m", "robot=box", "--resume", "hydra.sweep.dir=${name}"], "Give it by its name"),
         (["resume=WHOLE", "seed=3"], "would make another sweep"),
     ],

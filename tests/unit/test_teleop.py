@@ -96,7 +96,7 @@ def test_events_survive_their_file_to_the_last_bit(tmp_path: Path) -> None:
         ("a.yaml", "- {t: 1, pres: w}", "Did you mean 'press'"),
         ("a.yaml", "- {t: 1}", "press, release, hold, set"),
         ("a.yaml", "- {t: 1, press: escpe}", "Did you mean 'escape'"),
-        ("a.yaml", "- [", "is no YAML"),
+        ("a.yaml", "- [", "is not valid YAML"),
     ],
 )
 def test_a_wrong_script_is_refused_in_words(

@@ -66,7 +66,7 @@ class BackendFree:
             body.advance(self.step)
 
     def snapshot(self) -> Any:
-        """Return the states of all bodies; none of them is ever written to."""
+        """Return the states of all bodies; they are immutable."""
         return [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:

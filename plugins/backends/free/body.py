@@ -23,7 +23,7 @@ from seals.state_records import state_record
 
 @state_record
 class State(NamedTuple):
-    """What a robot in free motion remembers.
+    """State of a robot in free motion.
 
     Args:
         position: base origin, world [m], shape (3,).
@@ -159,7 +159,7 @@ class FreeBody(BodyOptions):
         if height is not None and z < height:
             raise PhysicsError(
                 f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
-                "backend=free knows no contacts.\n"
+                "backend=free has no contacts.\n"
                 "Take backend=pybullet, or let it through: backend.passable=true"
             )
 

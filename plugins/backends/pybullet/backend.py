@@ -110,7 +110,7 @@ class BackendPybullet:
             body.restore(kept)
 
     def store(self, path: Path) -> Any:
-        """Write the engine's state to a file; return what the engine does not keep.
+        """Write the engine's state to a file; return the state outside the engine.
 
         Raises:
             OSError: the disk is full.
@@ -122,7 +122,7 @@ class BackendPybullet:
         return [body.snapshot() for body in self._bodies]
 
     def recall(self, path: Path, bodies: Any) -> Any:
-        """Return a snapshot made of a file and what the engine does not keep.
+        """Return a snapshot from a file and the state outside the engine.
 
         Args:
             path: from `store`, of a scene with the same bodies.
@@ -155,7 +155,7 @@ class _Scene:
 
 
 class _State:
-    """A state saved inside the engine, given back when nobody holds it any more."""
+    """State saved inside the engine, released with its last reference."""
 
     def __init__(self, engine: Any, client: int, scene: _Scene) -> None:
         self.number = engine.saveState(physicsClientId=client)

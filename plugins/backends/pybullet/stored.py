@@ -1,4 +1,4 @@
-"""Whether a stored scene is whole: the engine notices neither a full disk nor a cut file."""
+"""Return whether a stored scene is whole: the engine notices neither a full disk nor a cut file."""
 
 from __future__ import annotations
 

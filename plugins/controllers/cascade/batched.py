@@ -18,7 +18,7 @@ from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 
 
 class BatchMemory(NamedTuple):
-    """What the cascade remembers of every robot; see `controller.Memory`.
+    """Memory of the cascade for a batch; see `controller.Memory`.
 
     Args:
         sum: of the velocity error, world axes [m], shape (B, 3).

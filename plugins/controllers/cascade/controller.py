@@ -32,7 +32,7 @@ SERVO_LAG = 0.05
 
 @state_record
 class Memory(NamedTuple):
-    """What the cascade remembers; nothing in it is ever written to.
+    """Memory of the cascade controller; immutable.
 
     Args:
         sum: of the velocity error, world axes [m], shape (3,).
@@ -55,7 +55,7 @@ class Memory(NamedTuple):
 
 @state_record
 class Inner(NamedTuple):
-    """Motion of the joints as reckoned from their targets, and what it does to the body.
+    """Predicted motion of the joints and its reaction on the body.
 
     Args:
         arm: motion of the joints; None before the first call.
@@ -193,7 +193,7 @@ class Cascade(CascadeSettings):
         )
 
     def _inner(self, s: RobotState, targets: Floats, inner: Inner) -> Inner:
-        """Return what the joints' motion does, reckoned from their targets: it has no noise.
+        """Return the reaction of the joints' motion, predicted from their targets.
 
         Their measured motion would close a loop through the servos and shake the arm.
         """

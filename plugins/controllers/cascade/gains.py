@@ -59,7 +59,7 @@ class Gains(NamedTuple):
 
 @dataclass(kw_only=True)
 class CascadeSettings(ControllerOptions):
-    """What can be set of the cascade.
+    """Tunable parameters of the cascade controller.
 
     Gains are divided by mass and inertia; two numbers are for air and for water, with submersion
     between them.

@@ -1,4 +1,4 @@
-"""What all gaits share: the heading, the pace, the way from toes to joints."""
+"""Base of gait controllers: heading, pace, and inverse kinematics from toes to joints."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STILL = 0.02
 
 
 class Facing(enum.Enum):
-    """Where an animal turns as it walks: ``aim`` as told, ``ahead`` or ``sideways`` of its way."""
+    """Heading while walking: ``aim`` as commanded, ``ahead`` along or ``sideways`` to the path."""
 
     aim = "aim"
     ahead = "ahead"
@@ -34,7 +34,7 @@ class Facing(enum.Enum):
 
 @state_record
 class Pace(NamedTuple):
-    """What a gait remembers; nothing in it is ever written to.
+    """Memory of a gait; immutable.
 
     Args:
         phase: of every leg, share of the cycle, shape (N,).
@@ -52,7 +52,7 @@ class Pace(NamedTuple):
 
 
 class Manner(NamedTuple):
-    """How the legs step, a guide's wishes over the gait's own parameters.
+    """Stepping parameters: those of the reference override those of the gait.
 
     Args:
         duty: share of the cycle on the ground [1].
@@ -79,7 +79,7 @@ class Manner(NamedTuple):
 
 @dataclass(kw_only=True)
 class Walker(ControllerOptions, ABC):
-    """Makes the velocity that a guide wants by stepping; see its kinds.
+    """Base of walking controllers: track a reference velocity by stepping.
 
     Args:
         rate: calls a second [Hz].
@@ -146,7 +146,7 @@ class Walker(ControllerOptions, ABC):
         self._columns = self._legs.joints.astype(int)
 
     def start(self) -> Pace:
-        """Return legs that stand in the order of the gait."""
+        """Return the initial legs, all in stance, in the order of the gait."""
         phase = self.order(self.manner({}))
         return Pace(phase, Walk(0.0, 0.0, 0.0), math.nan, 0.0, self.lowest)
 
@@ -206,7 +206,7 @@ class Walker(ControllerOptions, ABC):
         return places
 
     def _paced(self, s: RobotState, aim: Reference, memory: Pace, manner: Manner) -> Pace:
-        """Take up the walk that is wanted, and let the legs cycle on."""
+        """Update the commanded walk and advance the leg phases."""
         heading = self._heading(s, aim, memory.heading)
         wanted = self._wanted(s, aim, heading)
         places = self._places(manner)
@@ -237,7 +237,7 @@ class Walker(ControllerOptions, ABC):
         return way - aside
 
     def _wanted(self, s: RobotState, aim: Reference, heading: float) -> Walk:
-        """Walk in body axes that makes the wanted velocity and heading."""
+        """Return the walk in body axes that tracks the reference velocity and heading."""
         c, n = math.cos(s.yaw), math.sin(s.yaw)
         east, north = float(aim.velocity[0]), float(aim.velocity[1])
         error = math.remainder(heading - s.yaw, 2.0 * math.pi)

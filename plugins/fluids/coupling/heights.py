@@ -21,7 +21,7 @@ class HeightField:
     A cell's height is the mean of its four highest particles and half a spacing: four fill one
     spacing of depth, whether they lie in a layer or in disorder. Drops high above the rest count
     as if they lay on it. Cells in which a body stands above the water get the mean of their
-    neighbours: the body is no hole.
+    neighbours: the body is not a hole.
 
     Args:
         lower: corner [m], shape (2 or more,).

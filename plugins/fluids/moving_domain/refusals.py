@@ -59,8 +59,8 @@ def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> 
         low = solid.position[2] - 0.5 * max(solid.size, default=0.0)
         if solid.kind != "plane" and low < level:
             raise ConfigError(
-                f"'{solid.name}' stands in the water: a window in an open sea knows no shore and "
-                "no obstacles.\nUse a basin: water=particles, or leave it out."
+                f"'{solid.name}' stands in the water: a window in an open sea has no shore or "
+                "obstacles.\nUse a basin: water=particles, or leave it out."
             )
 
 

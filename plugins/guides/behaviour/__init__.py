@@ -1,4 +1,4 @@
-"""What animals do: march, wander, seek, flee, freeze."""
+"""Behaviours of animals: march, wander, seek, flee, freeze."""
 
 from seals.plugins.guides.behaviour.flee import Flee
 from seals.plugins.guides.behaviour.freeze import Freeze

@@ -19,7 +19,7 @@ class Behaviour:
         """Accept any robot."""
 
     def finished(self, memory: Any) -> bool | None:
-        """Return None: the behaviour goes on."""
+        """Return None: the behaviour never ends."""
         return None
 
 
@@ -43,7 +43,7 @@ def place_of(situation: RobotState, name: str, *, where: str) -> Floats:
     """
     if name not in situation.bodies:
         raise ConfigError(
-            f"{where}={name or '(nothing)'} is no other body of the scene.\n"
+            f"{where}={name or '(nothing)'} is not the name of another body of the scene.\n"
             f"{suggestion(name, list(situation.bodies), label='Bodies')}"
         )
     return situation.bodies[name]

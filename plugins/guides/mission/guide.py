@@ -106,7 +106,7 @@ class Mission:
         )
 
     def aim(self, situation: RobotState, memory: MissionState) -> tuple[Reference, MissionState]:
-        """Return what the present stage wants, and the memory after it."""
+        """Return the reference of the present stage, and the new memory."""
         kept = memory._replace(target=self._seen(situation, memory))
         stage = self._stages[min(kept.number, len(self._stages) - 1)]
         pads = self._pressing(situation)

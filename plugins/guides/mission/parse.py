@@ -58,7 +58,7 @@ def _stage(row: Any, where: str) -> Stage:
         )
     word = str(row["do"])
     if word not in KINDS:
-        raise ConfigError(f"{where}.do={word} is no stage.\n{suggestion(word, KINDS)}")
+        raise ConfigError(f"{where}.do={word} is not a stage.\n{suggestion(word, KINDS)}")
     cls, values = KINDS[word], {str(k): v for k, v in row.items() if k != "do"}
     fields = {f.name: f for f in dataclasses.fields(cls)}
     for key, value in values.items():

@@ -1,4 +1,4 @@
-"""What the stages of a mission know and keep."""
+"""Inputs and memory of the stages of a mission."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seals.state_records import state_record
 
 
 class Outcome(enum.Enum):
-    """What comes after this instant of a stage."""
+    """Transition after one instant of a stage."""
 
     stay = "stay"
     onward = "onward"
@@ -29,7 +29,7 @@ class Outcome(enum.Enum):
 
 @state_record
 class MissionState(NamedTuple):
-    """Memory of a mission; nothing in it is ever written to.
+    """Memory of a mission; immutable.
 
     Args:
         number: of the present stage, from 0.
@@ -65,7 +65,7 @@ class MissionState(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """One instant, as a stage sees it.
+    """Inputs of a stage at one instant.
 
     Args:
         now: the situation.
@@ -90,7 +90,7 @@ class Scene(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a stage wants at one instant.
+    """Reference of a stage at one instant.
 
     Args:
         place: of the body origin.
@@ -139,7 +139,7 @@ class Hand:
         return held
 
     def body_for(self, held: Floats, yaw: float, joints: Floats) -> Floats:
-        """Return the body's place that brings the hand to a point, level, world [m], shape (3,)."""
+        """Return the position of the level body with the hand at a point, world [m], shape (3,)."""
         x, y, z = self.offset(joints)
         c, s = math.cos(yaw), math.sin(yaw)
         place: Floats = held - np.array([c * x - s * y, s * x + c * y, z])

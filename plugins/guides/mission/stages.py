@@ -1,4 +1,4 @@
-"""The stages a mission is made of: each says, at any instant, where to be and whether to go on."""
+"""Stages of a mission: each gives a reference and a transition at every instant."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _metres(default: float, low: float = -1e4) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage(ABC):
-    """What all stages have.
+    """Base of the stages of a mission.
 
     Args:
         name: shown and logged; the kind of stage when left out.
@@ -47,7 +47,7 @@ class Stage(ABC):
 
     @abstractmethod
     def act(self, scene: Scene) -> Move:
-        """Return what is wanted now."""
+        """Return the present reference."""
 
     def still(self, scene: Scene, *, fine: bool, grip: float | None = None) -> Move:
         """Stay where the stage began."""

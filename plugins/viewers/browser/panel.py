@@ -68,7 +68,7 @@ class Panel:
         return turned
 
     def grabbed(self) -> float | None:
-        """Return the time that a person chose since the last call of `tell` [s], or None."""
+        """Return the time chosen by the user since the last call of `tell` [s], or None."""
         value = float(self.time.value)
         if value == self._told:
             return None
@@ -114,7 +114,7 @@ class Panel:
         return {name for name, box in self.effects.items() if box.value}
 
     def tell(self, time: float) -> None:
-        """Show the time [s] and what there is to say."""
+        """Show the time [s] and a status text."""
         length = max(self._session.length, 1e-3)
         if abs(self.time.max - length) > 1e-9:
             self.time.max = length

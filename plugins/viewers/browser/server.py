@@ -1,4 +1,4 @@
-"""The web server of the viewer: bound to one address, shared with nobody."""
+"""Web server of the viewer, bound to one address, without public tunnel."""
 
 from __future__ import annotations
 
@@ -85,6 +85,6 @@ def _in_use(port: int) -> ConfigError:
 
 def _no_address(host: str) -> ConfigError:
     return ConfigError(
-        f"host={host} is no address of this machine.\n"
+        f"host={host} is not an address of this machine.\n"
         "Allowed: 127.0.0.1 for this machine alone, 0.0.0.0 for all, or one of its addresses"
     )

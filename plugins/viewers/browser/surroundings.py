@@ -1,4 +1,4 @@
-"""What lies around a run in the page: how much of the world is shown, sky, the first view."""
+"""Scenery of the page: displayed extent of the world, sky, and first view."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAMPLES = 60
 
 
 class Extent(NamedTuple):
-    """How much of the world is shown.
+    """Displayed extent of the world.
 
     Args:
         middle: of the shown ground, x and y [m], shape (2,).

@@ -1,4 +1,4 @@
-"""Shows a session in the browser: draws as often as the page can take, and obeys its controls."""
+"""Viewer in the browser: draws at the rate of the page and follows its controls."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ViewerBrowser:
 
 
 class Page:
-    """What is in the page, and the time that it shows.
+    """Contents of the page and the displayed time.
 
     Args:
         server: viser's.

@@ -115,7 +115,7 @@ class Bodies:
         return bodies
 
     def _mesh(self, points: Floats, outward: Floats) -> dict[str, Any]:
-        """A mesh as the engine takes it: as lists, or as a file for a renderer that wants one."""
+        """Mesh in the engine's format: lists, or a file for renderers that need one."""
         if self._files is not None:
             path = self._files / f"{len(list(self._files.iterdir()))}.obj"
             path.write_text(_obj(points, outward), encoding="ascii")
@@ -159,7 +159,7 @@ class Bodies:
                 )
 
     def _in_view(self, middles: Floats, lens: Lens) -> list[bool]:
-        """Whether the balls around the bodies reach into the pyramid that a lens sees."""
+        """Return whether the balls around the bodies reach into the pyramid that a lens sees."""
         if self._files is not None:
             return [True] * len(middles)
         reach = self._radii

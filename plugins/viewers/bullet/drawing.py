@@ -25,7 +25,7 @@ TinyRenderer never ends when all corners of a triangle lie in the very plane of 
 
 
 class Sampling(NamedTuple):
-    """How a renderer of PyBullet takes its samples.
+    """Sampling of the PyBullet renderers.
 
     Args:
         flag: name of its constant in the engine.
@@ -133,7 +133,7 @@ def _view(turn: Floats) -> list[float]:
 
 
 def _projection(lens: Lens, shift: tuple[float, float]) -> list[float]:
-    """Perspective as OpenGL wants it, column by column."""
+    """Perspective matrix of OpenGL, column-major."""
     w, h, near, far = lens.width, lens.height, lens.near, lens.far
     matrix = np.zeros((4, 4))
     matrix[0, 0], matrix[1, 1] = 2.0 * lens.fx / w, 2.0 * lens.fy / h

@@ -1,4 +1,4 @@
-"""What both renderers of PyBullet share: a drawing that is opened, asked and closed."""
+"""Base of both PyBullet renderers: open, render, close."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.rendering.scene import Poses, Scene
 
 @dataclass(kw_only=True)
 class RendererBullet(ABC):
-    """Base of renderers that keep one drawing of PyBullet; a subclass says how it begins."""
+    """Base of renderers with one PyBullet client; subclasses open it."""
 
     def __post_init__(self) -> None:
         """Keep the engine closed until `open`."""

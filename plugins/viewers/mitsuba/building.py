@@ -128,7 +128,7 @@ class Build:
         return {"type": "rectangle", "to_world": self._placed(place), "bsdf": bsdf}
 
     def _middle(self, frame: Frame, height: float) -> tuple[float, float]:
-        """Where the view meets a level plane, not too far from the camera."""
+        """Return the intersection of the view with a level plane, near the camera."""
         origin, ahead = frame.view.origin, frame.view.axes[:, 2]
         far = (origin[2] - height) / max(-float(ahead[2]), 0.05)
         reach = float(np.clip(far, 0.0, 0.7 * HALF))

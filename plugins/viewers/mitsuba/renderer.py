@@ -72,7 +72,7 @@ class RendererMitsuba:
     denoise: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse counts that mean nothing; keep everything closed."""
+        """Check the counts; start closed."""
         if not 0 <= self.samples <= 1_000_000:
             raise ConfigError(f"samples={self.samples} is not allowed.\nAllowed: 0 to 1,000,000.")
         self._folder: tempfile.TemporaryDirectory[str] | None = None

@@ -1,4 +1,4 @@
-"""Shapes of a scene as Mitsuba wants them: files of triangles, placed anew for every frame."""
+"""Shapes of a scene for Mitsuba: triangle files, placed for every frame."""
 
 from __future__ import annotations
 

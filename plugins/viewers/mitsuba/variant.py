@@ -1,4 +1,4 @@
-"""Which of Mitsuba's variants runs here; those that compile are tried in a process of their own."""
+"""Choice of a working Mitsuba variant; compiled variants are tried in a child process."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TRIAL = Path(__file__).with_name("trial.py")
 
 
 class Variant(enum.Enum):
-    """How Mitsuba computes: ``auto`` takes the fastest that works here."""
+    """Mitsuba variant; ``auto`` takes the fastest that works on this machine."""
 
     scalar_rgb = "scalar_rgb"
     llvm_ad_rgb = "llvm_ad_rgb"

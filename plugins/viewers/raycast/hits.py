@@ -1,4 +1,4 @@
-"""Where rays meet primitives: one function for each kind, all cameras and rays at once.
+"""Ray-primitive intersection: one batched function for each kind of primitive.
 
 A ray is (x, y, 1) in optical axes, so its parameter is the depth. Every function returns the depth
 at which a ray enters, shape (M, R, K), infinite where it passes by; what is entered nearer than the

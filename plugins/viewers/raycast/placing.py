@@ -16,7 +16,7 @@ Tensor = Any
 
 
 class Fixed(NamedTuple):
-    """What never changes of a scene, as tensors on the device; shapes as in `Tables`.
+    """Constant part of a scene as tensors on the device; shapes as in `Tables`.
 
     ``sky`` is the displayed colour of what nothing covers, shape (3,).
     """

@@ -17,7 +17,7 @@ EXACT = 4096.0
 
 
 class Sun(NamedTuple):
-    """Where sunlight comes from.
+    """Direction of the sun.
 
     Args:
         zenith: angle from straight up [rad].

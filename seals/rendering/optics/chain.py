@@ -24,7 +24,7 @@ AT_ONCE = 1 << 16
 
 
 class Lines(NamedTuple):
-    """Lines of sight with all that the steps ask of them; shapes (N, H, W).
+    """Lines of sight and their quantities for the image formation steps; shapes (N, H, W).
 
     Args:
         hit: whether there is something at the end.
@@ -66,7 +66,7 @@ def seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: Ar
 
 @functools.cache
 def _settled() -> None:
-    """Make the C library keep memory for the next image instead of giving it back each time.
+    """Keep freed memory in the C library's heap for the next image.
 
     Its threshold follows the largest block that was ever freed; without this a third of the time
     goes into fetching pages anew.
@@ -203,7 +203,7 @@ class _Mirror:
         return sky(tuple(self.optics.sky_zenith), tuple(self.optics.sky_horizon), rise)
 
     def behind(self, medium: Medium, planes: Array) -> Array:
-        """What comes to the camera from beyond the surface, where it looks out of the water."""
+        """Light from above the surface that reaches a camera under water."""
         xp = namespace(planes)
         lines = self.lines
         arrives = xp.exp(-channels(medium.direct, lines.ends) * lines.length[None])
@@ -214,7 +214,7 @@ class _Mirror:
         return xp.where(self.out[None], shown, planes)
 
     def before(self, planes: Array) -> Array:
-        """What the camera sees of the surface, and through it, where it looks into the water."""
+        """Light reflected by and transmitted through the surface, for a camera above water."""
         xp = namespace(planes)
         through = (1.0 - self.share) * (1.0 / INDEX**2) * planes
         return xp.where(self.into[None], through + self.share * self._sky(self.back), planes)

@@ -1,4 +1,4 @@
-"""Where lines of sight meet the water surface, and which part of them is wet."""
+"""Intersection of lines of sight with the water surface, and their wet part."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEPS = 5
 
 
 class Crossing(NamedTuple):
-    """How lines of sight lie to the water; shapes (N, H, W).
+    """Wet parts of lines of sight; shapes (N, H, W).
 
     Args:
         wet: whether they begin in the water.
@@ -92,7 +92,7 @@ def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array
 
 
 def _near(above: Array, end: Array, surface: Surface) -> Array:
-    """Whether a line is not wholly below, nor wholly above, all that the surface may do."""
+    """Return whether a line is not wholly below, nor wholly above, all that the surface may do."""
     low, high = -surface.reach, surface.reach
     end = end - surface.level
     return ~(((above < low) & (end < low)) | ((above > high) & (end > high)))
@@ -142,7 +142,7 @@ def _moving(
 def _band(
     height: Array, dz: Array, ranges: Array, reach: float, port: float
 ) -> tuple[Array, Array]:
-    """Where a line enters and leaves the band in which the surface moves [m]."""
+    """Return the entry and exit distances of the band in which the surface moves [m]."""
     xp = namespace(dz)
     steep = xp.abs(dz) > 1e-6
     run = 1.0 / xp.where(steep, dz, 1e-6)

@@ -1,4 +1,4 @@
-"""What light does where water meets air: how it bends, how much of it goes through."""
+"""Refraction and transmission of light at the interface of water and air."""
 
 from __future__ import annotations
 

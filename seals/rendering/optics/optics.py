@@ -1,4 +1,4 @@
-"""What water makes of a picture: colour and distance in, the underwater image out."""
+"""Underwater image formation: from colour and distance to the image under water."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PETZOLD = "Petzold 1972, SIO Ref. 72-78, stations HAOCE 5 and 11, turns below 1
 
 
 class Sight(NamedTuple):
-    """What a renderer saw, as if there were no water, in full light.
+    """Rendered view before water: colour and distance in full light.
 
     Args:
         colour: linear radiance, a white surface in full light being one, shape (N, H, W, 3); its

@@ -22,7 +22,7 @@ WILLIAMSON = (
 
 @dataclass(frozen=True, kw_only=True)
 class Water:
-    """What a water does to light, at `WAVELENGTHS`.
+    """Inherent optical properties of a water, at `WAVELENGTHS`.
 
     Args:
         absorption: a, red, green, blue [1/m].

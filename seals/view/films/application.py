@@ -1,4 +1,4 @@
-"""``seals render``: a run folder becomes frames and a film, and goes on where it was cut off."""
+"""``seals render``: frames and a film of a run folder, resumable."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = N
 
 
 def photographer_of(renderer: Any) -> Photographer:
-    """Return what draws frames; renderers that know no water get it laid over.
+    """Return the frame renderer; water is composited for renderers without it.
 
     Raises:
         ConfigError: the viewer draws nothing.
@@ -228,7 +228,7 @@ def _way(replay: Replay, times: Floats) -> Way:
 
 
 def _reach(replay: Replay) -> float:
-    """How far the robot reaches from its base [m]."""
+    """Return the largest distance of the robot from its base [m]."""
     from seals.rendering.meshes import corners_of
 
     poses = replay.poses([replay.time[0]])
@@ -261,7 +261,7 @@ def _class_of(name: str) -> str:
 
 
 def _card(settings: RenderSettings, renderer: Any) -> Mapping[str, Any]:
-    """What the frames show: a film with another card is another film."""
+    """Return the identity of a film: frames of another identity belong to another film."""
     folder = Path(str(settings.run))
     kept = ("out", "film", "replace", "name")
     card = {k: v for k, v in dataclasses.asdict(settings).items() if k not in kept}

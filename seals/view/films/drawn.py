@@ -1,4 +1,4 @@
-"""Frames by renderers that know no water: colour and depth, with the water laid over."""
+"""Frames of renderers without water: colour and depth, with water composited."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
     name = next((c for c in ("libx264", "libopenh264", "mpeg4") if c in av.codecs_available), None)
     if name is None:
         raise MissingExtra(
-            "film: this build of PyAV knows no codec for MP4; the frames are there.\n"
+            "film: this build of PyAV has no codec for MP4; the frames are there.\n"
             "Install the usual one: pip install 'aam-seals[render]'; or say film=false"
         )
     with atomic_path(path) as beside, av.open(str(beside), mode="w") as container:

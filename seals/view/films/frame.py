@@ -1,4 +1,4 @@
-"""What one frame shows, and the protocol of renderers that draw water as well."""
+"""Contents of one frame, and the protocol of renderers that draw water."""
 
 from __future__ import annotations
 

@@ -145,6 +145,6 @@ def raster(mesh: Mesh, low: Floats, edge: float, cells: tuple[int, int]) -> Floa
         return np.zeros(cells)
     nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
     filled = grid[tuple(nearest)]
-    # single drops in the air are no surface
+    # single drops in the air are not a surface
     found: Floats = median_filter(filled, size=3, mode="nearest")
     return found

@@ -12,7 +12,7 @@ _CHOSEN = "chosen"
 
 
 class Quality(Enum):
-    """How much work a frame is worth: a look at what there is, or a figure for print."""
+    """Quality of a frame: preview or print."""
 
     draft = "draft"
     paper = "paper"

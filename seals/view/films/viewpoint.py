@@ -1,4 +1,4 @@
-"""Where the camera of a film stands: presets about the robot's way, or a place of one's own."""
+"""Camera position of a film: presets about the robot's path, or a given position."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UNDER = 0.35
 
 
 class Viewpoint(NamedTuple):
-    """Where a camera is.
+    """Pose of a camera.
 
     Args:
         origin: world [m], shape (3,).
@@ -39,7 +39,7 @@ class Viewpoint(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What a camera is to see of a run.
+    """Field of interest of a camera in a run.
 
     Args:
         middle: of the room that the robot goes through [m], shape (3,).

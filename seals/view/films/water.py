@@ -78,7 +78,7 @@ class WaterOverTime:
         return self._tank(mesh) if self._walled else self._window(mesh, time, self._waves)
 
     def _tank(self, mesh: Mesh) -> WaterBody:
-        """Water between walls: its sides are as flat as they."""
+        """Water surface between walls, with flat sides."""
         mesh = outer(mesh)
         points = mesh.vertices.copy()
         near = SNAP * self._spacing

@@ -24,7 +24,7 @@ def weights(
         sweeps: how many.
         softness: compliance over the diagonal of the constraint.
         lattice: kernel constants; ``top`` bounds the spectrum from above.
-        margin: safety on ``top``, because water at rest is no lattice.
+        margin: safety on ``top``, because water at rest is not a lattice.
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate

@@ -190,7 +190,7 @@ class SubstepPipeline:
             self._displace(done, moving)
             done += 1
         for k, (gain, memory) in enumerate(self.schedule):
-            # after a warm start the last change is no step of the method
+            # after a warm start the last change is not a step of the method
             self.pressure.multipliers(buffers(done)[0], gain, memory if k else 0.0)
             self._displace(done, moving)
             done += 1
