@@ -37,8 +37,12 @@ if TYPE_CHECKING:
     from seals.motion import Wrench as Wrench
     from seals.robot.model import RobotModel as RobotModel
     from seals.schema import param as param
+    from seals.sensors.instrument import Instrument as Instrument
+    from seals.sensors.noise import Noise as Noise
+    from seals.sensors.protocol import SensorInput as SensorInput
     from seals.sysid.report.estimator import MissingEffect as MissingEffect
     from seals.testing.effect import check_effect as check_effect
+    from seals.testing.sensor import check_sensor as check_sensor
     from seals.world.ledger import Ledger as Ledger
     from seals.world.world import World as World
 
@@ -61,6 +65,10 @@ _HOMES = {
     "Effect": "seals.effects.effect",
     "param": "seals.schema",
     "check_effect": "seals.testing.effect",
+    "Instrument": "seals.sensors.instrument",
+    "SensorInput": "seals.sensors.protocol",
+    "Noise": "seals.sensors.noise",
+    "check_sensor": "seals.testing.sensor",
     "MediumKind": "seals.effects.effect",
     "Parameters": "seals.effects.effect",
     "Array": "seals.arrays",

@@ -240,12 +240,17 @@ def _folder_summary(plugin: Plugin) -> str:
     folder = plugin.folder()
     if plugin.kind == "conf":
         return str(folder)
-    from seals.robot.robot_file import read_robot
+    import yaml
+
+    from seals.untrusted_io import read_plain_yaml
 
     try:
-        return read_robot(folder).settings.summary
-    except RobotError as cause:
+        content = read_plain_yaml(folder / "robot.yaml")
+    except (OSError, ValueError, SealsError, yaml.YAMLError) as cause:
         raise plugin.broken(cause) from cause
+    if not isinstance(content, Mapping):
+        raise plugin.broken(RobotError(f"{folder / 'robot.yaml'} is not a mapping."))
+    return str(content.get("summary") or "")
 
 
 def _one_line(cause: BaseException) -> str:

@@ -41,6 +41,7 @@ CHAPTERS = {
         "Array",
         "cross",
     ),
+    "Sensors of your own": ("Instrument", "SensorInput", "Noise", "check_sensor"),
     "Errors": ("SealsError", "ConfigError", "LogError", "RobotError", "PhysicsError"),
 }
 """Public names by chapter of the page; ``__version__`` stands in the introduction."""

@@ -13,9 +13,9 @@ from seals.compare.noise import noise_of
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
 from seals.compare.settings import CompareSettings
+from seals.compare.smoothing import moving_mean
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
-from seals.plain import moving_mean
 from seals.robot.model import RobotModel
 
 NEEDED = ("depth", "pitch", "ballast_volume", "water_density")

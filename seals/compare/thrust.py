@@ -13,11 +13,11 @@ from seals.compare.predict import Job
 from seals.compare.regimes import Regime
 from seals.compare.sampled import SampledPredictor, bare_case, divided
 from seals.compare.settings import CompareSettings
+from seals.compare.smoothing import moving_mean
 from seals.control.actuator_response import respond
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.motion import Inputs, Reading
-from seals.plain import moving_mean
 from seals.robot.model import RobotModel
 
 _STEP = 1e-3

@@ -83,7 +83,7 @@ def test_fleeing_starts_at_the_alarm_and_ends_when_calm() -> None:
 def test_an_enemy_that_is_not_there_is_refused() -> None:
     """The refusal names the bodies of the scene."""
     guide = Flee(enemy="robott")
-    with pytest.raises(ConfigError, match=r"flee\.enemy=robott is no other body"):
+    with pytest.raises(ConfigError, match=r"flee\.enemy=robott is not the name"):
         guide.aim(seen((0.0, 0.0), robot=(1.0, 0.0)), guide.start(seen((0.0, 0.0))))
     with pytest.raises(ConfigError, match=r"flee\.calm=0\.2 is below"):
         Flee(calm=0.2)

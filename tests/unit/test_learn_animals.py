@@ -350,7 +350,7 @@ def test_gymnasium_finds_nothing_to_say(env: str) -> None:
         ("catch", ["environment.water_level=null", "water=none"], "needs water"),
         ("reach", ["task=walk"], "task walk needs legs"),
         ("crab_walk", ["task.nearest=1.0"], "task.nearest=1.0 is above task.farthest=0.4"),
-        ("crab_walk", ["task.manner.lift=[2.0,1.0]"], "is no range"),
+        ("crab_walk", ["task.manner.lift=[2.0,1.0]"], "is not a range"),
         ("crab_walk", ["+task.manner.bounce=[0.0,1.0]"], "no manner 'bounce'"),
     ],
 )

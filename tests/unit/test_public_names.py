@@ -100,7 +100,7 @@ def test_a_log_whose_name_does_not_tell_its_reader_is_refused(tmp_path: Path) ->
     """A suffix of no reader asks for one, a field that the reader lacks is named."""
     place = tmp_path / "flight.csv"
     place.write_text("t,position_z\n0,1\n0.1,0.9\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match="does not tell how to read it"):
+    with pytest.raises(ConfigError, match="does not show which reader to use"):
         seals.load_log(place)
     with pytest.raises(ConfigError, match="'colums' is not a field of the reader 'csv'"):
         seals.load_log(place, reader="csv", colums={})

@@ -1,4 +1,4 @@
-"""Plain operations on series of samples."""
+"""Smoothing of sampled series."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from seals.arrays import Floats
 
 
 def moving_mean(values: Floats, width: int) -> Floats:
-    """Mean over ``width`` samples about each one; zeros stand outside the series.
+    """Return the centred moving mean over ``width`` samples, padded with zeros.
 
     Example:
         >>> moving_mean(np.array([3.0, 3.0, 3.0]), 3)
