@@ -359,7 +359,7 @@ def test_a_sweep_that_nobody_watches_does_not_run(
     else:
         words.append(wrong)
     assert main(words) == 2
-    assert ("counted" if wrong == "begin" else "nobody would notice") in capsys.readouterr().err
+    assert ("counted" if wrong == "begin" else "would not be recorded") in capsys.readouterr().err
     assert not list(tmp_path.glob("s/*/log.parquet"))
 
 
