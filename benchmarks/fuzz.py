@@ -1,8 +1,9 @@
 """Feed damaged files to every reader and loader: refusals in words, no crash, no hang, no flood.
 
 Each target runs in a process of its own, whose memory is bounded by the system. Hypothesis takes
-a sound file and damages it: bytes changed, cut out, repeated, numbers made huge. Whatever ends in
-another error than a refusal, takes longer than 5 s or more than 1 GB is kept in a folder.
+a sound file and damages it: bytes changed, cut out, repeated, numbers made huge; or draws a hostile
+one that is well-formed. Whatever ends in another error than a refusal, takes longer than 5 s or
+more than 1 GB is kept in a folder.
 
     python benchmarks/fuzz.py                       3 minutes for each target, one after the other
     python benchmarks/fuzz.py --seconds 20 ulog urdf
@@ -25,12 +26,13 @@ from typing import Any
 # at the end: the installed package comes before the checkout
 sys.path.append(str(Path(__file__).parents[1]))
 
+from benchmarks.fuzz_hostile import HOSTILE
 from benchmarks.fuzz_published import PUBLISHED
 from benchmarks.fuzz_stored import STORED
 from benchmarks.fuzz_targets import TARGETS as PLAIN
 from benchmarks.fuzz_targets import Target
 
-TARGETS = {**PLAIN, **PUBLISHED, **STORED}
+TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE}
 """Every reader and loader by name."""
 
 LONGEST = 5.0
@@ -143,7 +145,7 @@ def work(name: str, seconds: float, finds: Path, report: Any) -> None:
     def batch(data: Any) -> None:
         nonlocal count, slowest
         # drawn first: Hypothesis wants the same draws each time
-        content = damaged(data, target.whole)
+        content = target.draw(data) if target.draw else damaged(data, target.whole)
         if time.monotonic() > end:
             return
         current.write_bytes(content)

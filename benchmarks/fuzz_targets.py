@@ -43,6 +43,7 @@ class Target:
         load: takes the path.
         beside: files that lie beside it, by name.
         folder: whether the loader is given the folder.
+        draw: draws a file that is hostile and well-formed; None damages the sound one.
     """
 
     whole: bytes
@@ -50,6 +51,7 @@ class Target:
     load: Callable[[Path], Any]
     beside: dict[str, bytes] = field(default_factory=dict)
     folder: bool = False
+    draw: Callable[[Any], bytes] | None = None
 
     def place(self, folder: Path, content: bytes) -> Path:
         """Write the file where it belongs and return what the loader is given."""

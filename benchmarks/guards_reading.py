@@ -11,6 +11,7 @@ PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
 CLOCK = "tests/unit/test_logs_clock.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
+DOOR = "tests/unit/test_view_door.py"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -307,7 +308,36 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
 }
 """Guards of robots, meshes, plain data and logs."""
+_DOORS = "seals.plugins.viewers.browser.door"
 PAGE: dict[str, Guard] = {
+    "token of the page": Guard(
+        _DOORS,
+        "if len(path) > _LONGEST or not hmac.compare_digest(given.encode(), self.token.encode()):",
+        "if False:",
+        DOOR,
+        "another_path",
+        "viser",
+    ),
+    "origin of the page": Guard(
+        _DOORS, "if origin is not None and", "if False and", DOOR, "another_page", "viser"
+    ),
+    "names of the page": Guard(
+        _DOORS, "if not name or not self._own(name):", "if False:", DOOR, "another_name", "viser"
+    ),
+    "door of the page": Guard(
+        "seals.plugins.viewers.browser.server",
+        ", closed_by(door):",
+        ":",
+        DOOR,
+        "by_its_address or websocket_needs",
+        "viser",
+    ),
+    "crowd before the page": Guard(
+        _DOORS, "if len(door.open) >= MOST_CONNECTIONS:", "if False:", DOOR, "thousand", "viser"
+    ),
+    "silence before the page": Guard(
+        _DOORS, '"open_timeout": PATIENCE', '"open_timeout": 600', DOOR, "silent", "viser"
+    ),
     "host of the page": Guard(
         "seals.view.settings", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
     ),

@@ -92,7 +92,10 @@ def _text_of(path: Path) -> bytes:
         raise RobotError(
             f"URDF {path} has {path.stat().st_size} bytes.\nAllowed: up to {MOST_BYTES} bytes."
         )
-    raw = path.read_bytes()
+    try:
+        raw = path.read_bytes()
+    except OSError as cause:
+        raise RobotError(f"URDF {path} cannot be read: {cause}.\nGive an ordinary file.") from cause
     if not raw.strip():
         raise RobotError(
             f"URDF {path} is empty.\nIt must hold one <robot> element with at least one <link>."

@@ -172,3 +172,12 @@ def test_a_mesh_taken_over_is_stripped(folder: Path, monkeypatch: pytest.MonkeyP
     assert without_references(b"v 0 0 0 \\\nmtllib a\n") == b"v 0 0 0 "
     assert without_references(b"mtl\\\nlib b\n") == b""
     assert without_references(b"v 0 0 0\r\nUSEMTL a\r\n") == b"v 0 0 0\n"
+
+
+def test_a_urdf_that_cannot_be_read_is_refused(folder: Path) -> None:
+    """A link to the memory of a process looks like an ordinary file, until it is read."""
+    if not Path("/proc/self/mem").exists():
+        pytest.skip("there is no /proc here")
+    (folder / "r.urdf").symlink_to("/proc/self/mem")
+    with pytest.raises(RobotError, match="cannot be read"):
+        read_urdf(folder / "r.urdf")

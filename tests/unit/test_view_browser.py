@@ -81,7 +81,7 @@ def address(tmp_path: Path) -> Iterator[str]:
 
 
 def _address(said: str, server: Any) -> str | None:
-    found = re.search(r"http://127\.0\.0\.1:\d+", said)
+    found = re.search(r"http://127\.0\.0\.1:\d+/[\w-]+/", said)
     assert found or server.poll() is None, said
     return found.group(0) if found else None
 

@@ -8,10 +8,11 @@ import socket
 from typing import Any
 
 from seals.errors import ConfigError, MissingExtra
+from seals.plugins.viewers.browser.door import Door, closed_by
 
 
 def open_server(host: str, port: int) -> Any:
-    """Open viser's server.
+    """Open viser's server behind a `Door`; its ``address`` holds the token.
 
     Args:
         host: address to listen on.
@@ -30,13 +31,22 @@ def open_server(host: str, port: int) -> Any:
         def request_share_url(self, verbose: bool = True) -> None:
             """Share nothing: whom the page is open to is said by ``host``."""
 
+    door = Door(host)
     # it greets in a table of its own
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), closed_by(door):
         server = Private(host=host, port=found, label="SEALS", verbose=False)
     if server.get_port() != found:
         server.stop()
         raise _in_use(found)
+    server.door = door
+    server.address = f"http://{_shown(host)}:{found}/{door.token}/"
     return server
+
+
+def _shown(host: str) -> str:
+    """Return how a host is written in an address that a browser here can open."""
+    local = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}
+    return local.get(host, f"[{host}]" if ":" in host else host)
 
 
 def refuse_missing() -> Any:

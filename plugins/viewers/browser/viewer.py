@@ -46,10 +46,7 @@ class ViewerBrowser:
         server = open_server(host, port)
         try:
             page = Page(server, session, self.opacity)
-            print(
-                f"seals view: http://{server.get_host()}:{server.get_port()}  (Ctrl-C ends it)",
-                flush=True,
-            )
+            print(f"seals view: {server.address}  (Ctrl-C ends it)", flush=True)
             while True:
                 began = time.perf_counter()
                 page.draw()
