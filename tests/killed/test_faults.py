@@ -1,0 +1,39 @@
+"""Whichever write, flush, rename or close fails or kills, no folder is mixed."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# at the end: the installed package comes before the checkout
+sys.path.append(str(ROOT))
+from benchmarks.fault_cases import CASES  # noqa: E402  no part of the installed package
+from benchmarks.faults import reports  # noqa: E402  no part of the installed package
+
+sys.path.remove(str(ROOT))
+
+needs_shim = pytest.mark.skipif(
+    not sys.platform.startswith("linux") or shutil.which("cc") is None,
+    reason="the shim needs Linux and a C compiler",
+)
+
+
+@needs_shim
+def test_some_points_of_a_conversion() -> None:
+    """A few calls of the shortest command, each killed once."""
+    lines = list(reports(["convert"], most=8, modes=["kill"]))
+    assert lines[-1] == "exit code 0\n", lines
+    assert int(lines[0].split()[1]) >= 5
+
+
+@needs_shim
+@pytest.mark.killed
+@pytest.mark.parametrize("name", CASES)
+def test_every_point_of_a_command(name: str) -> None:
+    """Every call of every command, killed, failed, and on a disk that is full from there on."""
+    lines = list(reports([name], most=0))
+    assert lines[-1] == "exit code 0\n", lines
