@@ -71,12 +71,11 @@ def _run(before: Path, after: Path, code: int, folder: str = "a") -> str:
     if visible(place) == (visible(before / folder) if (before / folder).exists() else {}):
         return "before"
     rows = {str(row.values["run"]): row for row in find_rows(place)}
-    row = rows[folder]
-    earlier = before / folder
+    earlier, row = before / folder, rows.get(folder)
     if earlier.exists() and visible(place / "earlier_1") != visible(earlier):
         return "what was there before is gone, or has changed"
-    if row.damage:
-        return f"damaged: {row.damage}"
+    if row is None or row.damage:
+        return f"damaged: {row.damage}" if row else "cut"
     return _own_files(place, str(row.values["state"]), code)
 
 
@@ -84,7 +83,7 @@ def _own_files(place: Path, state: str, code: int) -> str:
     """Judge what a run itself wrote."""
     if (place / "log.parquet").exists():
         read_native(place)
-    for table in place.glob("*.parquet"):
+    for table in place.glob("[!.]*.parquet"):
         read_parquet(table)
     if state == "done":
         names = {"log.parquet", "ledger.parquet", "meta.yaml", "report.html", ".hydra/config.yaml"}
@@ -104,6 +103,8 @@ def _sweep(before: Path, after: Path, code: int) -> str:
     if not (place / "sweep.json").exists():
         left = [name for name in visible(after) if name.endswith((".parquet", "run.json"))]
         return f"jobs without a sweep: {left}" if left else "before"
+    if not any((place / name).exists() for name in ("0", "1")):
+        return "cut"
     rows = {str(row.values["run"]): row for row in find_rows(place)}
     done = 0
     for name in ("0", "1"):
@@ -243,7 +244,7 @@ CASES: dict[str, Case] = {
     "sweep": Case(
         words=("run", "--multirun", "robot=ball", *SHORT, "seed=1,2", "hydra.sweep.dir=s"),
         judge=_sweep,
-        again=("run", "--multirun", "robot=ball", *SHORT, "seed=1,2", "--resume"),
+        again=("run", "resume=s"),
     ),
     "render": Case(
         words=(

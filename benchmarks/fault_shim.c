@@ -94,6 +94,9 @@ int rename(const char *from, const char *to) {
 int renameat(int a, const char *from, int b, const char *to) {
     GUARD(of_path(b, to), 0); return REAL(renameat)(a, from, b, to);
 }
+int renameat2(int a, const char *from, int b, const char *to, unsigned flags) {
+    GUARD(of_path(b, to), 0); return REAL(renameat2)(a, from, b, to, flags);
+}
 int mkdir(const char *path, mode_t bits) {
     GUARD(of_path(AT_FDCWD, path), 1); return REAL(mkdir)(path, bits);
 }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +79,23 @@ def test_interrupted_replacement_keeps_the_old_folder(tmp_path: Path) -> None:
     with pytest.raises(_PowerCut), atomic_folder(target, replace=True) as beside:
         _write_half(beside / "new.txt", "half")
     assert [child.name for child in target.iterdir()] == ["old.txt"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux can exchange two names")
+def test_a_folder_is_replaced_in_one_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is no moment without a folder of that name, in which a kill would lose it."""
+    target = tmp_path / "run"
+    target.mkdir()
+    (target / "old.txt").write_text("old")
+
+    def cut(*_: object) -> None:
+        raise _PowerCut
+
+    monkeypatch.setattr(os, "rename", cut)
+    with atomic_folder(target, replace=True) as beside:
+        (beside / "new.txt").write_text("new")
+    assert [child.name for child in target.iterdir()] == ["new.txt"]
+    assert [child.name for child in tmp_path.iterdir()] == ["run"]
 
 
 def test_numpy_values_become_plain_data(tmp_path: Path) -> None:
