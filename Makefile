@@ -3,7 +3,7 @@
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
 # make validate   the long comparisons with measurements and the slow verifications
-# make killed   kill every long command at random moments; fill a disk; take out every guard
+# make killed   kill every long command at random moments; fill a disk; fail every write of it; take out every guard
 # make fuzz     damaged files for every reader and loader, 3 minutes each
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
