@@ -225,9 +225,9 @@ def test_other_gusts_need_no_new_outputs(fitter: Fitter) -> None:
     """Windows under another level of the gusts equal windows set up for it."""
     level = 2.5 * fitter.windows.gusts
     fresh = windows_of(fitter.plant, fitter.trajectory, fitter.dynamics, window=0.5, gusts=level)
-    shared = fitter.windows.under(level)
-    assert shared.like(fitter.windows)
-    assert not fresh.like(fitter.windows)
+    shared = fitter.windows.with_disturbance(level)
+    assert shared.shares_outputs(fitter.windows)
+    assert not fresh.shares_outputs(fitter.windows)
     outputs = fitter.misfit({}).outputs
     left, right = (w.whiten(outputs) for w in (fresh, shared))
     assert left.product(left) == pytest.approx(right.product(right), rel=1e-9)
@@ -238,7 +238,10 @@ def test_what_was_seen_serves_other_gusts(fitter: Fitter) -> None:
     """Equations from outputs at hand equal those from the model."""
     fit = fitter.fit(("wind.velocity_x",), iterations=2)
     other = rewindowed(fitter, gusts=3.0)
-    quick, slow = other.again(fit, whitened=fitter.whitened_residuals(fit)), other.again(fit)
+    quick, slow = (
+        other.reevaluated(fit, whitened=fitter.whitened_residuals(fit)),
+        other.reevaluated(fit),
+    )
     assert quick.cost == pytest.approx(slow.cost, rel=1e-9)
     assert quick.normal == pytest.approx(slow.normal, rel=1e-8, abs=1e-8 * slow.normal.max())
 
@@ -256,7 +259,7 @@ def test_a_finished_fit_stands_on_exact_steps(fitter: Fitter) -> None:
 
 def test_slopes_in_the_state_keep_what_the_place_cannot_change(cache: TrajectoryCache) -> None:
     """In still water the accelerations know the height, and no other place."""
-    slope = dynamics_along(cache.plant, cache.trajectory, {}, cache=cache).slope
+    slope = dynamics_along(cache.plant, cache.trajectory, {}, cache=cache).state_matrix
     assert np.abs(slope[:, 6:12, 2]).max() > 1.0
     assert not slope[:, 6:12, :2].any()
 

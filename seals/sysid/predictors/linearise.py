@@ -43,31 +43,40 @@ class Prediction:
 
 @dataclass(frozen=True, kw_only=True)
 class Dynamics:
-    """Derivatives along a trajectory; T rows, n state errors.
+    """Linear time-varying model of the state error along a trajectory; T rows, n state errors.
+
+    Equation:
+        x'(t) = A x + B u and y = C x + D u, with the state error x, the wrench u and the specific
+        force y; over one step x(k + 1) = exp(A h) x(k) + G u(k) + defect(k).
 
     Args:
-        transition: of the state error over one step, shape (T, n, n).
-        kick: effect of a constant wrench over one step, shape (T, n, 6).
-        sense: of the specific force by the state error, shape (T, 3, n).
-        feel: of the specific force by the wrench, shape (T, 3, 6).
-        slope: of the rates of the state error by the state error, shape (T, n, n).
-        steep: what dry friction, whose slope is steep, makes of a step's error that was found
-            without that slope, shape (T, n, n); None without dry friction.
+        transition: exp(A h), shape (T, n, n).
+        input_matrix: G, the effect of a constant wrench over one step, shape (T, n, 6).
+        output_matrix: C, shape (T, 3, n).
+        feedthrough: D, shape (T, 3, 6).
+        state_matrix: A, shape (T, n, n).
+        friction_correction: factor on the error of a step that was found without the steep slope of
+            dry friction, shape (T, n, n); None without dry friction.
     """
 
     transition: Floats
-    kick: Floats
-    sense: Floats
-    feel: Floats
-    slope: Floats
-    steep: Floats | None = None
+    input_matrix: Floats
+    output_matrix: Floats
+    feedthrough: Floats
+    state_matrix: Floats
+    friction_correction: Floats | None = None
     _kept: dict[float, Floats] = field(default_factory=dict)
 
     def integral(self, step: float) -> Floats:
         """Integral of the transition over a step [s], shape (T, n, n), see `discrete`."""
         if step not in self._kept:
-            self._kept[step] = discrete(self.slope, step)[1]
+            self._kept[step] = discrete(self.state_matrix, step)[1]
         return self._kept[step]
+
+    def corrected(self, defect: Floats) -> Floats:
+        """Return the error of a step, shape (T, n), with the slope of dry friction."""
+        factor = self.friction_correction
+        return defect if factor is None else _times(factor, defect)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,27 +115,21 @@ def predict(
         expansion_point: exact steps at values nearby; the steps then follow from the accelerations
             at the rows and from ``dynamics``, to first order in the change of both. Left out, the
             steps are taken.
-        dynamics: derivatives along the trajectory, with an anchor.
+        dynamics: derivatives along the trajectory, with an expansion point.
     """
     used = nonzero(values)
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
     rates = cache.response(used).rates
     if expansion_point is None or dynamics is None:
         defect = cache.expansion_point(used).defect
-        if dynamics is not None and dynamics.steep is not None:
-            defect = _times(dynamics.steep, defect)
+        defect = defect if dynamics is None else dynamics.corrected(defect)
     else:
         change = np.zeros_like(expansion_point.defect)
         joints = trajectory.joints.shape[1]
         rate = accelerations(rates) - expansion_point.rate
         change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
         integral = dynamics.integral(plant.samples.step)
-        off = (
-            expansion_point.defect
-            if dynamics.steep is None
-            else _times(dynamics.steep, expansion_point.defect)
-        )
-        defect = off + _times(integral, _average(change))
+        defect = dynamics.corrected(expansion_point.defect) + _times(integral, _average(change))
     reading = _stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
@@ -168,41 +171,48 @@ def dynamics_along(
     count = plant.samples.rows
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
     base = _accelerations(plant, trajectory, used, [None], stiff=False)[0]
-    slope = np.zeros((count, size, size))
-    sense = np.zeros((count, 3, size))
+    state_matrix = np.zeros((count, size, size))
+    output_matrix = np.zeros((count, 3, size))
     moved = [k for k in range(size) if k > 2 or k in _places(plant, used)]
     shifts: list[Floats | None] = [_shift(size, k, _NUDGE) for k in moved]
     found = _accelerations(plant, trajectory, used, shifts, stiff=False)
     for k, rates in zip(moved, found, strict=True):
         change = (rates - base) / _NUDGE
-        slope[:, 6:12, k] = change[:, :6]
-        slope[:, 12 + joints :, k] = change[:, 9:]
-        sense[:, :, k] = change[:, 6:9]
-    _kinematics(slope, trajectory)
-    rate, feel = _wrench_columns(cache, used)
-    transition, integral = discrete(slope, plant.samples.step)
-    steep = None
+        state_matrix[:, 6:12, k] = change[:, :6]
+        state_matrix[:, 12 + joints :, k] = change[:, 9:]
+        output_matrix[:, :, k] = change[:, 6:9]
+    _kinematics(state_matrix, trajectory)
+    rate, feedthrough = _wrench_columns(cache, used)
+    transition, integral = discrete(state_matrix, plant.samples.step)
+    friction_correction = None
     if plant.friction(used, trajectory.joint_velocity) is not None:
-        plain, slope = integral, _with_friction(plant, trajectory, used, slope, sense)
-        transition, integral = discrete(slope, plant.samples.step)
-        steep = np.matmul(integral, np.linalg.inv(plain))
-    kick = np.matmul(integral, _average(rate))
+        plain, state_matrix = (
+            integral,
+            _with_friction(plant, trajectory, used, state_matrix, output_matrix),
+        )
+        transition, integral = discrete(state_matrix, plant.samples.step)
+        friction_correction = np.matmul(integral, np.linalg.inv(plain))
+    input_matrix = np.matmul(integral, _average(rate))
     kept = {plant.samples.step: integral}
     return Dynamics(
         transition=transition,
-        kick=kick,
-        sense=sense,
-        feel=feel,
-        slope=slope,
-        steep=steep,
+        input_matrix=input_matrix,
+        output_matrix=output_matrix,
+        feedthrough=feedthrough,
+        state_matrix=state_matrix,
+        friction_correction=friction_correction,
         _kept=kept,
     )
 
 
 def _with_friction(
-    plant: Plant, trajectory: Trajectory, used: Mapping[str, float], slope: Floats, sense: Floats
+    plant: Plant,
+    trajectory: Trajectory,
+    used: Mapping[str, float],
+    state_matrix: Floats,
+    output_matrix: Floats,
 ) -> Floats:
-    """Derivatives by the joint rates again, dry friction included; those of ``sense`` in place.
+    """Derivatives by the joint rates again, dry friction included; those of the output in place.
 
     Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
     slope the noise of a trajectory's rates would turn into torques.
@@ -211,11 +221,11 @@ def _with_friction(
     rates = range(12 + joints, trajectory.size)
     shifts = [None, *(_shift(trajectory.size, k, _NUDGE) for k in rates)]
     base, *found = _accelerations(plant, trajectory, used, shifts)
-    out: Floats = slope.copy()
+    out: Floats = state_matrix.copy()
     for k, moved in zip(rates, found, strict=True):
         change = (moved - base) / _NUDGE
         out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
-        sense[:, :, k] = change[:, 6:9]
+        output_matrix[:, :, k] = change[:, 6:9]
     return out
 
 
@@ -269,9 +279,7 @@ def columns_along(
         if key.partition(".")[0] in plant.timed:
             # a command jumps inside a step, where the rates at its two ends do not see it
             change = cache.pushed(used, key)
-            push[:, :, index[key]] = (
-                change if dynamics.steep is None else _times(dynamics.steep, change)
-            )
+            push[:, :, index[key]] = dynamics.corrected(change)
             nudge = plant.candidate_set.parameters[key].nudge
             later = cache.sensor_rates({**used, key: used.get(key, 0.0) + nudge})
             change = (packed(later) - packed(cache.sensor_rates(used))) / nudge
@@ -308,18 +316,18 @@ def _reading_change(plant: Plant, change: Floats) -> Floats:
     return np.concatenate([np.zeros_like(force), force @ turn.T], axis=1)
 
 
-def discrete(slope: Floats, step: float) -> tuple[Floats, Floats]:
+def discrete(state_matrix: Floats, step: float) -> tuple[Floats, Floats]:
     """Transition over one step and the integral of it, to fourth order in the step.
 
     Args:
-        slope: A at every row, shape (T, n, n); the step uses the mean of its two ends.
+        state_matrix: A at every row, shape (T, n, n); the step uses the mean of its two ends.
         step: [s].
 
     Returns:
         exp(A h) and the integral of exp(A s) over the step, each (T, n, n).
     """
-    a = _average(slope) * step
-    eye = np.eye(slope.shape[1])
+    a = _average(state_matrix) * step
+    eye = np.eye(state_matrix.shape[1])
     own = np.abs(np.diagonal(a, axis1=1, axis2=2)).max(initial=0.0)
     halvings = max(int(np.ceil(np.log2(own / _LARGEST))), 0) if own > _STEEP else 0
     a = a / 2**halvings
@@ -400,22 +408,22 @@ def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[
     """Rates of the state error and specific force by a wrench, (T, n, 6) and (T, 3, 6)."""
     changes = cache.response(used).pushed()
     count, size, joints = len(cache.rows), cache.trajectory.size, cache.trajectory.joints.shape[1]
-    rate, feel = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
+    rate, feedthrough = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
     for i, change in enumerate(changes):
         rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
-        feel[:, :, i] = change[:, 6:9]
-    return rate, feel
+        feedthrough[:, :, i] = change[:, 6:9]
+    return rate, feedthrough
 
 
-def _kinematics(slope: Floats, trajectory: Trajectory) -> None:
+def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
     """Fill in the kinematic rows: position and attitude by the other state errors."""
     rotation, joints = matrix_of(trajectory.quaternion), trajectory.joints.shape[1]
-    slope[:, :3, 3:6] = -np.matmul(rotation, _skew(trajectory.velocity))
-    slope[:, :3, 6:9] = rotation
-    slope[:, 3:6, 3:6] = -_skew(trajectory.angular_velocity)
-    slope[:, 3:6, 9:12] = np.eye(3)
+    state_matrix[:, :3, 3:6] = -np.matmul(rotation, _skew(trajectory.velocity))
+    state_matrix[:, :3, 6:9] = rotation
+    state_matrix[:, 3:6, 3:6] = -_skew(trajectory.angular_velocity)
+    state_matrix[:, 3:6, 9:12] = np.eye(3)
     for k in range(joints):
-        slope[:, 12 + k, 12 + joints + k] = 1.0
+        state_matrix[:, 12 + k, 12 + joints + k] = 1.0
 
 
 def _skew(vector: Floats) -> Floats:

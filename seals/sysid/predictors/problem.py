@@ -182,7 +182,7 @@ def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None
     late = fitter.windows.delay if delay is None else delay
     level = gusts * fitter.windows.gusts
     if late == fitter.windows.delay:
-        return fitter.with_windows(fitter.windows.under(level))
+        return fitter.with_windows(fitter.windows.with_disturbance(level))
     windows = windows_of(fitter.plant, fitter.trajectory, fitter.dynamics, gusts=level, delay=late)
     return fitter.with_windows(windows)
 

@@ -97,10 +97,10 @@ class SubstepIntegrator:
         size = fine.transition.shape[1]
         rows = Dynamics(
             transition=self._joined(fine, np.zeros_like(fine.transition), start=np.eye(size)),
-            kick=self._joined(fine, fine.kick),
-            sense=fine.sense[:: self.parts],
-            feel=fine.feel[:: self.parts],
-            slope=fine.slope[:: self.parts],
+            input_matrix=self._joined(fine, fine.input_matrix),
+            output_matrix=fine.output_matrix[:: self.parts],
+            feedthrough=fine.feedthrough[:: self.parts],
+            state_matrix=fine.state_matrix[:: self.parts],
         )
         return rows, fine
 
@@ -116,13 +116,13 @@ class SubstepIntegrator:
         reading = found.reading[:: self.parts].copy()
         late = self.plant.candidate_set.sensor_delay
         if late in keys:
-            slope = np.concatenate(
+            rate = np.concatenate(
                 [
                     np.gradient(substeps.reading[first:last], self.fine.samples.step, axis=0)
                     for first, last in self.fine.samples.runs
                 ]
             )
-            reading[:, :, keys.index(late)] = -self._delayed(slope, float(values.get(late, 0.0)))
+            reading[:, :, keys.index(late)] = -self._delayed(rate, float(values.get(late, 0.0)))
         return Columns(keys=tuple(keys), push=self._joined(fine, found.push), reading=reading)
 
     def _joined(self, fine: Dynamics, push: Floats, start: Floats | None = None) -> Floats:
@@ -199,7 +199,7 @@ class SubstepFitter(Fitter):
             rows=self.dynamics,
             at=self.at,
             columns=self.columns,
-            fixed=windows.again(self.fixed) if windows.like(self.windows) else None,
+            fixed=windows.rewhitened(self.fixed) if windows.shares_outputs(self.windows) else None,
         )
 
     def __getstate__(self) -> dict[str, Any]:

@@ -76,7 +76,7 @@ class Windows:
         self._marginal()
         self._weigh()
 
-    def under(self, gusts: float) -> Windows:
+    def with_disturbance(self, gusts: float) -> Windows:
         """Return the same windows, with the same outputs, under another level of the gusts."""
         other = copy.copy(self)
         other.gusts = gusts
@@ -84,7 +84,7 @@ class Windows:
         other._weigh()
         return other
 
-    def like(self, other: Windows) -> bool:
+    def shares_outputs(self, other: Windows) -> bool:
         """Return true where outputs of other windows are outputs of these."""
         return self._loose is other._loose
 
@@ -167,7 +167,7 @@ class Windows:
         """Derivatives along the windows, in the order in which they are used."""
         order = self.rows.T
         self._steps = np.ascontiguousarray(self.dynamics.transition[order])
-        self._sense = np.ascontiguousarray(self.dynamics.sense[order])
+        self._output = np.ascontiguousarray(self.dynamics.output_matrix[order])
 
     def _marginal(self) -> None:
         """Outputs of start states and gusts, and their products."""
@@ -178,11 +178,11 @@ class Windows:
         order = self.rows.T
         mean = 0.5 * (self.hats[1:] + self.hats[:-1])
         push = np.zeros((self.length, self.count, n, n + m + free))
-        felt = np.zeros((self.length, self.count, 6, n + m + free))
-        push[:-1, :, :, n : n + m] = _outer(self.dynamics.kick[order[:-1]], mean)
-        felt[:, :, 3:, n : n + m] = _outer(self.dynamics.feel[order], self.hats)
-        felt[:, :, :, n + m :] = np.eye(6)[:, :free]
-        self._loose = self._run(start, push, felt)
+        direct = np.zeros((self.length, self.count, 6, n + m + free))
+        push[:-1, :, :, n : n + m] = _outer(self.dynamics.input_matrix[order[:-1]], mean)
+        direct[:, :, 3:, n : n + m] = _outer(self.dynamics.feedthrough[order], self.hats)
+        direct[:, :, :, n + m :] = np.eye(6)[:, :free]
+        self._loose = self._run(start, push, direct)
         self._products = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
         if self._stated is not None:
             self.observed += self.count * n
@@ -203,13 +203,13 @@ class Windows:
         self._factor = np.linalg.cholesky(normal)
         self._factor_inverse = np.linalg.inv(self._factor)
 
-    def _run(self, start: Floats, push: Floats, felt: Floats) -> Floats:
+    def _run(self, start: Floats, push: Floats, direct: Floats) -> Floats:
         """Carry state columns through the windows and read them off, whitened.
 
         Args:
             start: states at the first rows, shape (W, n, c).
             push: what every step adds, shape (K, W, n, c); the last one is idle.
-            felt: what the inertial sensors read beside the states, shape (K, W, 6, c).
+            direct: what the inertial sensors read beside the states, shape (K, W, 6, c).
 
         Returns:
             Outputs of all rows and channels, shape (W, K * ny, c).
@@ -224,12 +224,12 @@ class Windows:
         for i, r in enumerate(self._reads):
             if r is not None:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
-        force = np.matmul(self._sense, states)
+        force = np.matmul(self._output, states)
         for i in self._inertial:
             axis = self._axis(i)
             seen = states[:, :, 9 + axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
             axis += 0 if _gyro(self.channel_of[i]) else 3
-            out[:, :, i] = (seen + felt[:, :, axis]).transpose(1, 0, 2)
+            out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
         if self.delay:
             late = _shift(self.length, self.delay / self.samples.step)
             shape = out[:, :, self._inertial].shape
@@ -277,7 +277,7 @@ class Windows:
         """Outputs with what start states and gusts can absorb of them."""
         return self._absorbed(outputs, np.matmul(self._loose.transpose(0, 2, 1), outputs))
 
-    def again(self, seen: Whitened) -> Whitened:
+    def rewhitened(self, seen: Whitened) -> Whitened:
         """Outputs that windows like these whitened before."""
         return self._absorbed(seen.outputs, seen.cross)
 
@@ -309,14 +309,17 @@ class Windows:
         """
         start, wrench = self.explained(residual)
         defect = prediction.defect[self.rows]
-        transition, kick = self.dynamics.transition[self.rows], self.dynamics.kick[self.rows]
+        transition, input_matrix = (
+            self.dynamics.transition[self.rows],
+            self.dynamics.input_matrix[self.rows],
+        )
         error = np.zeros((self.samples.rows, self.size))
         state = start
         for k in range(self.length):
             error[self.rows[:, k]] = state
             if k + 1 < self.length:
                 mean = 0.5 * (wrench[:, k] + wrench[:, k + 1])
-                pushed = np.einsum("wij,wj->wi", kick[:, k], mean)
+                pushed = np.einsum("wij,wj->wi", input_matrix[:, k], mean)
                 state = np.einsum("wij,wj->wi", transition[:, k], state) + pushed + defect[:, k]
         return error
 

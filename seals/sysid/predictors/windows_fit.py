@@ -93,7 +93,7 @@ class Fitter:
             at=self.at,
             columns=self.columns,
             cache=self.cache,
-            fixed=windows.again(self.fixed) if windows.like(self.windows) else None,
+            fixed=windows.rewhitened(self.fixed) if windows.shares_outputs(self.windows) else None,
         )
 
     def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
@@ -216,17 +216,17 @@ class Fitter:
                 break
         return fit
 
-    def again(self, fit: Fit, *, whitened: WhitenedResiduals | None = None) -> Fit:
+    def reevaluated(self, fit: Fit, *, whitened: WhitenedResiduals | None = None) -> Fit:
         """Evaluate misfit and equations of another fitter's fit in these windows.
 
         Args:
             fit: of another fitter.
             whitened: residuals in that fitter's windows, if they are like these.
         """
-        if whitened is None or not self.windows.like(whitened.windows):
+        if whitened is None or not self.windows.shares_outputs(whitened.windows):
             return self._linear(fit.keys, fit.free, fit.values, fit.precision)
-        misfit = self.windows.again(whitened.misfit)
-        columns = None if whitened.columns is None else self.windows.again(whitened.columns)
+        misfit = self.windows.rewhitened(whitened.misfit)
+        columns = None if whitened.columns is None else self.windows.rewhitened(whitened.columns)
         found, _ = self.equations(fit.keys, fit.free, fit.values, fit.precision, misfit)
         return self.with_free(found, misfit, columns)
 

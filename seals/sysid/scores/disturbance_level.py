@@ -34,7 +34,7 @@ def disturbance_level(hypothesis: EvidenceHypothesis) -> DisturbanceLevel:
     scores, whitened = {}, fitter.whitened_residuals(hypothesis.fit)
     for level in LEVELS:
         other = rewindowed(fitter, gusts=level)
-        fit = other.again(hypothesis.fit, whitened=whitened)
+        fit = other.reevaluated(hypothesis.fit, whitened=whitened)
         promised = newton_step(fit)[1]
         scores[level] = (
             fit.cost - promised + occam_factor(fit, other.candidate_set) + other.windows.volume

@@ -54,9 +54,9 @@ def _drawn(windows: Windows, loose: Windows, ruler: Yardstick, rng: np.random.Ge
         at = rows[:, k]
         error[:, k] = state
         reading[:, k, :3] = state[:, 9:12]
-        felt = np.einsum("wij,wj->wi", dynamics.sense[at], state)
-        reading[:, k, 3:] = felt + np.einsum("wij,wj->wi", dynamics.feel[at], gust[:, k])
-        pushed = np.einsum("wij,wj->wi", dynamics.kick[at], gust[:, k])
+        felt = np.einsum("wij,wj->wi", dynamics.output_matrix[at], state)
+        reading[:, k, 3:] = felt + np.einsum("wij,wj->wi", dynamics.feedthrough[at], gust[:, k])
+        pushed = np.einsum("wij,wj->wi", dynamics.input_matrix[at], gust[:, k])
         state = np.einsum("wij,wj->wi", dynamics.transition[at], state) + pushed
     turn = problem.vehicle.imu_turn.T
     reading = np.concatenate([reading[..., :3] @ turn, reading[..., 3:] @ turn], axis=2)

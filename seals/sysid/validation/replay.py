@@ -58,7 +58,7 @@ class Track:
         flat = self.rows[:, :-1]
         carried = np.einsum("wkij,wkj->wki", dynamics.transition[flat], self.error[:, :-1])
         defect[flat] = self.error[:, 1:] - carried
-        felt = np.einsum("wkij,wkj->wki", dynamics.sense[self.rows], self.error)
+        felt = np.einsum("wkij,wkj->wki", dynamics.output_matrix[self.rows], self.error)
         own = np.concatenate([self.error[:, :, 9:12], felt], axis=2)
         reading[self.rows] = self.reading - own
         return Prediction(defect=defect, reading=reading)
