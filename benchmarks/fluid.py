@@ -106,6 +106,7 @@ def build(args: argparse.Namespace) -> Any:
 
     if args.fine:
         pipeline.FINE_CPU = pipeline.FINE_CUDA = args.fine
+    from seals.plugins.fluids.solver import Domain
     from seals.plugins.fluids.solvers.pbf.engine import Engine
     from seals.plugins.fluids.solvers.pbf.settings import Kernel, PbfSettings, Search
     from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -123,12 +124,14 @@ def build(args: argparse.Namespace) -> Any:
         **plain,
     )
     water = SolverPbf(
-        spacing=spacing,
-        lower=np.full(3, -spacing),
-        upper=inside + spacing,
-        capacity=len(points),
-        boundary_capacity=len(samples),
-        bodies=0,
+        Domain(
+            spacing=spacing,
+            lower=np.full(3, -spacing),
+            upper=inside + spacing,
+            capacity=len(points),
+            boundary_capacity=len(samples),
+            bodies=0,
+        ),
         settings=settings,
         engine=Engine(device=args.device, threads=args.threads, cache=False),
     )

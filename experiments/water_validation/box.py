@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.experiments.water_validation.case import Grade
 from seals.plugins.fluids.sampling import box_walls
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -42,12 +43,14 @@ def filled_box(
     walls = box_walls(np.zeros(3), high, spacing)
     margin = 3.0 * spacing
     water = SolverPbf(
-        spacing=spacing,
-        lower=np.full(3, -margin),
-        upper=high + margin,
-        capacity=len(places),
-        boundary_capacity=len(walls.points),
-        bodies=0,
+        Domain(
+            spacing=spacing,
+            lower=np.full(3, -margin),
+            upper=high + margin,
+            capacity=len(places),
+            boundary_capacity=len(walls.points),
+            bodies=0,
+        ),
         settings=physics or PbfSettings(),
         engine=Engine(device=grade.device.value, threads=grade.threads),
     )

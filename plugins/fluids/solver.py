@@ -6,6 +6,7 @@ world axes east-north-up, SI units. Bodies are numbered 1..K; body 0 is everythi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -14,6 +15,28 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.state_records import state_record
+
+
+@dataclass(frozen=True, kw_only=True)
+class Domain:
+    """Extent and capacities that a solver is allocated for.
+
+    Args:
+        spacing: distance of particles at rest [m].
+        lower: lower corner [m], shape (3,). Tank walls are boundary samples of body 0 inside of it;
+            the domain only bounds the search.
+        upper: upper corner [m], shape (3,).
+        capacity: largest number of particles.
+        boundary_capacity: largest number of boundary samples, all bodies together.
+        bodies: number K of bodies.
+    """
+
+    spacing: float
+    lower: Floats | Sequence[float]
+    upper: Floats | Sequence[float]
+    capacity: int
+    boundary_capacity: int
+    bodies: int
 
 
 @state_record
@@ -190,27 +213,11 @@ class SolverSettings(Protocol):
     sound_speed: float
     outflow: bool
 
-    def build(
-        self,
-        *,
-        spacing: float,
-        lower: Floats,
-        upper: Floats,
-        capacity: int,
-        boundary_capacity: int,
-        bodies: int,
-        device: str,
-        threads: int,
-    ) -> ParticleSolver:
+    def build(self, domain: Domain, *, device: str, threads: int) -> ParticleSolver:
         """Allocate a solver for a domain.
 
         Args:
-            spacing: distance of particles at rest [m].
-            lower: lower corner of the domain [m], shape (3,).
-            upper: upper corner [m], shape (3,).
-            capacity: largest number of particles.
-            boundary_capacity: largest number of boundary samples.
-            bodies: number K of bodies.
+            domain: extent and capacities.
             device: ``cpu`` or ``cuda``.
             threads: on the CPU; 0 for all that this process may use.
         """

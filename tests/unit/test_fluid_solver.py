@@ -13,7 +13,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.moving_domain import FluidWindow
-from seals.plugins.fluids.solver import Exchange, ParticleSolver, Snapshot
+from seals.plugins.fluids.solver import Domain, Exchange, ParticleSolver, Snapshot
 from seals.plugins.fluids.tank import FluidParticles
 from seals.plugins.waves.still import WaveStill
 from seals.robot.pieces import Piece
@@ -26,11 +26,11 @@ BALL = FluidBody("robot/ball", (Piece("sphere", (0.1,), np.zeros(3), np.eye(3)),
 class FallingSolver:
     """Free fall of all particles, without pressure; every body gets the same push upwards."""
 
-    def __init__(self, options: FallingSettings, given: dict[str, Any]) -> None:
+    def __init__(self, options: FallingSettings, given: Domain) -> None:
         """Start empty."""
         self.options, self.given = options, given
-        self.spacing, self.capacity = given["spacing"], given["capacity"]
-        self.origin = np.array(given["lower"], dtype=float)
+        self.spacing, self.capacity = given.spacing, given.capacity
+        self.origin = np.array(given.lower, dtype=float)
         self.x, self.v = np.zeros((0, 3)), np.zeros((0, 3))
         self.boundary: dict[int, Floats] = {}
         self.closed = False
@@ -85,7 +85,7 @@ class FallingSolver:
 
     def place_bodies(self, **state: Any) -> None:
         """Check the number of bodies."""
-        assert len(state["position"]) == self.given["bodies"]
+        assert len(state["position"]) == self.given.bodies
 
     def substeps(self, step: float) -> int:
         """Two."""
@@ -93,7 +93,7 @@ class FallingSolver:
 
     def advance(self, step: float, *, substeps: int) -> Exchange:
         """Fall freely, push every body."""
-        impulses = np.zeros((self.given["bodies"], 6))
+        impulses = np.zeros((self.given.bodies, 6))
         impulses[:, 2] = PUSH * step
         self.v = self.v - np.array([0.0, 0.0, self.options.gravity * step])
         self.x = self.x + step * self.v
@@ -133,9 +133,9 @@ class FallingSettings:
     outflow: bool = False
     built: list[FallingSolver] = field(default_factory=list)
 
-    def build(self, **given: Any) -> FallingSolver:
+    def build(self, domain: Domain, *, device: str, threads: int) -> FallingSolver:
         """Allocate and remember the solver."""
-        self.built.append(FallingSolver(self, given))
+        self.built.append(FallingSolver(self, domain))
         return self.built[-1]
 
 

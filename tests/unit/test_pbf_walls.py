@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from seals.plugins.fluids.sampling import box_walls
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -20,12 +21,14 @@ def slid(friction: float) -> tuple[float, float, float]:
     walls = box_walls(np.zeros(3), SIZE, SPACING, closed=("z_low",))
     physics = PbfSettings(wall_friction=friction, viscosity=0.0)
     water = SolverPbf(
-        spacing=SPACING,
-        lower=-0.4 * np.ones(3),
-        upper=SIZE + 0.4,
-        capacity=4096,
-        boundary_capacity=len(walls.points),
-        bodies=0,
+        Domain(
+            spacing=SPACING,
+            lower=-0.4 * np.ones(3),
+            upper=SIZE + 0.4,
+            capacity=4096,
+            boundary_capacity=len(walls.points),
+            bodies=0,
+        ),
         settings=physics,
         engine=Engine(),
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError, PhysicsError
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings, Search
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -41,12 +42,14 @@ def make(waters: dict[str, SolverPbf]) -> Callable[..., SolverPbf]:
         key = repr(sorted(settings.items(), key=str))
         if key not in waters:
             waters[key] = SolverPbf(
-                spacing=SPACING,
-                lower=(-0.04, -0.04, -0.04),
-                upper=(0.2, 0.2, 0.2),
-                capacity=600,
-                boundary_capacity=400,
-                bodies=0,
+                Domain(
+                    spacing=SPACING,
+                    lower=(-0.04, -0.04, -0.04),
+                    upper=(0.2, 0.2, 0.2),
+                    capacity=600,
+                    boundary_capacity=400,
+                    bodies=0,
+                ),
                 settings=PbfSettings(**settings),
                 engine=Engine(),
             )
@@ -205,12 +208,14 @@ def test_trouble_is_said_in_words(make: Callable[..., SolverPbf]) -> None:
 def test_bodies_must_be_placed() -> None:
     """Water with bodies does not advance before they were placed, one finite pose each."""
     water = SolverPbf(
-        spacing=SPACING,
-        lower=(0, 0, 0),
-        upper=(1, 1, 1),
-        capacity=1,
-        boundary_capacity=1,
-        bodies=1,
+        Domain(
+            spacing=SPACING,
+            lower=(0, 0, 0),
+            upper=(1, 1, 1),
+            capacity=1,
+            boundary_capacity=1,
+            bodies=1,
+        ),
         settings=PbfSettings(),
         engine=Engine(),
     )

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import Exchange, SolverPbf
@@ -34,12 +35,14 @@ def tank(counts: tuple[int, int, int], bodies: int, **settings: float) -> Solver
     inside = (counts[0], counts[1], 2 * counts[2])
     samples = shell(tuple(n + 2 for n in inside), -0.5)  # type: ignore[arg-type]
     water = SolverPbf(
-        spacing=SPACING,
-        lower=np.full(3, -SPACING),
-        upper=SPACING * (np.array(inside) + 1.0),
-        capacity=int(np.prod(counts)),
-        boundary_capacity=len(samples) + 600,
-        bodies=bodies,
+        Domain(
+            spacing=SPACING,
+            lower=np.full(3, -SPACING),
+            upper=SPACING * (np.array(inside) + 1.0),
+            capacity=int(np.prod(counts)),
+            boundary_capacity=len(samples) + 600,
+            bodies=bodies,
+        ),
         settings=PbfSettings(**settings),  # type: ignore[arg-type]
         engine=Engine(),
     )

@@ -11,6 +11,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)
     pytest.importorskip("taichi")
 
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -23,12 +24,14 @@ def afloat_in_nothing(counts: int, **settings: float) -> tuple[SolverPbf, np.nda
     axis = SPACING * (np.arange(counts) + 4.5)
     places = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
     water = SolverPbf(
-        spacing=SPACING,
-        lower=np.zeros(3),
-        upper=np.full(3, (counts + 8) * SPACING),
-        capacity=len(places),
-        boundary_capacity=1,
-        bodies=0,
+        Domain(
+            spacing=SPACING,
+            lower=np.zeros(3),
+            upper=np.full(3, (counts + 8) * SPACING),
+            capacity=len(places),
+            boundary_capacity=1,
+            bodies=0,
+        ),
         settings=PbfSettings(gravity=0.0, sound_speed=5.0, **settings),
         engine=Engine(),
     )

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -46,12 +47,14 @@ def column() -> SolverPbf:
     steps = np.round(layer / SPACING + 0.5)
     layer = layer[((steps == 0) | (steps == inside + 1)).any(axis=1)]
     water = SolverPbf(
-        spacing=SPACING,
-        lower=np.full(3, -SPACING),
-        upper=SPACING * (inside + 1.0),
-        capacity=int(np.prod(COUNTS)),
-        boundary_capacity=len(layer),
-        bodies=0,
+        Domain(
+            spacing=SPACING,
+            lower=np.full(3, -SPACING),
+            upper=SPACING * (inside + 1.0),
+            capacity=int(np.prod(COUNTS)),
+            boundary_capacity=len(layer),
+            bodies=0,
+        ),
         settings=PbfSettings(),
         engine=Engine(),
     )

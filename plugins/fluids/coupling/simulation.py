@@ -16,7 +16,7 @@ from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of
 from seals.plugins.fluids.coupling.heights import HeightField
 from seals.plugins.fluids.coupling.momentum import momentum_balance
 from seals.plugins.fluids.sampling import Samples
-from seals.plugins.fluids.solver import Exchange, SolverSettings
+from seals.plugins.fluids.solver import Domain, Exchange, SolverSettings
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.coupling.fluid import ParticleFluid
@@ -68,12 +68,14 @@ class Simulation(ABC):
         boundary = self.immersed.count + sum(len(s.points) for s in (*moved, fixed))
         refuse_large(capacity, boundary, self.settings.most)
         self.water = self.physics.build(
-            spacing=self.spacing,
-            lower=domain[0],
-            upper=domain[1],
-            capacity=capacity,
-            boundary_capacity=boundary,
-            bodies=self.bodies + len(moved),
+            Domain(
+                spacing=self.spacing,
+                lower=domain[0],
+                upper=domain[1],
+                capacity=capacity,
+                boundary_capacity=boundary,
+                bodies=self.bodies + len(moved),
+            ),
             device=self.settings.device.value,
             threads=self.settings.threads,
         )

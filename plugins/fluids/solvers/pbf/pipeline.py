@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.chebyshev import compliance, weights
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
@@ -40,26 +41,14 @@ class SubstepPipeline:
     """Fields and kernels of one fluid, and their sequence in a substep.
 
     Args:
-        spacing: distance at rest [m].
-        size: extent of the domain [m], shape (3,).
-        capacity: most particles.
-        boundary_capacity: most samples.
-        bodies: number of bodies.
+        domain: extent and capacities.
         settings: physics and solver.
         accelerated: whether the fields lie on a CUDA device.
     """
 
-    def __init__(
-        self,
-        *,
-        spacing: float,
-        size: Array,
-        capacity: int,
-        boundary_capacity: int,
-        bodies: int,
-        settings: PbfSettings,
-        accelerated: bool,
-    ) -> None:
+    def __init__(self, domain: Domain, *, settings: PbfSettings, accelerated: bool) -> None:
+        spacing, capacity, bodies = domain.spacing, domain.capacity, domain.bodies
+        size = np.asarray(domain.upper, dtype=np.float64) - np.asarray(domain.lower)
         self.settings, self.spacing = settings, spacing
         self.mass = settings.density * spacing**3
         walk = settings.search is Search.cells
@@ -76,7 +65,7 @@ class SubstepPipeline:
         )
         # only samples of bodies look for particles
         reach = longest if bodies else 0
-        self.samples = Samples(self.fields, boundary_capacity, reach, accelerated)
+        self.samples = Samples(self.fields, domain.boundary_capacity, reach, accelerated)
         self.numbers = Globals(self.fields, capacity)
         fine = FINE_CUDA if accelerated else FINE_CPU
         self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.plugins.fluids.solver import ParticleSolver
+from seals.plugins.fluids.solver import Domain, ParticleSolver
 from seals.schema import param
 
 
@@ -109,29 +108,9 @@ class PbfSettings:
         if not 32 <= self.neighbours <= 255:
             raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")
 
-    def build(
-        self,
-        *,
-        spacing: float,
-        lower: Floats,
-        upper: Floats,
-        capacity: int,
-        boundary_capacity: int,
-        bodies: int,
-        device: str,
-        threads: int,
-    ) -> ParticleSolver:
+    def build(self, domain: Domain, *, device: str, threads: int) -> ParticleSolver:
         """Allocate the solver, see `SolverSettings.build`; Taichi starts with the first one."""
         from seals.plugins.fluids.solvers.pbf.engine import Engine
         from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
-        return SolverPbf(
-            spacing=spacing,
-            lower=lower,
-            upper=upper,
-            capacity=capacity,
-            boundary_capacity=boundary_capacity,
-            bodies=bodies,
-            settings=self,
-            engine=Engine(device=device, threads=threads),
-        )
+        return SolverPbf(domain, settings=self, engine=Engine(device=device, threads=threads))

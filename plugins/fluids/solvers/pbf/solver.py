@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import PhysicsError
-from seals.plugins.fluids.solver import Exchange, Snapshot
+from seals.plugins.fluids.solver import Domain, Exchange, Snapshot
 from seals.plugins.fluids.solvers.pbf.boundary import Boundary
 from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
 from seals.plugins.fluids.solvers.pbf.engine import Engine
@@ -39,13 +39,7 @@ class SolverPbf:
         Jacobi sweeps with Chebyshev acceleration.
 
     Args:
-        spacing: distance of particles at rest [m].
-        lower: lower corner of the domain [m], shape (3,). Tank walls are boundary samples of
-            body 0 inside of it; the domain only bounds the search.
-        upper: upper corner [m], shape (3,).
-        capacity: most water particles.
-        boundary_capacity: most boundary samples, all bodies together.
-        bodies: number K of bodies.
+        domain: extent and capacities.
         settings: physics and solver.
         engine: the owner of Taichi.
 
@@ -56,31 +50,23 @@ class SolverPbf:
 
     Example:
         >>> water = SolverPbf(
-        ...     spacing=0.02,
-        ...     lower=(0, 0, 0),
-        ...     upper=(1, 1, 1),
-        ...     capacity=20_000,
-        ...     boundary_capacity=10_000,
-        ...     bodies=1,
+        ...     Domain(
+        ...         spacing=0.02,
+        ...         lower=(0, 0, 0),
+        ...         upper=(1, 1, 1),
+        ...         capacity=20_000,
+        ...         boundary_capacity=10_000,
+        ...         bodies=1,
+        ...     ),
         ...     settings=PbfSettings(),
         ...     engine=Engine(),
         ... )  # doctest: +SKIP
     """
 
-    def __init__(
-        self,
-        *,
-        spacing: float,
-        lower: Any,
-        upper: Any,
-        capacity: int,
-        boundary_capacity: int,
-        bodies: int,
-        settings: PbfSettings,
-        engine: Engine,
-    ) -> None:
-        self.origin = np.asarray(lower, dtype=np.float64)
-        self.size = np.asarray(upper, dtype=np.float64) - self.origin
+    def __init__(self, domain: Domain, *, settings: PbfSettings, engine: Engine) -> None:
+        self.origin = np.asarray(domain.lower, dtype=np.float64)
+        self.size = np.asarray(domain.upper, dtype=np.float64) - self.origin
+        spacing, bodies = domain.spacing, domain.bodies
         if spacing <= 0 or (self.size < 4 * spacing).any():
             raise PhysicsError(
                 f"A domain of {self.size} m is too small for a spacing of {spacing} m.\n"
@@ -88,15 +74,7 @@ class SolverPbf:
             )
         engine.start()
         self.spacing, self.settings = spacing, settings
-        self.pipeline = SubstepPipeline(
-            spacing=spacing,
-            size=self.size,
-            capacity=capacity,
-            boundary_capacity=boundary_capacity,
-            bodies=bodies,
-            settings=settings,
-            accelerated=engine.accelerated,
-        )
+        self.pipeline = SubstepPipeline(domain, settings=settings, accelerated=engine.accelerated)
         self.boundary = Boundary(
             bodies=self.pipeline.bodies,
             samples=self.pipeline.samples,
@@ -105,7 +83,7 @@ class SolverPbf:
             kernel=settings.kernel,
             lattice=self.pipeline.smoothing.lattice,
         )
-        self.capacity, self.bodies = capacity, bodies
+        self.capacity, self.bodies = domain.capacity, bodies
         self.count = 0
         self.time = 0.0
         self._depth = 0.0
@@ -214,7 +192,6 @@ class SolverPbf:
         inverse_mass: Array,
         inverse_inertia: Array,
         acceleration: Array,
-        spin_acceleration: Array | None = None,
     ) -> None:
         """Place all bodies for the coming ``advance``.
 
@@ -227,15 +204,13 @@ class SolverPbf:
             inverse_inertia: about the centre of mass, world axes [1/(kg m^2)], shape (K, 3, 3);
                 held over the step.
             acceleration: by all loads but the water, held over the step [m/s^2], shape (K, 3).
-            spin_acceleration: likewise [rad/s^2], shape (K, 3); zero if None.
 
         Raises:
             PhysicsError: a value is not finite, or a mass is negative.
         """
-        angular = np.zeros((self.bodies, 3)) if spin_acceleration is None else spin_acceleration
         local = np.asarray(position) - self.origin
         parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
-        parts += [acceleration, angular]
+        parts += [acceleration, np.zeros((self.bodies, 3))]
         check_place(parts, self.bodies)
         self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
