@@ -17,8 +17,7 @@ from seals.arrays import Floats
 from seals.state_records import state_record
 
 
-@dataclass(frozen=True, kw_only=True)
-class Domain:
+class Domain(NamedTuple):
     """Extent and capacities that a solver is allocated for.
 
     Args:

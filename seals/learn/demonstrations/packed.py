@@ -32,8 +32,8 @@ def write_packed(demonstrations: Demonstrations, folder: Path) -> Path:
     observation = np.concatenate([e.observation for e in every])
     flags = {name: arrays[name].astype(np.uint8) for name in ("terminated", "truncated")}
     # by column: neighbouring numbers are alike, and deflate to less
-    columns = {"observation": observation.T, "action": arrays["action"].T}
-    np.savez_compressed(folder / PACKED, **columns, reward=arrays["reward"], **flags)
+    arrays |= {"observation": observation.T, "action": arrays["action"].T, **flags}
+    np.savez_compressed(folder / PACKED, allow_pickle=False, **arrays)
     return folder / PACKED
 
 
