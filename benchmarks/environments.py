@@ -35,7 +35,7 @@ def built(case: Case) -> Any:
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.domain_randomisation import drawn
+    from seals.learn.environments.domain_randomisation import drawn_parameters
 
     torch.set_num_threads(1)
     fused = f"backend.fused={'true' if case.fused else 'false'}"
@@ -44,7 +44,7 @@ def built(case: Case) -> Any:
     if case.varied:
         settings, _ = build_learning(config)
         rng = np.random.default_rng(0)
-        values = dict(drawn(settings.effects, case.count, share=case.varied, rng=rng))
+        values = dict(drawn_parameters(settings.effects, case.count, share=case.varied, rng=rng))
     return batched_of(config, count=case.count, device=case.device, values=values)
 
 

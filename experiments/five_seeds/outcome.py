@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.learn.comparison.words import text_table
-from seals.learn.evaluation.judgement import QUANTILES, SHARE
+from seals.learn.evaluation.result import QUANTILES, SHARE
 from seals.learn.statistics.interval import wilson
 from seals.logs.atomic import write_json, write_table
 from seals.report import Chart, Series, write_picture

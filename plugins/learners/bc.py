@@ -1,4 +1,4 @@
-"""Behaviour cloning: do what the demonstrations did, without reward and without practice."""
+"""Behaviour cloning: supervised regression of demonstrated actions, without reward."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from seals.errors import ConfigError
 from seals.learn import networks
 from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.observations import tensors, vector
-from seals.learn.scaling import Running
-from seals.learn.seeding import first_weights, generator_of, kept, put_back
+from seals.learn.scaling import RunningNormaliser
+from seals.learn.seeding import first_weights, generator_of
 from seals.schema import param
 
 if TYPE_CHECKING:
@@ -89,7 +89,9 @@ class BcAgent:
 
         self.learner, self.spaces, self.device = learner, spaces, device
         self.generator = generator_of(seed, device)
-        self.norm = Running(spaces.observation_size, device) if learner.normalise else None
+        self.norm = (
+            RunningNormaliser(spaces.observation_size, device) if learner.normalise else None
+        )
         with first_weights(seed):
             body = networks.mlp(spaces.observation_size, spaces.action_size, learner.hidden)
         self.body = body.to(device)
@@ -115,10 +117,10 @@ class BcAgent:
         self.shown = {key: value[~out] for key, value in steps.items()}
         self.test = {key: value[out] for key, value in steps.items()}
         if self.norm is not None:
-            self.norm.take(self.shown["observation"])
+            self.norm.update(self.shown["observation"])
 
     def act(self, observation: Any, *, explore: bool) -> Tensor:
-        """Return what the policy does; it does not explore."""
+        """Return the deterministic action of the policy; there is no exploration."""
         import torch
 
         with torch.no_grad():
@@ -126,10 +128,10 @@ class BcAgent:
 
     def _action(self, observation: Tensor) -> Tensor:
         norm = None if self.norm is None else self.norm.layer
-        return self.body(networks.see(observation, norm=norm, encoder=None)).tanh()
+        return self.body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
-        """Take no note of what happens."""
+        """Ignore the step: behaviour cloning has no experience."""
 
     def due(self) -> int:
         """Return all updates that are left."""
@@ -155,14 +157,14 @@ class BcAgent:
         loss.backward()
         self.optimiser.step()
         if self.made in (1, self.learner.updates) or self.made % self.learner.look == 0:
-            self._look()
+            self._validate()
         return {"loss": loss.detach(), "least_held_out_loss": self.least}
 
     def _loss(self, steps: Mapping[str, Tensor]) -> Tensor:
         return (self._action(steps["observation"]) - steps["action"]).square().mean()
 
-    def _look(self) -> None:
-        """Keep the weights when none before did better on the held-out episodes."""
+    def _validate(self) -> None:
+        """Save the weights if their held-out loss is the lowest so far."""
         import torch
 
         with torch.no_grad():
@@ -198,11 +200,11 @@ class BcAgent:
             "shown": self.shown,
             "test": self.test,
             "made": self.made,
-            "generator": kept(self.generator),
+            "generator": self.generator.get_state().clone(),
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         self.body.load_state_dict(state["body"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.best, self.least = dict(state["best"]), state["least"]
@@ -210,4 +212,4 @@ class BcAgent:
         self.made = int(state["made"])
         if self.norm is not None:
             self.norm.load(state["norm"])
-        put_back(self.generator, state["generator"])
+        self.generator.set_state(state["generator"].cpu())

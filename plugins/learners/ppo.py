@@ -10,8 +10,8 @@ from seals.learn import networks
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import vector
 from seals.learn.replay.advantages import advantages
-from seals.learn.scaling import FORMS, Running, formed
-from seals.learn.seeding import first_weights, generator_of, kept, put_back
+from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
+from seals.learn.seeding import first_weights, generator_of
 from seals.schema import param
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class PpoAgent:
 
         self.learner, self.spaces, self.device = learner, spaces, device
         self.generator = generator_of(seed, device)
-        self.norm = Running(spaces.observation_size, device)
+        self.norm = RunningNormaliser(spaces.observation_size, device)
         with first_weights(seed):
             size = spaces.observation_size
             self.actor = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
@@ -141,7 +141,7 @@ class PpoAgent:
         import torch
 
         with torch.no_grad():
-            mean = self.actor(self._see(vector(observation)))
+            mean = self.actor(self._actor_inputs(vector(observation)))
             if not explore:
                 return mean.clamp(-1.0, 1.0)
             noise = torch.randn(mean.shape, generator=self.generator, device=self.device)
@@ -149,13 +149,15 @@ class PpoAgent:
             return self.drawn.clamp(-1.0, 1.0)
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
-        """Keep one step of all environments until the next round of updates."""
+        """Append one step of all environments to the rollout."""
         form = self.learner.reward_form
         self.rollout.append(
             {
                 "observation": vector(observation),
                 "action": action if self.drawn is None else self.drawn,
-                "reward": formed(result.reward, scale=self.learner.reward_scale, form=form),
+                "reward": transform_reward(
+                    result.reward, scale=self.learner.reward_scale, form=form
+                ),
                 "terminated": result.terminated,
                 "truncated": result.truncated,
                 "final": vector(result.final),
@@ -173,8 +175,8 @@ class PpoAgent:
         import torch
 
         if self.made == 0:
-            self._open()
-        batch = {key: value[self._part()] for key, value in self.round.items()}
+            self._begin_round()
+        batch = {key: value[self._minibatch()] for key, value in self.round.items()}
         mean, value = self._both(batch["observation"])
         log_prob = self._log_prob(mean, batch["action"])
         ratio = (log_prob - batch["log_prob"]).exp()
@@ -187,7 +189,7 @@ class PpoAgent:
         self._step(loss - self.learner.entropy * self.log_deviation.sum())
         self.made += 1
         if self.due() == 0:
-            self._close()
+            self._end_round()
         return {
             "actor_loss": actor_loss.detach(),
             "critic_loss": critic_loss.detach(),
@@ -196,8 +198,8 @@ class PpoAgent:
             "value": value.detach().mean(),
         }
 
-    def _open(self) -> None:
-        """Begin a round: densities, advantages and wanted values of all steps."""
+    def _begin_round(self) -> None:
+        """Compute log-probabilities, advantages and value targets of the rollout."""
         import torch
 
         steps = {key: torch.stack([step[key] for step in self.rollout]) for key in self.rollout[0]}
@@ -222,7 +224,7 @@ class PpoAgent:
                 "wanted": gain + value,
             }
 
-    def _part(self) -> Tensor:
+    def _minibatch(self) -> Tensor:
         """Return the steps of the minibatch that is next, drawn anew for each pass."""
         import torch
 
@@ -231,18 +233,18 @@ class PpoAgent:
             self.order = torch.randperm(count, generator=self.generator, device=self.device)
         return self.order.chunk(self.learner.minibatches)[part]
 
-    def _close(self) -> None:
+    def _end_round(self) -> None:
         """End a round; only now may the scale of observations move."""
         import torch
 
-        self.norm.take(torch.cat([step["observation"] for step in self.rollout]))
+        self.norm.update(torch.cat([step["observation"] for step in self.rollout]))
         self.rollout, self.round, self.order, self.made = [], {}, None, 0
 
-    def _see(self, observation: Tensor) -> Tensor:
-        return networks.see(observation, norm=self.norm.layer, encoder=None)
+    def _actor_inputs(self, observation: Tensor) -> Tensor:
+        return networks.network_inputs(observation, norm=self.norm.layer, encoder=None)
 
     def _both(self, observation: Tensor) -> tuple[Tensor, Tensor]:
-        seen = self._see(observation)
+        seen = self._actor_inputs(observation)
         return self.actor(seen), self.critic(seen).squeeze(-1)
 
     def _log_prob(self, mean: Tensor, action: Tensor) -> Tensor:
@@ -280,11 +282,11 @@ class PpoAgent:
             "round": dict(self.round),
             "order": self.order,
             "made": self.made,
-            "generator": kept(self.generator),
+            "generator": self.generator.get_state().clone(),
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         import torch
 
         self.actor.load_state_dict(state["actor"])
@@ -296,4 +298,4 @@ class PpoAgent:
         self.rollout = [dict(step) for step in state["turns"]]
         self.round, self.order = dict(state["round"]), state["order"]
         self.made = int(state["made"])
-        put_back(self.generator, state["generator"])
+        self.generator.set_state(state["generator"].cpu())

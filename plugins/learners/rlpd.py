@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from seals.errors import ConfigError
 from seals.learn.learner import Spaces, need_torch, whole
-from seals.learn.replay.samplers import Uniform, made
+from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import param
 
@@ -52,7 +52,7 @@ class RLPD(SAC):
     def start(self, spaces: Spaces, *, device: str, seed: int) -> RlpdAgent:
         """Return a fresh agent."""
         need_torch()
-        sampler = made(Uniform, share=self.share)
+        sampler = as_torchrl_sampler(Uniform, share=self.share)
         wants = "no" if self.demonstrations == "none" else "must"
         return RlpdAgent(self, spaces, device, seed, sampler=sampler, wants=wants)
 
@@ -65,7 +65,7 @@ class RlpdAgent(SacAgent):
     def _recordable(self) -> bool:
         return super()._recordable() and self.learner.subset == self.learner.critics
 
-    def _lowest(self, values: Tensor) -> Tensor:
+    def _pessimistic_value(self, values: Tensor) -> Tensor:
         import torch
 
         if self.learner.subset < self.learner.critics:

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
+from seals.learn.actor_critic import ActorCriticNetworks
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Uniform, made
-from seals.learn.scaling import FORMS, Running, formed
-from seals.learn.seeding import first_weights, generator_of, kept, put_back
-from seals.learn.soft import SoftNetworks
+from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
+from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
+from seals.learn.seeding import first_weights, generator_of
 from seals.learn.tanh_normal import TanhNormal
 from seals.schema import param
 
@@ -114,11 +114,13 @@ class SAC:
         """Return a fresh agent."""
         need_torch()
         wants = "no" if self.demonstrations == "none" else "must"
-        return SacAgent(self, spaces, device, seed, sampler=made(Uniform), wants=wants)
+        return SacAgent(
+            self, spaces, device, seed, sampler=as_torchrl_sampler(Uniform), wants=wants
+        )
 
 
 class SacAgent:
-    """Soft actor-critic at work; its relatives change what it sees, draws and aims at.
+    """Agent of soft actor-critic; subclasses change its inputs, its sampler and its targets.
 
     Args:
         learner: the hyper-parameters.
@@ -130,7 +132,7 @@ class SacAgent:
     """
 
     interactive = True
-    sighted = "critics"
+    encoder_loss = "critics"
     """Loss that updates the image encoder."""
     reports = (
         "critic_loss",
@@ -153,10 +155,12 @@ class SacAgent:
         self.returns = self._fresh_returns()
         self.steps = self.updates = 0
         self._recorded: Recorded | None = None
-        self.norm = Running(spaces.observation_size, device) if learner.normalise else None
+        self.norm = (
+            RunningNormaliser(spaces.observation_size, device) if learner.normalise else None
+        )
         with first_weights(seed):
             self.encoder = self._encoder()
-            self.nets = SoftNetworks(
+            self.nets = ActorCriticNetworks(
                 features=self._features(),
                 actions=spaces.action_size,
                 hidden=learner.hidden,
@@ -166,8 +170,8 @@ class SacAgent:
                 temperature=learner.temperature,
                 encoder=self.encoder,
                 device=device,
-                known=self._known_size(),
-                sighted=self.sighted,
+                critic_features=self._critic_input_size(),
+                encoder_loss=self.encoder_loss,
             )
 
     # what relatives change
@@ -182,29 +186,31 @@ class SacAgent:
         """Return how many numbers the actor takes."""
         return self.spaces.observation_size
 
-    def _known_size(self) -> int | None:
+    def _critic_input_size(self) -> int | None:
         """Return how many numbers the critics take beside an action, None for as many."""
 
-    def _see(self, observation: Any, *, shift: bool = False) -> Tensor:
-        """Return those numbers; ``shift`` moves pictures about, where there are any."""
+    def _actor_inputs(self, observation: Any, *, shift: bool = False) -> Tensor:
+        """Return the actor's inputs; ``shift`` applies random shifts to images."""
         norm = None if self.norm is None else self.norm.layer
-        return networks.see(observation, norm=norm, encoder=None)
+        return networks.network_inputs(observation, norm=norm, encoder=None)
 
-    def _known(self, observation: Any, seen: Tensor) -> Tensor:
-        """Return what the critics take beside an action: what the actor sees."""
+    def _critic_inputs(self, observation: Any, seen: Tensor) -> Tensor:
+        """Return the critics' inputs besides the action: those of the actor."""
         return seen
 
     def _recordable(self) -> bool:
-        """Return whether an improvement takes no number from the host."""
+        """Return True if an update fits into a CUDA graph: it reads no number on the host."""
         return True
 
-    def _lowest(self, values: Tensor) -> Tensor:
-        """Return the cautious value (batch,) of those of all slow critics (k, batch)."""
+    def _pessimistic_value(self, values: Tensor) -> Tensor:
+        """Return the pessimistic value (batch,) of all target critics' values (k, batch)."""
         return values.min(0).values
 
-    def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
+    def _td_targets(self, batch: Any) -> list[tuple[float, Tensor]]:
         """Return the targets (batch,) of the critics, each with its share of the loss."""
-        return [(1.0, self._target(batch["reward"], batch["discount"], batch["next_observation"]))]
+        return [
+            (1.0, self._td_target(batch["reward"], batch["discount"], batch["next_observation"]))
+        ]
 
     # acting and remembering
 
@@ -216,7 +222,7 @@ class SacAgent:
         with torch.no_grad():
             if explore and self.steps < self.learner.random_steps:
                 return torch.rand(shape, generator=self.generator, device=self.device) * 2.0 - 1.0
-            output = self.nets.actor(self._see(observation))
+            output = self.nets.actor(self._actor_inputs(observation))
             if explore:
                 return TanhNormal(output).sample(self.generator)[0]
             return TanhNormal(output).mode
@@ -225,7 +231,7 @@ class SacAgent:
         """Remember one step of all environments."""
         self.steps += action.shape[0]
         if self.norm is not None:
-            self.norm.take(vector(observation))
+            self.norm.update(vector(observation))
         columns = self.returns.push(
             observation,
             action,
@@ -238,58 +244,60 @@ class SacAgent:
             self.memory.add(columns)
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Put demonstrations into the memory for good."""
+        """Add demonstrations to the protected part of the replay buffer."""
         given = tensors(columns, self.device)
         given["reward"] = self._formed(given["reward"].float())
         if self.norm is not None:
-            self.norm.take(vector(given["observation"]))
+            self.norm.update(vector(given["observation"]))
         self.memory.protect(of_episodes(given, self._fresh_returns()))
 
     def _formed(self, reward: Tensor) -> Tensor:
-        return formed(reward, scale=self.learner.reward_scale, form=self.learner.reward_form)
+        return transform_reward(
+            reward, scale=self.learner.reward_scale, form=self.learner.reward_form
+        )
 
     # learning
 
     def due(self) -> int:
-        """Return the updates that the steps so far have paid for."""
-        return self._paid() - self.updates
+        """Return the updates that are due at the configured ratio of updates to steps."""
+        return self._updates_earned() - self.updates
 
-    def _paid(self) -> int:
+    def _updates_earned(self) -> int:
         if self.memory.experience <= 0:
             return 0
         return int(self.learner.ratio * max(0, self.steps - self.learner.random_steps))
 
     def update(self) -> dict[str, Tensor]:
-        """Improve critics, actor and temperature on one batch."""
+        """Update critics, actor and temperature on one batch."""
         if self.learner.settle:
-            self.nets.pace(self._rate())
+            self.nets.set_learning_rate(self._learning_rate())
         batch = self.memory.sample(self.learner.batch)
         metrics = self._update_recorded(batch)
-        self.memory.learn(batch, metrics.pop("error"))
+        self.memory.update_priorities(batch, metrics.pop("error"))
         self.updates += 1
         return {**metrics, "demonstration_share": self.memory.share(batch)}
 
     def _update_recorded(self, batch: Any) -> dict[str, Tensor]:
-        """Improve on a batch, on an accelerator by a recording of the first improvement."""
+        """Update on a batch, on an accelerator by a CUDA graph of the first update."""
         if self.device == "cpu" or not self._recordable():
             return self._update_networks(batch)
         given = dict(batch.items())
         if self._recorded is None:
-            before = [tensor.detach().clone() for tensor in self.nets.moving()]
+            before = [tensor.detach().clone() for tensor in self.nets.updated_tensors()]
             self._recorded = Recorded(
                 lambda state, rows: (state, self._update_networks(rows)), (), given, self.generator
             )
             # what was improved while it was recorded does not count
-            self.nets.put_back(before)
+            self.nets.restore_tensors(before)
         metrics: dict[str, Tensor] = self._recorded(given)
         return metrics
 
     def _update_networks(self, batch: Any) -> dict[str, Tensor]:
-        seen = self._see(batch["observation"], shift=True)
-        known = self._known(batch["observation"], seen)
+        seen = self._actor_inputs(batch["observation"], shift=True)
+        known = self._critic_inputs(batch["observation"], seen)
         critic_loss, value, error = self._update_critics(batch, known)
         actor_loss, log_prob = self._update_actor(seen, known.detach())
-        self.nets.follow(self.learner.tau)
+        self.nets.polyak_update(self.learner.tau)
         return {
             "critic_loss": critic_loss,
             "actor_loss": actor_loss,
@@ -299,7 +307,7 @@ class SacAgent:
             "error": error,
         }
 
-    def _rate(self) -> float:
+    def _learning_rate(self) -> float:
         """Return the learning rate of now."""
         share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
         return self.learner.learning_rate * share
@@ -310,7 +318,7 @@ class SacAgent:
         values = self.nets.values(known, batch["action"])
         weight = batch.get("weight", None)
         loss, error = torch.zeros((), device=self.device), torch.zeros((), device=self.device)
-        for share, aim in self._aims(batch):
+        for share, aim in self._td_targets(batch):
             gap = values - aim
             squares = gap.square() if weight is None else weight * gap.square()
             loss = loss + share * squares.mean(-1).sum()
@@ -318,19 +326,19 @@ class SacAgent:
         self.nets.step("critics", loss)
         return loss.detach(), values.detach().mean(), error
 
-    def _target(self, reward: Tensor, discount: Tensor, next_observation: Any) -> Tensor:
+    def _td_target(self, reward: Tensor, discount: Tensor, next_observation: Any) -> Tensor:
         import torch
 
         with torch.no_grad():
-            seen = self._see(next_observation, shift=True)
+            seen = self._actor_inputs(next_observation, shift=True)
             action, log_prob = TanhNormal(self.nets.actor(seen)).sample(self.generator)
-            known = self._known(next_observation, seen)
-            later = self._lowest(self.nets.values(known, action, slow=True))
+            known = self._critic_inputs(next_observation, seen)
+            later = self._pessimistic_value(self.nets.values(known, action, slow=True))
             return reward + discount * (later - self.nets.alpha * log_prob)
 
     def _update_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
         # where the encoder learns with the critics, it has just done so
-        own = seen if self.sighted == "actor" else seen.detach()
+        own = seen if self.encoder_loss == "actor" else seen.detach()
         action, log_prob = TanhNormal(self.nets.actor(own)).sample(self.generator)
         value = self.nets.values(known, action).min(0).values
         loss = (self.nets.alpha * log_prob - value).mean()
@@ -363,16 +371,16 @@ class SacAgent:
             "memory": self.memory.state(),
             "returns": self.returns.state(),
             "norm": None if self.norm is None else self.norm.state(),
-            "generator": kept(self.generator),
+            "generator": self.generator.get_state().clone(),
             "counts": {"steps": self.steps, "updates": self.updates},
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         self.nets.load(state["networks"])
         self.memory.load(state["memory"])
         self.returns.load(state["returns"])
         if self.norm is not None:
             self.norm.load(state["norm"])
-        put_back(self.generator, state["generator"])
+        self.generator.set_state(state["generator"].cpu())
         self.steps, self.updates = state["counts"]["steps"], state["counts"]["updates"]

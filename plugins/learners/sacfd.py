@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.replay.returns import Returns
-from seals.learn.replay.samplers import Prioritised, made
+from seals.learn.replay.samplers import Prioritised, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import param
 
@@ -73,7 +73,7 @@ class SACfD(SAC):
     def start(self, spaces: Spaces, *, device: str, seed: int) -> SacfdAgent:
         """Return a fresh agent."""
         need_torch()
-        sampler = made(
+        sampler = as_torchrl_sampler(
             Prioritised,
             alpha=self.alpha,
             beta=self.beta,
@@ -95,17 +95,17 @@ class SacfdAgent(SacAgent):
         return Returns(length=self.learner.steps, gamma=self.learner.gamma, both=both)
 
     def due(self) -> int:
-        """Return the updates of pretraining first, then those that the steps have paid for."""
+        """Return the updates of pretraining first, then those due at the configured ratio."""
         wanted = self.learner.pretrain if self.memory.protected else 0
         if self.updates < wanted:
             return wanted - self.updates
-        return self._paid() - (self.updates - wanted)
+        return self._updates_earned() - (self.updates - wanted)
 
-    def _aims(self, batch: Any) -> list[tuple[float, Tensor]]:
+    def _td_targets(self, batch: Any) -> list[tuple[float, Tensor]]:
         if self.learner.steps == 1:
-            return super()._aims(batch)
+            return super()._td_targets(batch)
         step = batch["step_reward"], batch["step_discount"], batch["step_next_observation"]
         many = batch["reward"], batch["discount"], batch["next_observation"]
         mix = self.learner.mix
-        found = [(1.0 / (1.0 + mix), self._target(*step))]
-        return [*found, (mix / (1.0 + mix), self._target(*many))] if mix > 0.0 else found
+        found = [(1.0 / (1.0 + mix), self._td_target(*step))]
+        return [*found, (mix / (1.0 + mix), self._td_target(*many))] if mix > 0.0 else found

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, suggestion
 from seals.learn import networks
+from seals.learn.augmentation import random_shift
 from seals.learn.learner import Spaces, need_torch, one_of, whole
-from seals.learn.replay.samplers import Uniform, made
-from seals.learn.shifting import shifted
+from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import param
 
@@ -88,10 +88,12 @@ class VisualSAC(SAC):
                 "Choose an observation with pixels, or learner=sac"
             )
         wants = "no" if self.demonstrations == "none" else "must"
-        return VisualSacAgent(self, spaces, device, seed, sampler=made(Uniform), wants=wants)
+        return VisualSacAgent(
+            self, spaces, device, seed, sampler=as_torchrl_sampler(Uniform), wants=wants
+        )
 
 
-def left(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
+def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
     """Return the places of the numbers that are not withheld, None for all of them.
 
     Raises:
@@ -121,19 +123,21 @@ class VisualSacAgent(SacAgent):
     def __init__(
         self, learner: VisualSAC, spaces: Spaces, device: str, seed: int, **more: Any
     ) -> None:
-        """Find what is withheld, and with whom the encoder learns."""
+        """Select the observation columns, and the loss that updates the encoder."""
         import torch
 
-        self._left = left(spaces.names, learner.withheld)
-        if self._left == [] and not learner.use_pixels:
+        self._remaining = remaining_columns(spaces.names, learner.withheld)
+        if self._remaining == [] and not learner.use_pixels:
             raise ConfigError(
                 f"learner.withheld takes all numbers, use_pixels=false the rest{NOTHING}"
             )
-        self._columns = None if self._left is None else torch.tensor(self._left, device=device)
-        self.sighted = "critics" if learner.critics_see == "same" else "actor"
+        self._columns = (
+            None if self._remaining is None else torch.tensor(self._remaining, device=device)
+        )
+        self.encoder_loss = "critics" if learner.critics_see == "same" else "actor"
         super().__init__(learner, spaces, device, seed, **more)
 
-    def _sight(self) -> dict[str, Any]:
+    def _encoder_options(self) -> dict[str, Any]:
         learner = self.learner
         return {
             "shape": [int(size) for size in self.spaces.pixels or ()],
@@ -142,25 +146,25 @@ class VisualSacAgent(SacAgent):
             "features": learner.features,
             "use_pixels": learner.use_pixels,
             "use_state": learner.use_state,
-            "columns": self._left,
+            "columns": self._remaining,
         }
 
     def _encoder(self) -> Any:
         if not self.learner.use_pixels:
             return None
-        return networks.encoder_of(self._sight()).to(self.device)
+        return networks.encoder_of(self._encoder_options()).to(self.device)
 
     def _features(self) -> int:
-        return networks.features_of(self.spaces.observation_size, self._sight())
+        return networks.features_of(self.spaces.observation_size, self._encoder_options())
 
-    def _see(self, observation: Any, *, shift: bool = False) -> Tensor:
+    def _actor_inputs(self, observation: Any, *, shift: bool = False) -> Tensor:
         norm = None if self.norm is None else self.norm.layer
         if shift and self.encoder is not None:
-            moved = shifted(
+            moved = random_shift(
                 observation["pixels"], most=self.learner.shift, generator=self.generator
             )
             observation = {"state": observation["state"], "pixels": moved}
-        return networks.see(
+        return networks.network_inputs(
             observation,
             norm=norm,
             encoder=self.encoder,
@@ -168,14 +172,14 @@ class VisualSacAgent(SacAgent):
             columns=self._columns,
         )
 
-    def _known(self, observation: Any, seen: Tensor) -> Tensor:
-        if self.sighted == "critics":
+    def _critic_inputs(self, observation: Any, seen: Tensor) -> Tensor:
+        if self.encoder_loss == "critics":
             return seen
         norm = None if self.norm is None else self.norm.layer
-        return networks.see(observation, norm=norm, encoder=None)
+        return networks.network_inputs(observation, norm=norm, encoder=None)
 
-    def _known_size(self) -> int | None:
-        return None if self.sighted == "critics" else self.spaces.observation_size
+    def _critic_input_size(self) -> int | None:
+        return None if self.encoder_loss == "critics" else self.spaces.observation_size
 
     def _description(self) -> dict[str, Any]:
         return networks.description(
@@ -183,5 +187,5 @@ class VisualSacAgent(SacAgent):
             action=self.spaces.action_size,
             hidden=self.learner.hidden,
             normalise=self.learner.normalise,
-            pixels=self._sight(),
+            pixels=self._encoder_options(),
         )

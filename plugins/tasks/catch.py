@@ -14,7 +14,7 @@ from seals.control import Reference
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
-from seals.plugins.tasks.observation import See, hanging
+from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.robot.model import RobotModel
@@ -112,11 +112,11 @@ class TaskCatch(TaskReach):
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """Names of the observed quantities, in order."""
+        """Names of the components of an observation, in order."""
         pads = getattr(self, "_pads", 0)
         hand = ("grip", "closed", *(f"touch_{k + 1}" for k in range(pads)))
         rest = ("up_x", "up_y", "submersion", *hand)
-        first = () if self.sight is See.blind else _AWAY
+        first = () if self.sight is ObservationKind.blind else _AWAY
         return (*first, *_OWN, *rest, *(f"last_{name}" for name in self.action_names))
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
@@ -128,7 +128,7 @@ class TaskCatch(TaskReach):
         return Draw(start, still[:, :1], still, np.concatenate((place, yaw), axis=1))
 
     def places(self, goal: Floats) -> Mapping[str, Floats]:
-        """Return where the animal begins: x, y, heading."""
+        """Return the animal's initial pose: x, y, heading."""
         return {self.object: goal[0]}
 
     def aim(self, action: Array, now: Instant) -> Reference:
@@ -146,7 +146,7 @@ class TaskCatch(TaskReach):
         return super().command(action[:, :3], now)
 
     def seen(self, now: Instant) -> Array:
-        """Return 1 where the animal is in the cone below the body, else 0, shape (N, 1)."""
+        """Return 1 for an animal within the cone below the body, else 0, shape (N, 1)."""
         xp = namespace(now.position)
         away = now.target - now.position
         down = -away[:, 2:3]
@@ -167,15 +167,15 @@ class TaskCatch(TaskReach):
         )
         rest = (now.rotation[:, 2, 0:2], now.submersion, facts["grip"], facts["closed"], touch)
         away = (
-            (now.target - now.position - hanging(now)) * there,
+            (now.target - now.position - level_hand_offset(now)) * there,
             now.target_velocity * there,
             there,
         )
-        first = () if self.sight is See.blind else away
+        first = () if self.sight is ObservationKind.blind else away
         return xp.concat((*first, *own, *rest, now.action), axis=1)
 
     def distance(self, now: Instant) -> Array:
-        """Return what is lacking of the height and of the grip [m], shape (N,)."""
+        """Return the remaining height and grip before success [m], shape (N,)."""
         xp = namespace(now.position)
         lacking = now.facts["level"][:, 0] + self.height - now.target[:, 2]
         away = xp.maximum(self.reached(now) - self.grasp, lacking * 0.0)

@@ -1,4 +1,4 @@
-"""A scripted diver that fetches an animal: what to do next follows from what is the case alone."""
+"""Scripted diver that fetches an animal: a memoryless policy of the present state."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
-from seals.plugins.tasks.observation import hanging
+from seals.plugins.tasks.observation import level_hand_offset
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""
@@ -45,7 +45,7 @@ LAP = 8.0
 
 
 class Plan(NamedTuple):
-    """Task state of the diver.
+    """Parameters of the scripted diver.
 
     Args:
         speed: velocity of an action of 1 [m/s].
@@ -78,7 +78,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     xp = namespace(now.position)
     away, grip = now.target - now.tool, now.facts["grip"]
     flat = xp.sqrt(xp.sum(away[:, :2] * away[:, :2], axis=1, keepdims=True))
-    level = now.target - now.position - hanging(now)
+    level = now.target - now.position - level_hand_offset(now)
     far = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
     there = seen > 0.5
     below = xp.abs(away[:, 2:3] + LOW) < AT
@@ -102,7 +102,7 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
 
 
 def _calm(now: Instant) -> Array:
-    """Return whether the body hangs so quietly that the hand stays where it is, shape (N, 1)."""
+    """Test if the body is level and slow enough for the hand to stay in place, shape (N, 1)."""
     xp = namespace(now.position)
     lean, turn = now.rotation[:, 2, 0:2], now.angular_velocity[:, 0:2]
     level = xp.sum(lean * lean, axis=1, keepdims=True) < CALM * CALM

@@ -41,7 +41,7 @@ class TaskHover(TaskReach):
     target_high: list[float] = vector((0.0, 0.0, 1.2), "m", bounds=_BOX, source="chosen")
 
     def place(self, now: Instant) -> Array:
-        """Return what must come to the target: the body origin [m], shape (N, 3)."""
+        """Return the point that must reach the target: the body origin [m], shape (N, 3)."""
         return now.position
 
 

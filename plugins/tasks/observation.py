@@ -1,4 +1,4 @@
-"""Observations of robot and target for learners."""
+"""Observations of robot and target."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
 
 
-class See(enum.Enum):
+class ObservationKind(enum.Enum):
     """Kind of observation.
 
     ``paper``: positions and orientations of robot and target, and the robot's velocity. ``full``:
@@ -26,26 +26,26 @@ class See(enum.Enum):
     blind = "blind"
 
 
-def names_of(sight: See, actions: tuple[str, ...]) -> tuple[str, ...]:
+def names_of(sight: ObservationKind, actions: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of the numbers of an observation."""
-    if sight is See.paper:
+    if sight is ObservationKind.paper:
         poses = [f"{who}_{k}" for who in ("robot", "target") for k in _POSE]
         return (*poses, *_VELOCITY)
     away = ("target_x", "target_y", "target_z", "drift_x", "drift_y", "drift_z")
     rest = ("spin_x", "spin_y", "spin_z", "up_x", "up_y", "height", "submersion")
-    first = () if sight is See.blind else away
+    first = () if sight is ObservationKind.blind else away
     return (*first, *_VELOCITY, *rest, *(f"last_{name}" for name in actions))
 
 
-def seen(sight: See, now: Instant) -> Array:
+def observation_of(sight: ObservationKind, now: Instant) -> Array:
     """Return observations, shape (N, d)."""
     xp = namespace(now.position)
-    if sight is See.paper:
+    if sight is ObservationKind.paper:
         still = now.time * 0.0
         upright = xp.concat((still, still, still, still + 1.0), axis=1)
         pose = xp.concat((now.position, quaternion(now.rotation)), axis=1)
         return xp.concat((pose, now.target, upright, now.velocity), axis=1)
-    away = (now.target - now.position - hanging(now), now.target_velocity)
+    away = (now.target - now.position - level_hand_offset(now), now.target_velocity)
     own = (
         now.velocity,
         now.angular_velocity,
@@ -53,12 +53,12 @@ def seen(sight: See, now: Instant) -> Array:
         now.position[:, 2:3],
         now.submersion,
     )
-    first = () if sight is See.blind else away
+    first = () if sight is ObservationKind.blind else away
     return xp.concat((*first, *own, now.action), axis=1)
 
 
-def hanging(now: Instant) -> Array:
-    """Return the way from the body to the hand as it is when the body is level [m], shape (N, 3).
+def level_hand_offset(now: Instant) -> Array:
+    """Return the offset from the body to the hand with the body level [m], shape (N, 3).
 
     The heading is kept. A body that leans to go somewhere swings its hand the other way: a hand
     that is led by where it is would swing on and on.

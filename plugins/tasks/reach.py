@@ -10,7 +10,12 @@ from seals.arrays import Array, Floats, namespace
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
-from seals.plugins.tasks.observation import See, hanging, names_of, seen
+from seals.plugins.tasks.observation import (
+    ObservationKind,
+    level_hand_offset,
+    names_of,
+    observation_of,
+)
 from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.robot.model import RobotModel
 from seals.schema import param, vector
@@ -62,7 +67,7 @@ class TaskReach:
         8.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: 3 m at half speed", fit=False
     )
     speed: float = param(1.0, "m/s", bounds=(0.01, 20.0), tolerance=0.0, source="chosen", fit=False)
-    sight: See = See.full
+    sight: ObservationKind = ObservationKind.full
     reward_form: Reward = Reward.shaped
     success_distance: float = param(
         0.05, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="opening of the hand", fit=False
@@ -142,7 +147,7 @@ class TaskReach:
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """Names of the observed quantities, in order."""
+        """Names of the components of an observation, in order."""
         return names_of(self.sight, self.action_names)
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
@@ -156,7 +161,7 @@ class TaskReach:
         return Draw(start, still[:, :1], still, target)
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
-        """Return a place that stays where it is."""
+        """Return the fixed position of the target, with zero velocity."""
         return goal, goal * 0.0
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
@@ -166,7 +171,7 @@ class TaskReach:
     def observation(self, now: Instant) -> Array:
         """Return observations, shape (N, d)."""
         target = self._elsewhere(now.target) if self.shuffled else now.target
-        return seen(self.sight, now._replace(tool=self.place(now), target=target))
+        return observation_of(self.sight, now._replace(tool=self.place(now), target=target))
 
     def _elsewhere(self, target: Array) -> Array:
         """Return a place in the box of targets that later digits of the target choose, (N, 3).
@@ -186,7 +191,7 @@ class TaskReach:
 
     def way(self, now: Instant) -> Array:
         """Return the way of the hand to the target, were the body level [m], shape (N, 3)."""
-        return now.target - now.position - hanging(now._replace(tool=self.place(now)))
+        return now.target - now.position - level_hand_offset(now._replace(tool=self.place(now)))
 
     def lacking(self, now: Instant) -> Array:
         """Return the larger distance of hand and level hand, which rewards count [m], shape (N,).
@@ -197,7 +202,7 @@ class TaskReach:
         return namespace(now.position).maximum(self.distance(now), length(self.way(now)))
 
     def place(self, now: Instant) -> Array:
-        """Return what must come to the target: the hand [m], shape (N, 3)."""
+        """Return the point that must reach the target: the hand [m], shape (N, 3)."""
         return now.tool
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
@@ -218,7 +223,7 @@ class TaskReach:
 
     @property
     def over_with_success(self) -> bool:
-        """Return whether success ends the episode."""
+        """True if success ends the episode."""
         return self.ends or self.reward_form is Reward.paper
 
     def scripted_policy(self, now: Instant) -> Array:

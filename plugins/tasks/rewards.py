@@ -15,7 +15,7 @@ OVERSPEED = -5.0
 
 
 class Reward(enum.Enum):
-    """Kind of reward of a task.
+    """Kind of reward.
 
     ``paper``: three regions over five orders of magnitude. ``shaped``: minus the distance, with a
     bounded bonus near the target. ``progress``: the distance that a step gained, with that bonus.
@@ -29,7 +29,7 @@ class Reward(enum.Enum):
 
 
 class Judged(Protocol):
-    """A task that may give the reward of the paper: which, and with what numbers."""
+    """Protocol of a task with a choice of rewards, and the parameters of the paper's."""
 
     reward_form: Reward
     success_distance: float
@@ -41,7 +41,7 @@ class Judged(Protocol):
 def unshaped(
     task: Judged, now: Instant, distance: Array, memory: Array
 ) -> tuple[Array, Array] | None:
-    """Return rewards (N,) and the new memory where the task gives none or the paper's.
+    """Return no reward or the paper's (N,) with the new memory, or None for the task's own.
 
     Args:
         task: which is asked for.

@@ -29,7 +29,7 @@ TURN_GAIN = 3.0
 
 
 class Steps(NamedTuple):
-    """Task state of the walker.
+    """Parameters of the scripted walker.
 
     Args:
         speed: of an action of 1 [m/s].

@@ -181,7 +181,7 @@ class TaskWalk:
         return {}
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
-        """Return the place to go to; it stays where it is."""
+        """Return the fixed position to walk to."""
         return goal, goal * 0.0
 
     def aim(self, action: Array, now: Instant) -> Reference:
@@ -242,11 +242,11 @@ class TaskWalk:
         return now.facts["power"][:, 0] / (self._weight * self.rate)
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return whether it has fallen."""
+        """Return True for a fallen robot, bool (N,)."""
         return now.rotation[:, 2, 2] < self.fallen
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Return what the scripted crab does: a side to the target, then straight on."""
+        """Return the scripted gait: turn one side to the target, then walk straight."""
         steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
         return scripted(steps, ranges, *over_ground(now))

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class StepResult(NamedTuple):
-    """What one step of N environments gave; an episode that ended begins anew at once.
+    """Result of one step of N environments; ended episodes are reset at once.
 
     Args:
         observation: that the next action answers, the first of the next episode where one ended;
@@ -52,7 +52,7 @@ class Batched(Protocol):
     device: str
 
     def reset(self, seeds: Sequence[int] | None = None) -> Any:
-        """Begin an episode everywhere and return the observations.
+        """Reset all environments and return the observations.
 
         Args:
             seeds: of the N episodes; None draws them from the environments' own random state.
@@ -60,11 +60,11 @@ class Batched(Protocol):
         ...
 
     def step(self, action: Tensor) -> StepResult:
-        """Act once everywhere; ``action`` has the shape (N, action_size)."""
+        """Step all environments with actions of shape (N, action_size)."""
         ...
 
     def scripted_policy(self) -> Tensor:
-        """Return what the task's scripted expert would do now, shape (N, action_size)."""
+        """Return the actions of the task's scripted policy, shape (N, action_size)."""
         ...
 
     def snapshot(self) -> Any:
@@ -76,9 +76,9 @@ class Batched(Protocol):
         ...
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         ...
 
     def close(self) -> None:
-        """Release what was opened."""
+        """Release all resources."""
         ...

@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.config.build import build
 from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.standing import Standing
+from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.policy import Policy
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
 from seals.view.films.application import draw, photographer_of, shooting_of
@@ -40,7 +40,7 @@ class Episode(Replay):
         rows: one after the other in time.
     """
 
-    def __init__(self, stage: Stage, rows: Sequence[Standing]) -> None:
+    def __init__(self, stage: Stage, rows: Sequence[EpisodeFrame]) -> None:
         """Join the rows."""
         time = np.array([row.time for row in rows])
         tracks = {}
@@ -53,7 +53,7 @@ class Episode(Replay):
         self.target: Floats = np.array([row.target for row in rows])
 
     def poses(self, times: Floats | Sequence[float]) -> Poses:
-        """Return where all frames were, see `Replay.poses`; the target is the last one."""
+        """Return the poses of all frames, see `Replay.poses`; the target is the last one."""
         found, at = super().poses(times), np.atleast_1d(np.asarray(times, dtype=float))
         ball = np.stack([np.interp(at, self.time, self.target[:, k]) for k in range(3)], axis=-1)
         upright = np.broadcast_to(np.eye(3), (len(at), 1, 3, 3))
@@ -64,7 +64,7 @@ class Episode(Replay):
 
     @property
     def way(self) -> Way:
-        """What a camera is to see: all links, all objects and the target, all the time."""
+        """Return the region that a camera must show: all links, objects and the target."""
         places = np.asarray(self.poses(self.time).position).reshape(-1, 3)
         low, high = places.min(axis=0), places.max(axis=0)
         radius = 0.5 * float(np.linalg.norm(high - low))
@@ -106,7 +106,7 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
         SealsError: the film cannot be drawn or written.
     """
     settings, task = build_learning(config)
-    episode = Episode(build_stage(settings), watched(environment, policy, seed))
+    episode = Episode(build_stage(settings), episode_frames(environment, policy, seed))
     look = RenderSettings()
     shooting = shooting_of(episode, look, way=episode.way)
     if not getattr(task, "object", ""):
@@ -125,13 +125,13 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
     return f"film: {path} ({len(shooting.times) / look.fps:.1f} s, start {seed})"
 
 
-def watched(environment: Any, policy: Policy, seed: int) -> list[Standing]:
-    """Return what stood where in one episode, from its start to its end."""
+def episode_frames(environment: Any, policy: Policy, seed: int) -> list[EpisodeFrame]:
+    """Return the frames of one episode."""
     seeds = [seed] * environment.count
     observation = environment.reset(seeds)
     policy.begin(seeds)
-    rows: list[Standing] = []
-    environment.watch(rows.append)
+    rows: list[EpisodeFrame] = []
+    environment.set_frame_callback(rows.append)
     try:
         ended = False
         while not ended:
@@ -139,5 +139,5 @@ def watched(environment: Any, policy: Policy, seed: int) -> list[Standing]:
             observation = turn.observation
             ended = bool(turn.terminated[0] | turn.truncated[0])
     finally:
-        environment.watch(None)
+        environment.set_frame_callback(None)
     return rows

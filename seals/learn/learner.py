@@ -25,7 +25,7 @@ Observation = Any
 
 @dataclass(frozen=True, kw_only=True)
 class Spaces:
-    """Sizes of what an agent sees and does.
+    """Sizes of observation and action.
 
     Args:
         observation_size: numbers in an observation; of ``state`` where there are pixels.
@@ -44,7 +44,7 @@ class Spaces:
 
 @runtime_checkable
 class Agent(Protocol):
-    """A learner at work: it acts, remembers what happened, and improves.
+    """Agent: acts, stores experience, and updates its networks.
 
     ``interactive`` is False for agents that learn from demonstrations alone, ``wants`` says whether
     they take demonstrations: ``"no"``, ``"may"`` or ``"must"``. ``reports`` names what `update`
@@ -79,7 +79,7 @@ class Agent(Protocol):
         """Return everything that changes, as nested plain data and tensors."""
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put everything back that `state` returned."""
+        """Load what `state` returned."""
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the deterministic policy: its description in plain data, and its tensors."""
@@ -132,7 +132,7 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
 
 
 def need_torch() -> None:
-    """Refuse in words where the packages of learning are absent.
+    """Raise an error with the missing extra if PyTorch or TorchRL is absent.
 
     Raises:
         MissingExtra: torch, torchrl or tensordict is not installed.

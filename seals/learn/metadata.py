@@ -43,7 +43,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
 
 
 def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
-    """Return what was read as metadata of a form, or refuse it.
+    """Return metadata checked against its format.
 
     Raises:
         ConfigError: it is none.

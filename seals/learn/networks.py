@@ -149,7 +149,7 @@ def _refuse_small(size: int, strides: list[int]) -> None:
         )
 
 
-def see(
+def network_inputs(
     observation: Any,
     *,
     norm: nn.Module | None,
@@ -157,7 +157,7 @@ def see(
     use_state: bool = True,
     columns: Any = None,
 ) -> Tensor:
-    """Return what the dense layers take: normalised numbers, and features of the picture.
+    """Return the inputs of the dense layers: normalised state and image features.
 
     Args:
         observation: numbers (N, d), or a mapping of ``state`` and ``pixels``.
@@ -179,7 +179,7 @@ def see(
 
 
 def features_of(observation: int, pixels: Mapping[str, Any]) -> int:
-    """Return how many numbers `see` gives for a policy that may see a picture."""
+    """Return how many numbers `network_inputs` gives for a policy that may see a picture."""
     seen = int(pixels["features"]) if pixels["use_pixels"] else 0
     columns = pixels.get("columns")
     own = observation if columns is None else len(columns)
@@ -232,7 +232,7 @@ def _pixel_actor(network: Mapping[str, Any]) -> nn.Module:
             self.squash = _squash(network)
 
         def forward(self, observation: Any) -> Any:
-            features = see(
+            features = network_inputs(
                 observation,
                 norm=self.norm,
                 encoder=self.encoder,
@@ -273,7 +273,7 @@ def policy_of(
 
 
 def _first_outputs(tensors: Mapping[str, Tensor], count: int) -> dict[str, Tensor]:
-    """Keep only the first outputs of the last layer: the means, without the deviations."""
+    """Drop all but the first outputs of the last layer: the means, without the deviations."""
     last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
     found = {key: value.detach() for key, value in tensors.items()}
     for part in ("weight", "bias"):

@@ -1,4 +1,4 @@
-"""A policy as a folder: what it is in ``card.json``, its weights in ``policy.safetensors``."""
+"""Policy folder: metadata in ``card.json``, weights in ``policy.safetensors``."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _MOST_BYTES = 2**31
 
 
 class Policy(Protocol):
-    """Decides, without chance, what to do."""
+    """Deterministic policy."""
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Take note that every environment starts an episode with its seed."""
+        """Begin an episode with a seed in each environment."""
 
     def act(self, observation: Array) -> Array:
         """Return actions in -1 to 1, shape (count, action_size).
@@ -45,7 +45,7 @@ class NetworkPolicy:
         self.metadata = metadata
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Forget nothing: a network without memory has nothing to forget."""
+        """Do nothing: the network has no memory."""
 
     def act(self, observation: Array) -> Array:
         """Return the network's actions, without gradients."""
@@ -87,7 +87,7 @@ def save_policy(
 
 
 def read_policy_metadata(folder: str | Path) -> dict[str, Any]:
-    """Read what a policy's folder says of it.
+    """Read the metadata of a policy's folder.
 
     Raises:
         ConfigError: there is no such metadata.

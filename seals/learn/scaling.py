@@ -1,4 +1,4 @@
-"""Scales: running mean and deviation of observations, and forms of a reward."""
+"""Observation normalisation by running statistics, and reward transforms."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ PRIOR = 0.01
 """Observations that mean 0 and variance 1 count for before the first real one."""
 
 
-def formed(reward: Tensor, *, scale: float, form: str) -> Tensor:
-    """Return a reward as the critics learn it.
+def transform_reward(reward: Tensor, *, scale: float, form: str) -> Tensor:
+    """Scale a reward and transform it by symlog or clipping.
 
     Args:
         reward: as the task gives it.
@@ -34,20 +34,20 @@ def formed(reward: Tensor, *, scale: float, form: str) -> Tensor:
     return scaled.clamp(-1.0, 1.0) if form == "clip" else scaled
 
 
-class Running:
-    """Mean and variance of all observations so far, kept in a layer that applies them.
+class RunningNormaliser:
+    """Running mean and variance of observations, held in the layer that applies them.
 
     References:
         Chan, Golub and LeVeque 1983, doi 10.1080/00031305.1983.10483115 (joining of variances).
     """
 
     def __init__(self, size: int, device: str) -> None:
-        """Begin with mean 0 and variance 1, as if of a hundredth of an observation."""
+        """Start with mean 0 and variance 1, at the weight of a hundredth of an observation."""
         self.layer: nn.Module = normaliser_of(size).to(device)
         self.count = PRIOR
 
-    def take(self, batch: Tensor) -> None:
-        """Join a batch (N, d) of observations."""
+    def update(self, batch: Tensor) -> None:
+        """Update mean and variance with a batch (N, d) of observations."""
         import torch
 
         with torch.no_grad():
@@ -73,7 +73,7 @@ class Running:
         return {"count": self.count, "mean": mean.clone(), "variance": variance.clone()}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         mean, variance = self._buffers()
         self.count = float(state["count"])
         mean.copy_(state["mean"])

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from torch import Generator, Tensor
+    from torch import Generator
 
 
 def generator_of(seed: int, device: str) -> Generator:
@@ -19,7 +19,7 @@ def generator_of(seed: int, device: str) -> Generator:
 
 @contextlib.contextmanager
 def first_weights(seed: int) -> Iterator[None]:
-    """Make networks inside the block from a seed, and leave the global generator as it was.
+    """Seed the initial weights made inside the block; the global generator stays as it was.
 
     They are made on the CPU and moved afterwards, so that a seed means the same on every device.
     """
@@ -28,13 +28,3 @@ def first_weights(seed: int) -> Iterator[None]:
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         yield
-
-
-def kept(generator: Generator) -> Tensor:
-    """Return the state of a generator."""
-    return generator.get_state().clone()
-
-
-def put_back(generator: Generator, state: Tensor) -> None:
-    """Set the state of a generator; it lies on the CPU whatever the device."""
-    generator.set_state(state.cpu())

@@ -11,7 +11,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class LearnSettings(RunSettings):
-    """A run whose robot does what a learner says.
+    """Settings of a run whose robot a learner controls.
 
     Args:
         task: what is to be learned: starts, observation, reward, success.

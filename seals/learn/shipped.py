@@ -1,4 +1,4 @@
-"""What comes with a robot: ``crab/walk`` is the folder ``policies/walk`` of the crab.
+"""Shipped policies and demonstrations: ``crab/walk`` is the crab's ``policies/walk``.
 
 Likewise ``aam/reach`` is the folder ``demonstrations/reach`` of the manipulator.
 """

@@ -1,4 +1,4 @@
-"""Seeds of starts: three ranges that never meet, so that nothing is judged where it was trained.
+"""Seed ranges of training, validation and held-out evaluation, which never overlap.
 
 Training uses seeds below `TRAINING_END`. Evaluations during training, on which a run may stop
 early, use the seeds of :func:`validation_seeds`; the figures that are published use those of

@@ -140,7 +140,7 @@ class Task(Protocol):
         ...
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return whether the task itself ends the episode, bool (N,)."""
+        """Return True for episodes that the task itself ends, bool (N,)."""
         ...
 
     def scripted_policy(self, now: Instant) -> Array:
@@ -167,7 +167,7 @@ class WorldTask(Protocol):
         ...
 
     def places(self, goal: Floats) -> Mapping[str, Floats]:
-        """Return where objects begin: x and y [m] and heading [rad] by name, shape (3,) each.
+        """Return the initial poses of objects by name: x, y [m] and heading [rad], shape (3,) each.
 
         Args:
             goal: of one draw, shape (1, g).

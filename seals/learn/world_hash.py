@@ -19,7 +19,7 @@ FREE_OF_BACKEND = ("fused",)
 
 
 def world_config(config: Any) -> dict[str, Any]:
-    """Return what makes the world and the task of a composed configuration, as plain values.
+    """Return the world and task of a composed configuration as plain values.
 
     Args:
         config: composed from any root of learning; keys of the verb itself are left out.
@@ -39,7 +39,7 @@ def world_config(config: Any) -> dict[str, Any]:
 
 
 def _placeless(value: Any) -> Any:
-    """Leave out where a robot's folder lies: it is another one on every machine."""
+    """Drop the path of the robot's folder, which differs between machines."""
     if isinstance(value, dict):
         return {k: _placeless(v) for k, v in value.items() if k != "folder"}
     return value

@@ -15,11 +15,11 @@ from seals.experiments import five_seeds
 from seals.experiments.five_seeds.outcome import outcome, tell
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
-from seals.learn.evaluation.judgement import Judgement
-from seals.learn.evaluation.page import write_judgements
+from seals.learn.evaluation.page import write_results
+from seals.learn.evaluation.result import EvaluationResult
 
 
-def _judged(policy: str, successes: int, after: float) -> Judgement:
+def _judged(policy: str, successes: int, after: float) -> EvaluationResult:
     """Ten episodes, of which some succeeded, each after an equal time."""
     good = np.arange(10) < successes
     columns = {
@@ -29,7 +29,7 @@ def _judged(policy: str, successes: int, after: float) -> Judgement:
         "reached_after": np.where(good, after, np.nan),
         "cost_of_transport": np.where(good, 0.9, np.nan),
     }
-    return Judgement(policy=policy, world="", columns=columns)
+    return EvaluationResult(policy=policy, world="", columns=columns)
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def folders(tmp_path: Path) -> list[Path]:
         folder = tmp_path / str(seed)
         beside = [_judged("scripted", 10, 2.4), _judged("random", 0, 0.0)] if seed == 0 else []
         judged = [_judged(str(folder / "policy"), successes, 2.0), *beside]
-        write_judgements(judged, folder / "held_out", facts={"env": "crab_walk"})
+        write_results(judged, folder / "held_out", facts={"env": "crab_walk"})
         rows = ["step,seconds,success,return", "0,1.0,0.0,-1.0", f"800,60.0,0.9,{10.0 + seed}"]
         (folder / "evaluation.csv").write_text("\n".join(rows) + "\n")
         made.append(folder)

@@ -11,7 +11,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.errors import ConfigError, LogError, SealsError
-from seals.learn.comparison.outcome import Terms
+from seals.learn.comparison.outcome import AnalysisPlan
 from seals.learn.comparison.runs import Run, find_arms, read_run, read_table
 from seals.learn.comparison.study import compare
 from seals.learn.comparison.words import claims
@@ -50,7 +50,7 @@ def runs(study: Path) -> dict[str, list[Run]]:
 
 def test_scores_are_those_of_the_curves(study: Path) -> None:
     """Area and end of every run equal the closed forms of the lines that were written."""
-    found = compare(runs(study), Terms(reference="slow"))
+    found = compare(runs(study), AnalysisPlan(reference="slow"))
     fast, slow = found.arms
     assert (fast.name, slow.name, found.terms.budget) == ("fast", "slow", 1000.0)
     heights = 0.9 + 0.01 * np.arange(6)
@@ -66,7 +66,7 @@ def test_scores_are_those_of_the_curves(study: Path) -> None:
 
 def test_only_what_the_interval_shows_is_claimed(study: Path) -> None:
     """Every fast run rises faster: claimed. The ends overlap: not claimed."""
-    found = compare(runs(study), Terms(reference="slow"))
+    found = compare(runs(study), AnalysisPlan(reference="slow"))
     area, last = found.duels
     assert (area.verdict, area.improvement.value) == ("better", 1.0)
     # two deals of the 924 in which six runs of twelve can lie apart
@@ -76,10 +76,10 @@ def test_only_what_the_interval_shows_is_claimed(study: Path) -> None:
     assert last.improvement.low < 0.5 < last.improvement.high
     words = claims(found)
     assert words[0].startswith("fast learns faster than slow")
-    other = compare(runs(study), Terms(reference="fast"))
+    other = compare(runs(study), AnalysisPlan(reference="fast"))
     assert claims(other)[0].startswith("slow learns more slowly than fast")
     same = {name: every for name, every in runs(study).items() if name == "slow"}
-    twin = compare({**same, "again": same["slow"]}, Terms())
+    twin = compare({**same, "again": same["slow"]}, AnalysisPlan())
     assert [duel.verdict for duel in twin.duels] == ["open", "open"]
     assert all("no difference is shown" in text for text in claims(twin))
 
@@ -93,15 +93,15 @@ def test_unequal_effort_is_told(study: Path) -> None:
     (short / "run.json").write_text(json.dumps({"seed": 9, "state": "running"}))
     arms["slow"] = [*arms["slow"][:3], read_run(short, arm="slow")]
     with pytest.raises(SealsError, match=r"slow, seed 9: a curve ends at 500"):
-        compare(arms, Terms(budget=1000))
-    found = compare(arms, Terms(budget=1000, hold=True))
+        compare(arms, AnalysisPlan(budget=1000))
+    found = compare(arms, AnalysisPlan(budget=1000, hold=True))
     told = " ".join(found.remarks)
     assert "Gradient updates differ: fast 1500, slow 438" in told
     assert "slow: 4 runs" in told
     assert "slow: 1 runs stopped early and keep their last value" in told
     assert "Not finished: slow, seed 9" in told
     # without a budget the shortest run sets it, and the rest is left out aloud
-    cut = compare(arms, Terms())
+    cut = compare(arms, AnalysisPlan())
     assert cut.terms.budget == 500
     assert "fast: 6 runs went on" in " ".join(cut.remarks)
 
@@ -162,7 +162,7 @@ def test_two_runs_of_one_seed_are_refused(study: Path) -> None:
     arms = runs(study)
     arms["slow"].append(arms["slow"][0])
     with pytest.raises(ConfigError, match="seed 0 more than once"):
-        compare(arms, Terms())
+        compare(arms, AnalysisPlan())
 
 
 @pytest.mark.parametrize(

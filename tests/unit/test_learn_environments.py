@@ -14,7 +14,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.episodes import Episodes
 from seals.learn.task import Instant
-from seals.plugins.tasks.observation import quaternion, seen
+from seals.plugins.tasks.observation import observation_of, quaternion
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, paper_reward
 
@@ -161,11 +161,11 @@ def test_success_ends_the_episode_where_it_shall(task: TaskReach, ends: bool) ->
     """With ``ends``, and with the paper's reward, at the fifth step within the distance."""
     episodes = Episodes(task)
     ledger = episodes.start(_instant(1.0))
-    seen = []
+    observation_of = []
     for _ in range(5):
         verdict, ledger = episodes.assess(_instant(0.04), _instant(0.04), ledger)
-        seen.append(bool(verdict.terminated[0]))
-    assert seen == [False] * 4 + [ends]
+        observation_of.append(bool(verdict.terminated[0]))
+    assert observation_of == [False] * 4 + [ends]
 
 
 def test_an_episode_ends_when_its_time_is_over() -> None:
@@ -193,7 +193,7 @@ def test_a_blind_learner_does_not_see_the_target() -> None:
     """Moving the target changes what others see, and nothing for the blind."""
     for word, same in (("blind", True), ("full", False), ("paper", False)):
         task = TaskReach(sight=type(TaskReach().sight)(word))
-        a, b = seen(task.sight, _instant(0.1)), seen(task.sight, _instant(0.9))
+        a, b = observation_of(task.sight, _instant(0.1)), observation_of(task.sight, _instant(0.9))
         assert a.shape[1] == len(task.observation_names)
         assert np.array_equal(a, b) is same
 

@@ -19,15 +19,15 @@ from seals.errors import ConfigError
 from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record, replayed
-from seals.learn.evaluation.judgement import judgement
 from seals.learn.evaluation.keys import PolicyKeys
-from seals.learn.evaluation.page import write_judgements
+from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import (
     PolicyRandom,
     PolicyScripted,
     PolicyStill,
     policy_of,
 )
+from seals.learn.evaluation.result import summarise
 from seals.learn.evaluation.variants import variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
@@ -174,7 +174,7 @@ def scored(policy: Any, seeds: Sequence[int], count: int) -> Any:
 
     env = Toy(count)
     made = policy(env)
-    return judgement(score(env, made, seeds), policy="some", world="", seconds=1.0)
+    return summarise(score(env, made, seeds), policy="some", world="", seconds=1.0)
 
 
 def test_a_judgement_counts_every_start_once(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_a_judgement_counts_every_start_once(tmp_path: Path) -> None:
     assert single.columns["success"].tolist() == found.columns["success"].tolist()
     still = scored(lambda env: PolicyStill(1, "cpu"), seeds, 4)
     assert still.share().value == 0.0
-    write_judgements([found, still], tmp_path, facts={"env": "toy"})
+    write_results([found, still], tmp_path, facts={"env": "toy"})
     lines = (tmp_path / "episodes.csv").read_text().splitlines()
     assert len(lines) == 1 + 22
     assert "2000000010" in lines[11]
@@ -217,7 +217,7 @@ def test_sentences_follow_the_intervals(own: int, other: int, words: str) -> Non
             length=np.ones(100),
             facts={},
         )
-        pair.append(judgement(scores, policy=name, world="", seconds=0.0))  # type: ignore[arg-type]
+        pair.append(summarise(scores, policy=name, world="", seconds=0.0))  # type: ignore[arg-type]
     (text,) = sentences(pair)
     assert words in text
 
@@ -306,13 +306,13 @@ def test_what_was_judged_is_written_before_a_refusal(
 
     done: list[str] = []
 
-    def judge(trial: Any, *, tell: Any = None) -> Any:
+    def evaluate_policy(trial: Any, *, tell: Any = None) -> Any:
         if trial.world:
             raise ConfigError("no such world.\nLeave it out.")
         done.append(trial.policy)
         return scored(PolicyScripted, range(2_000_000_000, 2_000_000_004), 2)
 
-    monkeypatch.setattr(application, "judge", judge)
+    monkeypatch.setattr(application, "judge", evaluate_policy)
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "beside=[]", "grid=worlds", "out=kept"]) == 2
     assert done == ["scripted"]

@@ -13,7 +13,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
-from seals.learn.environments.standing import Standing
+from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.starts import held_out_seeds
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -29,11 +29,11 @@ def frames(path: Path) -> list[Any]:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
-def episode(words: list[str], count: int) -> tuple[list[Standing], list[float]]:
+def episode(words: list[str], count: int) -> tuple[list[EpisodeFrame], list[float]]:
     """What was watched while the expert acted, and the heights that the environment told."""
     from seals.learn.environments import batched_of
     from seals.learn.evaluation.policies import PolicyScripted
-    from seals.learn.film import watched
+    from seals.learn.film import episode_frames
 
     environment: Any = batched_of(compose(words, root="learn"), count=count)
     heights = []
@@ -45,7 +45,7 @@ def episode(words: list[str], count: int) -> tuple[list[Standing], list[float]]:
             return super().act(observation)
 
     try:
-        return watched(environment, Noting(environment), 7), heights
+        return episode_frames(environment, Noting(environment), 7), heights
     finally:
         environment.close()
 

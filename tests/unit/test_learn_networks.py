@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
+from seals.learn.augmentation import random_shift
 from seals.learn.networks import actor_of, description, mlp, policy_of
-from seals.learn.scaling import Running, formed
+from seals.learn.scaling import RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
-from seals.learn.shifting import shifted
 from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
 
 torch = pytest.importorskip("torch")
@@ -46,9 +46,9 @@ def test_squashed_actions_keep_a_finite_density_at_the_edge() -> None:
 def test_running_scale_is_that_of_all_observations() -> None:
     """Batches of any size join to mean and variance of the whole, the prior included."""
     rows = np.random.default_rng(1).normal([3.0, -50.0], [0.1, 20.0], (1000, 2))
-    running = Running(2, "cpu")
+    running = RunningNormaliser(2, "cpu")
     for part in np.split(rows, [1, 2, 10, 600]):
-        running.take(torch.from_numpy(part).float())
+        running.update(torch.from_numpy(part).float())
     state = running.state()
     # the prior: a hundredth of a row of mean 0 and variance 1
     mean = rows.sum(0) / 1000.01
@@ -70,13 +70,15 @@ def test_running_scale_is_that_of_all_observations() -> None:
 def test_forms_of_a_reward(form: str, values: list[float]) -> None:
     """Rewards of -1, 0 and 1e5, doubled, in each form."""
     reward = torch.tensor([-1.0, 0.0, 1e5], dtype=torch.float64)
-    np.testing.assert_allclose(formed(reward, scale=2.0, form=form).numpy(), values, rtol=1e-12)
+    np.testing.assert_allclose(
+        transform_reward(reward, scale=2.0, form=form).numpy(), values, rtol=1e-12
+    )
 
 
 def test_a_shift_moves_whole_pictures() -> None:
     """Each picture is the original seen through a window moved by its own draw, edges repeated."""
     pixels = torch.randint(0, 255, (40, 2, 9, 7), dtype=torch.uint8)
-    found = shifted(pixels, most=3, generator=generator_of(4, "cpu"))
+    found = random_shift(pixels, most=3, generator=generator_of(4, "cpu"))
     assert found.dtype == torch.uint8
     padded = np.pad(pixels.numpy(), ((0, 0), (0, 0), (3, 3), (3, 3)), mode="edge")
     moves = set()
@@ -91,7 +93,7 @@ def test_a_shift_moves_whole_pictures() -> None:
         moves.add(hits[0])
     # all 49 places are as likely as any: 40 draws that hit fewer than 15 would be no chance
     assert len(moves) >= 15
-    assert shifted(pixels, most=0, generator=generator_of(4, "cpu")) is pixels
+    assert random_shift(pixels, most=0, generator=generator_of(4, "cpu")) is pixels
 
 
 @pytest.mark.parametrize("normalise", [True, False])
@@ -100,8 +102,8 @@ def test_a_policy_is_the_mean_of_its_actor(normalise: bool, squash: str) -> None
     """The network handed out gives the squashed first outputs on normalised observations."""
     with first_weights(5):
         body = mlp(4, 6, [8, 8])
-    running = Running(4, "cpu")
-    running.take(torch.randn(50, 4) * 3.0 + 1.0)
+    running = RunningNormaliser(4, "cpu")
+    running.update(torch.randn(50, 4) * 3.0 + 1.0)
     network = description(
         observation=4, action=3, hidden=[8, 8], normalise=normalise, squash=squash
     )

@@ -14,7 +14,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.domain_randomisation import drawn
+from seals.learn.environments.domain_randomisation import drawn_parameters
 from seals.learn.environments.posterior import estimates
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -73,7 +73,7 @@ def test_draws_have_the_means_and_spreads_of_the_posterior(tmp_path: Path) -> No
         "air_drag.coefficient_z",
     }
     rng = np.random.default_rng(3)
-    found = drawn(effects, 20_000, share=0.5, rng=rng, known=known)
+    found = drawn_parameters(effects, 20_000, share=0.5, rng=rng, known=known)
     # changes are added to what is configured: wind of 0, drag of 13 and 0.038
     for key, mean, sd in (
         ("breeze.velocity_x", 2.0, 0.3),
@@ -86,7 +86,7 @@ def test_draws_have_the_means_and_spreads_of_the_posterior(tmp_path: Path) -> No
         # five standard errors of a mean of 20,000 draws
         assert found[key].mean() == pytest.approx(mean, abs=5.0 * sd / np.sqrt(20_000)), key
         assert found[key].std() == pytest.approx(sd, rel=0.03), key
-    alone = drawn(effects, 10, share=0.0, rng=rng, known=known)
+    alone = drawn_parameters(effects, 10, share=0.0, rng=rng, known=known)
     assert set(alone) == set(known)
 
 
@@ -95,7 +95,9 @@ def test_draws_keep_to_physical_bounds(tmp_path: Path) -> None:
     entry = water_drag()
     entry["parameters"]["coefficient_x"] = number(-12.0, 5.0)
     known = estimates(answer(tmp_path / "a", entry), effects_of())
-    found = drawn(effects_of(), 500, share=0.0, rng=np.random.default_rng(0), known=known)
+    found = drawn_parameters(
+        effects_of(), 500, share=0.0, rng=np.random.default_rng(0), known=known
+    )
     values = found["water_drag.coefficient_x"]
     assert values.min() == 0.0
     assert (values > 0.0).any()

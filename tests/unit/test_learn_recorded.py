@@ -96,7 +96,7 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
     _drawn_ahead(twins)
     with torch.no_grad():
         for k, action in enumerate(actions):
-            scene, (turn, _) = twins._moved(scene, twins._taken(action))
+            scene, (turn, _) = twins._advance(scene, twins._as_action(action))
             np.testing.assert_allclose(scene.now.position.numpy(), places[k], rtol=0.0, atol=1e-9)
             assert torch.allclose(turn.observation, seen[k + 1], atol=1e-6)
             assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
@@ -115,7 +115,7 @@ def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch
         action = torch.rand(8, 3, generator=torch.Generator().manual_seed(k)) * 2.0 - 1.0
         plain.step(action)
         with undecided():
-            scene, _ = twins._law(twins._scene, twins._taken(action), None)
+            scene, _ = twins._law(twins._scene, twins._as_action(action), None)
         twins._scene = scene
     assert scene.now.position.dtype == torch.float32
     np.testing.assert_allclose(scene.now.position.numpy(), plain.now.position, rtol=0.0, atol=1e-5)
@@ -127,7 +127,7 @@ def _drawn_ahead(twins: Any) -> None:
 
     parts = []
     for _ in range(20):
-        flight, goal = twins._begun(twins.task.draw(twins._rng, twins.count))
+        flight, goal = twins._initial_flight(twins.task.draw(twins._rng, twins.count))
         parts.append((flight.state, flight.drive, goal))
     twins._still, twins._starts = flight, joined(parts, STARTING)
     twins._generator = torch.Generator().manual_seed(0)
@@ -148,7 +148,7 @@ def test_what_is_kept_does_not_go_on_with_the_recording(monkeypatch: pytest.Monk
     for tensor in leaves(twins._scene):
         tensor.zero_()
     twins.restore(kept)
-    assert torch.equal(twins._seen(twins.now), first)
+    assert torch.equal(twins._observation(twins.now), first)
 
 
 def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,9 +210,9 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
 
 def test_what_was_tried_can_be_undone() -> None:
     """Networks and optimisers stand as before; what the optimisers began is zero."""
-    from seals.learn.soft import SoftNetworks
+    from seals.learn.actor_critic import ActorCriticNetworks
 
-    nets = SoftNetworks(
+    nets = ActorCriticNetworks(
         features=2,
         actions=1,
         hidden=[4],
@@ -223,13 +223,13 @@ def test_what_was_tried_can_be_undone() -> None:
         encoder=None,
         device="cpu",
     )
-    before = [tensor.detach().clone() for tensor in nets.moving()]
+    before = [tensor.detach().clone() for tensor in nets.updated_tensors()]
     for _ in range(2):
         nets.step("critics", nets.values(torch.ones(3, 2), torch.ones(3, 1)).sum())
-        nets.follow(0.5)
-    assert not all(torch.equal(a, b) for a, b in zip(nets.moving(), before, strict=False))
-    nets.put_back(before)
-    now = nets.moving()
+        nets.polyak_update(0.5)
+    assert not all(torch.equal(a, b) for a, b in zip(nets.updated_tensors(), before, strict=False))
+    nets.restore_tensors(before)
+    now = nets.updated_tensors()
     assert all(torch.equal(a, b) for a, b in zip(now, before, strict=False))
     assert len(now) > len(before)
     assert not any(bool(tensor.any()) for tensor in now[len(before) :])

@@ -11,7 +11,7 @@ from seals.errors import ConfigError
 from seals.learn.replay.advantages import advantages
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Uniform, made
+from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.learn.replay.sums import SumTree
 from seals.learn.seeding import generator_of
 
@@ -177,7 +177,7 @@ def test_a_tree_forgets_old_weights() -> None:
 
 def memory_of(*, capacity: int, share: float | None = None) -> Memory:
     """Return an empty memory on the processor."""
-    sampler = made(Uniform, share=share)
+    sampler = as_torchrl_sampler(Uniform, share=share)
     generator = generator_of(1, "cpu")
     return Memory(capacity=capacity, sampler=sampler, device="cpu", generator=generator)
 

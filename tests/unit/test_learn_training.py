@@ -24,9 +24,9 @@ from seals.learn.networks import description
 from seals.learn.policy import load_policy
 from seals.learn.starts import validation_seeds
 from seals.learn.training.checkpoint import FILE, OLD, read_checkpoint, write_checkpoint
-from seals.learn.training.course import Course
 from seals.learn.training.loop import Training
 from seals.learn.training.rows import Rows
+from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import score
 from seals.plugins.learners.bc import BC
 from seals.plugins.learners.ppo import PPO
@@ -47,7 +47,12 @@ LEARNERS = {
 
 
 def training_of(
-    learner: Any, folder: Path, *, course: Course | None = None, count: int = 4, seed: int = 1
+    learner: Any,
+    folder: Path,
+    *,
+    course: TrainingSchedule | None = None,
+    count: int = 4,
+    seed: int = 1,
 ) -> Training:
     """Return a training among points that are to reach others."""
     spaces = Spaces(observation_size=6, action_size=3, count=count)
@@ -58,7 +63,7 @@ def training_of(
         PointReach(count),
         agent,
         course=course
-        or Course(steps=400, look_every=200, log_every=50, episodes=4, checkpoint=0.0),
+        or TrainingSchedule(steps=400, look_every=200, log_every=50, episodes=4, checkpoint=0.0),
         folder=folder,
         eval_env=PointReach(4),
         metadata={"learner": "toy", "config_hash": "0"},
@@ -99,7 +104,7 @@ def test_a_training_goes_on_bit_by_bit(tmp_path: Path, name: str) -> None:
     first.write()
     kept = read_checkpoint(tmp_path / "first", device="cpu")
     second = training_of(LEARNERS[name], tmp_path / "second")
-    assert second.take_up(kept) == []
+    assert second.resume(kept) == []
     assert (second.step, second.updates) == (first.step, first.updates)
     one, two = losses(first, 20), losses(second, 20)
     assert len(one) >= 20
@@ -115,7 +120,7 @@ import torch
 torch.set_num_threads(1)
 from seals.learn.learner import Spaces
 from seals.learn.training.checkpoint import read_checkpoint
-from seals.learn.training.course import Course
+from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.loop import Training
 from seals.plugins.learners.sac import SAC
 from seals.testing.reaching import PointReach
@@ -123,11 +128,11 @@ from seals.testing.reaching import PointReach
 folder, resume = Path(sys.argv[1]), sys.argv[2] == "resume"
 learner = SAC(hidden=[16, 16], batch=32, capacity=3000, random_steps=40)
 agent = learner.start(Spaces(observation_size=6, action_size=3, count=4), device="cpu", seed=1)
-course = Course(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
+course = TrainingSchedule(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
 envs = PointReach(4), PointReach(4)
 training = Training(envs[0], agent, course=course, folder=folder, eval_env=envs[1], seed=1)
 if resume:
-    training.take_up(read_checkpoint(folder, device="cpu"))
+    training.resume(read_checkpoint(folder, device="cpu"))
 training.run()
 """
 
@@ -173,12 +178,12 @@ def test_rows_of_an_earlier_life_are_told_once(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = Rows(path, ["step", "loss"])
     for step in (10, 20, 30):
-        rows.tell({"step": step, "loss": 1.0 / step, "unheard": 3})
+        rows.append({"step": step, "loss": 1.0 / step, "unheard": 3})
     assert rows.count == 3
     with path.open("a", encoding="utf-8") as file:
         file.write("40")
     again = Rows(path, ["step", "loss"], keep=2)
-    again.tell({"step": 21})
+    again.append({"step": 21})
     assert (path.read_text(), again.count) == ("step,loss\n10,0.1\n20,0.05\n21,\n", 3)
     # 2 is how 25 began, and 0.1 how its figure did
     path.write_text("step,loss\n10,0.1\n2,0.1")
@@ -192,7 +197,7 @@ def test_rows_of_an_earlier_life_are_told_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("where", ["before", "behind"])
 def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path) -> None:
     """A checkpoint between two updates stands before its step's row, one after them behind it."""
-    course = Course(steps=100, look_every=100, log_every=20, episodes=4, checkpoint=0.0)
+    course = TrainingSchedule(steps=100, look_every=100, log_every=20, episodes=4, checkpoint=0.0)
     first = training_of(LEARNERS["sac"], tmp_path, course=course)
     after, kept = first._after, {}
 
@@ -207,7 +212,7 @@ def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path
     first.run()
     whole = [row["step"] for row in table(tmp_path / "training.csv")]
     second = training_of(LEARNERS["sac"], tmp_path, course=course)
-    second.take_up(kept["state"])
+    second.resume(kept["state"])
     second.run()
     assert [row["step"] for row in table(tmp_path / "training.csv")] == whole
 
@@ -262,7 +267,9 @@ def test_a_training_ends_when_it_is_good_enough(tmp_path: Path) -> None:
 
     environment = PointReach(4)
     expert: Any = Expert(environment)
-    course = Course(steps=4000, look_every=40, episodes=4, stop_at=1.0, in_a_row=2, checkpoint=0.0)
+    course = TrainingSchedule(
+        steps=4000, look_every=40, episodes=4, stop_at=1.0, in_a_row=2, checkpoint=0.0
+    )
     training = Training(
         environment, expert, course=course, folder=tmp_path / "early", eval_env=PointReach(4)
     )
@@ -376,7 +383,7 @@ def test_tensors_come_back_bit_for_bit(tmp_path: Path) -> None:
 def test_a_course_that_makes_no_sense_is_refused(name: str, value: int) -> None:
     """Numbers below their least value are refused by their key."""
     with pytest.raises(ConfigError, match=f"course.{name}={value}"):
-        Course(**{name: value})
+        TrainingSchedule(**{name: value})
 
 
 def test_the_learning_rate_settles(tmp_path: Path) -> None:
@@ -384,7 +391,9 @@ def test_the_learning_rate_settles(tmp_path: Path) -> None:
     rates = {}
     for name, settle in (("steady", 0), ("settled", 200)):
         learner = SAC(**SMALL, learning_rate=1e-3, settle=settle)
-        course = Course(steps=400, look_every=400, log_every=400, episodes=4, checkpoint=0.0)
+        course = TrainingSchedule(
+            steps=400, look_every=400, log_every=400, episodes=4, checkpoint=0.0
+        )
         training = training_of(learner, tmp_path / name, course=course)
         update, told = training.agent.update, []
 

@@ -12,7 +12,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.domain_randomisation import drawn
+from seals.learn.environments.domain_randomisation import drawn_parameters
 from seals.schema import param
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -29,15 +29,15 @@ class _Effect:
 def test_draws_are_as_wide_as_the_tolerances_and_within_bounds() -> None:
     """Mean and deviation are those declared; what is known or held does not vary."""
     rng = np.random.default_rng(0)
-    found = drawn({"e": _Effect()}, 4000, share=1.0, rng=rng)
+    found = drawn_parameters({"e": _Effect()}, 4000, share=1.0, rng=rng)
     assert set(found) == {"e.share", "e.size"}
     assert found["e.size"].mean() == pytest.approx(-3.0, abs=0.03)
     assert found["e.size"].std() == pytest.approx(0.5, rel=0.05)
     # 0.2 is the deviation; a third of the draws lies below the bound
     assert found["e.share"].min() == 1.9
     assert found["e.share"].max() == pytest.approx(2.0 + 3.5 * 0.2, abs=0.25)
-    assert drawn({"e": _Effect()}, 4, share=0.0, rng=rng) == {}
-    half = drawn({"e": _Effect()}, 4000, share=0.5, rng=np.random.default_rng(0))
+    assert drawn_parameters({"e": _Effect()}, 4, share=0.0, rng=rng) == {}
+    half = drawn_parameters({"e": _Effect()}, 4000, share=0.5, rng=np.random.default_rng(0))
     np.testing.assert_allclose(half["e.size"] + 3.0, 0.5 * (found["e.size"] + 3.0), atol=1e-12)
 
 
@@ -47,7 +47,7 @@ def test_twins_from_one_start_part_when_they_differ() -> None:
 
     config = compose(["env=reach"], root="learn")
     settings, _ = build_learning(config)
-    values = drawn(settings.effects, 4, share=1.0, rng=np.random.default_rng(1))
+    values = drawn_parameters(settings.effects, 4, share=1.0, rng=np.random.default_rng(1))
     spread = []
     for chosen in (None, values):
         twins = batched_of(config, count=4, values=chosen)

@@ -9,8 +9,8 @@ import pytest
 
 from seals.learn.batched import StepResult
 from seals.learn.learner import Spaces
-from seals.learn.training.course import Course
 from seals.learn.training.loop import Outcome, Training
+from seals.learn.training.schedule import TrainingSchedule
 from seals.plugins.learners.bc import BC
 from seals.plugins.learners.ppo import PPO
 from seals.plugins.learners.rlpd import RLPD
@@ -133,7 +133,9 @@ def trained(learner: Any, folder: Path, *, steps: int, count: int, shown: int = 
     if shown:
         agent.add_demonstrations(demonstrations(shown))
     every = max(steps, 1)
-    course = Course(steps=steps, look_every=every, log_every=every, episodes=50, checkpoint=0.0)
+    course = TrainingSchedule(
+        steps=steps, look_every=every, log_every=every, episodes=50, checkpoint=0.0
+    )
     return Training(
         PointReach(count), agent, course=course, folder=folder, eval_env=PointReach(50)
     ).run()

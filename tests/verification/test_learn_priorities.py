@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from seals.learn.replay.memory import Memory
-from seals.learn.replay.samplers import Prioritised, made
+from seals.learn.replay.samplers import Prioritised, as_torchrl_sampler
 from seals.learn.seeding import generator_of
 
 torch = pytest.importorskip("torch")
@@ -25,7 +25,7 @@ BATCH = 12_800
 def memory_of(**law: Any) -> Memory:
     """Return a memory of 20 demonstrations and 180 further transitions."""
     values = {"alpha": 0.6, "beta": 0.4, "anneal": 1000, "epsilon": 0.01, "bonus": 1.0, **law}
-    sampler = made(Prioritised, **values)
+    sampler = as_torchrl_sampler(Prioritised, **values)
     memory = Memory(
         capacity=ROWS - SHOWN, sampler=sampler, device="cpu", generator=generator_of(7, "cpu")
     )
@@ -37,7 +37,7 @@ def memory_of(**law: Any) -> Memory:
 def learned(memory: Memory, errors: np.ndarray[Any, Any]) -> None:
     """Tell a memory the error of every transition."""
     batch = {"index": torch.arange(ROWS)}
-    memory.learn(batch, torch.from_numpy(errors))
+    memory.update_priorities(batch, torch.from_numpy(errors))
 
 
 def counts(memory: Memory) -> np.ndarray[Any, Any]:
@@ -119,7 +119,9 @@ def test_priorities_go_on_from_their_state() -> None:
     learned(memory, np.random.default_rng(1).exponential(1.0, ROWS))
     fresh = Memory(
         capacity=ROWS - SHOWN,
-        sampler=made(Prioritised, alpha=0.6, beta=0.4, anneal=1000, epsilon=0.01, bonus=1.0),
+        sampler=as_torchrl_sampler(
+            Prioritised, alpha=0.6, beta=0.4, anneal=1000, epsilon=0.01, bonus=1.0
+        ),
         device="cpu",
         generator=generator_of(0, "cpu"),
     )

@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.learn.comparison.outcome import Study, Terms
+from seals.learn.comparison.outcome import AnalysisPlan, Study
 from seals.learn.comparison.page import write_study
 from seals.learn.comparison.runs import find_arms, read_run
 from seals.learn.comparison.settings import ArmsSettings
 from seals.learn.comparison.study import compare
-from seals.learn.comparison.words import arm_rows, claims, duel_rows, terms_words, text_table
+from seals.learn.comparison.words import arm_rows, claims, comparison_rows, terms_words, text_table
 from seals.schema import check_value, parameters_of
 
 
 def execute(config: Any) -> int:
-    """Compare the arms of a composed configuration and print what the intervals allow to say.
+    """Compare the arms of a composed configuration and print the claims that the intervals allow.
 
     Args:
         config: with the keys of ``seals.learn.comparison.settings.ArmsSettings``.
@@ -36,7 +36,7 @@ def execute(config: Any) -> int:
     print(text_table(*arm_rows(study)))
     if study.duels:
         print()
-        print(text_table(*duel_rows(study)))
+        print(text_table(*comparison_rows(study)))
         print()
     for line in (*claims(study), *study.remarks):
         print(line)
@@ -56,7 +56,7 @@ def study_of(config: Any) -> Study:
     declared = parameters_of(ArmsSettings)
     for name, parameter in declared.items():
         check_value(name, config[name], parameter)
-    terms = Terms(
+    terms = AnalysisPlan(
         value=config.value,
         over=config.over,
         budget=config.budget,

@@ -1,4 +1,4 @@
-"""What a comparison of arms comes to, as data."""
+"""Results of a comparison of arms, as data."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from seals.learn.statistics.interval import LEVEL, Interval
 
 
 @dataclass(frozen=True, kw_only=True)
-class Terms:
-    """On what terms arms are compared; to be declared before the runs are made.
+class AnalysisPlan:
+    """Analysis plan of a comparison, declared before the runs are made.
 
     Args:
         value: column that is scored.
@@ -78,8 +78,8 @@ class Arm:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Duel:
-    """One arm against another in one metric.
+class ArmComparison:
+    """Comparison of two arms in one metric.
 
     Args:
         arm: in question.
@@ -101,7 +101,7 @@ class Duel:
 
     @property
     def verdict(self) -> str:
-        """``better``, ``worse``, or ``open``: what the interval allows to say."""
+        """Return ``better``, ``worse`` or ``open``, as the interval allows."""
         if self.improvement.low > 0.5:
             return "better"
         return "worse" if self.improvement.high < 0.5 else "open"
@@ -109,7 +109,7 @@ class Duel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Study:
-    """All arms, and the terms on which they were compared.
+    """Arms, their comparisons, and the analysis plan.
 
     Args:
         terms: with budget and reference filled in.
@@ -118,9 +118,9 @@ class Study:
         remarks: what a reader must know before believing the table.
     """
 
-    terms: Terms
+    terms: AnalysisPlan
     arms: Sequence[Arm]
-    duels: Sequence[Duel]
+    duels: Sequence[ArmComparison]
     remarks: Sequence[str]
 
     def to_dict(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from seals.learn.comparison.outcome import Band, Study
-from seals.learn.comparison.words import arm_rows, claims, duel_rows, run_rows, terms_words
+from seals.learn.comparison.words import arm_rows, claims, comparison_rows, run_rows, terms_words
 from seals.logs.atomic import write_json
 from seals.report import (
     Bar,
@@ -57,7 +57,7 @@ def write_study(study: Study, out: Path, *, title: str) -> list[Path]:
 
 
 def charts(study: Study) -> list[Chart]:
-    """Return the arms' curves over the budget and, where all runs said so, over seconds."""
+    """Return the arms' learning curves over steps and, if every run has it, over wall time."""
     terms = study.terms
     label = {"step": "control steps", "seconds": "seconds of training"}.get(terms.over, terms.over)
     out = [
@@ -105,7 +105,7 @@ def sections(study: Study) -> list[Section]:
         found.append(
             Section(
                 title=f"Against {study.terms.reference}",
-                blocks=[*_bars(study), _table(duel_rows(study))],
+                blocks=[*_bars(study), _table(comparison_rows(study))],
             )
         )
     found.append(Section(title="Every run", blocks=_every_run(study)))

@@ -117,7 +117,7 @@ def _natural(path: Path) -> list[Any]:
 
 
 def read_run(folder: Path, *, arm: str) -> Run:
-    """Read the table of a run and what it says of itself.
+    """Read the table and the metadata of a run.
 
     Args:
         folder: of the run.

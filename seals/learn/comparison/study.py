@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.errors import ConfigError, SealsError, suggestion
-from seals.learn.comparison.outcome import Arm, Band, Duel, Study, Terms
+from seals.learn.comparison.outcome import AnalysisPlan, Arm, ArmComparison, Band, Study
 from seals.learn.comparison.runs import Run
 from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band
 from seals.learn.statistics.curve import METRICS, Curve, held, metric, on_grid
@@ -22,7 +22,7 @@ from seals.learn.statistics.improvement import (
 from seals.learn.statistics.interval import Interval
 
 
-def compare(arms: Mapping[str, Sequence[Run]], terms: Terms) -> Study:
+def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
     """Compare arms on terms.
 
     Args:
@@ -44,14 +44,16 @@ def compare(arms: Mapping[str, Sequence[Run]], terms: Terms) -> Study:
     terms = dataclasses.replace(terms, budget=float(budget), reference=reference)
     made = [_arm(name, arms[name], every, terms) for name, every in lines.items()]
     home = next(arm for arm in made if arm.name == reference)
-    duels = [_duel(a, home, m, terms) for a, m in itertools.product(made, METRICS) if a is not home]
+    duels = [
+        _compared(a, home, m, terms) for a, m in itertools.product(made, METRICS) if a is not home
+    ]
     return Study(terms=terms, arms=made, duels=duels, remarks=remarks_on(made, lines, terms))
 
 
 def remarks_on(
-    arms: Sequence[Arm], lines: Mapping[str, Sequence[Curve]], terms: Terms
+    arms: Sequence[Arm], lines: Mapping[str, Sequence[Curve]], terms: AnalysisPlan
 ) -> list[str]:
-    """Return what weakens a comparison, in words."""
+    """Return the limitations of a comparison, as sentences."""
     out = []
     for arm in arms:
         ends = np.array([line.x[-1] for line in lines[arm.name]])
@@ -78,7 +80,7 @@ def remarks_on(
     return out
 
 
-def _arm(name: str, runs: Sequence[Run], lines: Sequence[Curve], terms: Terms) -> Arm:
+def _arm(name: str, runs: Sequence[Run], lines: Sequence[Curve], terms: AnalysisPlan) -> Arm:
     ready = [held(line, budget=terms.budget) for line in lines] if terms.hold else list(lines)
     pairs = list(zip(runs, ready, strict=True))
     scores = {key: np.array([_score(key, *pair, terms) for pair in pairs]) for key in METRICS}
@@ -96,7 +98,7 @@ def _arm(name: str, runs: Sequence[Run], lines: Sequence[Curve], terms: Terms) -
     )
 
 
-def _score(key: str, run: Run, line: Curve, terms: Terms) -> float:
+def _score(key: str, run: Run, line: Curve, terms: AnalysisPlan) -> float:
     """A score, or a refusal that names the run."""
     try:
         return metric(key, line, budget=terms.budget)
@@ -104,13 +106,13 @@ def _score(key: str, run: Run, line: Curve, terms: Terms) -> float:
         raise SealsError(f"{run.name}: {cause}") from cause
 
 
-def _band(lines: Sequence[Curve], end: float, terms: Terms) -> Band:
+def _band(lines: Sequence[Curve], end: float, terms: AnalysisPlan) -> Band:
     x, values = on_grid(list(lines), budget=end)
     line, low, high = bootstrap_band(values, level=terms.level, seed=terms.seed)
     return Band(x=x, line=line, low=low, high=high, runs=values)
 
 
-def _clock(runs: Sequence[Run], terms: Terms) -> Band | None:
+def _clock(runs: Sequence[Run], terms: AnalysisPlan) -> Band | None:
     """The same curves over the seconds that each run took."""
     if terms.over == "seconds" or not all("seconds" in run.columns for run in runs):
         return None
@@ -120,9 +122,9 @@ def _clock(runs: Sequence[Run], terms: Terms) -> Band | None:
     return _band(lines, min(line.x[-1] for line in lines), terms)
 
 
-def _duel(arm: Arm, home: Arm, key: str, terms: Terms) -> Duel:
+def _compared(arm: Arm, home: Arm, key: str, terms: AnalysisPlan) -> ArmComparison:
     x, y = arm.scores[key], home.scores[key]
-    return Duel(
+    return ArmComparison(
         arm=arm.name,
         against=home.name,
         metric=key,
@@ -135,8 +137,8 @@ def _duel(arm: Arm, home: Arm, key: str, terms: Terms) -> Duel:
     )
 
 
-def _pairs(arm: Arm, home: Arm, key: str, terms: Terms) -> Interval | None:
-    """Runs of one seed against each other, where both arms have the same seeds."""
+def _pairs(arm: Arm, home: Arm, key: str, terms: AnalysisPlan) -> Interval | None:
+    """Return the paired comparison if both arms have the same seeds, else None."""
     ours = {r.seed: s for r, s in zip(arm.runs, arm.scores[key], strict=True)}
     theirs = {r.seed: s for r, s in zip(home.runs, home.scores[key], strict=True)}
     if None in ours or ours.keys() != theirs.keys():
@@ -146,7 +148,7 @@ def _pairs(arm: Arm, home: Arm, key: str, terms: Terms) -> Interval | None:
     return paired(x, y, level=terms.level) if (x != y).any() else None
 
 
-def _updates(arm: Arm, terms: Terms) -> float | None:
+def _updates(arm: Arm, terms: AnalysisPlan) -> float | None:
     """Mean number of gradient updates up to the budget."""
     if not all("updates" in run.columns for run in arm.runs):
         return None

@@ -1,10 +1,10 @@
-"""A comparison in words and tables: what the intervals allow to say, and no more."""
+"""Sentences and tables of a comparison: claims that the intervals allow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from seals.learn.comparison.outcome import Duel, Study
+from seals.learn.comparison.outcome import ArmComparison, Study
 from seals.learn.statistics.curve import LAST
 from seals.learn.statistics.interval import Interval
 
@@ -30,7 +30,7 @@ def claims(study: Study) -> list[str]:
     return [_claim(duel, study) for duel in study.duels]
 
 
-def _claim(duel: Duel, study: Study) -> str:
+def _claim(duel: ArmComparison, study: Study) -> str:
     found = duel.improvement
     chance = (
         f"probability of improvement {found.value:.2f}, {study.terms.level:.0%} interval "
@@ -68,7 +68,7 @@ def arm_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
     return head, rows
 
 
-def duel_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
+def comparison_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
     """Return head and rows of the table of comparisons."""
     head = (
         f"against {study.terms.reference}",
@@ -79,10 +79,10 @@ def duel_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
         "exact p",
         "verdict",
     )
-    return head, [_duel_row(duel) for duel in study.duels]
+    return head, [_comparison_row(duel) for duel in study.duels]
 
 
-def _duel_row(duel: Duel) -> tuple[str, ...]:
+def _comparison_row(duel: ArmComparison) -> tuple[str, ...]:
     return (
         duel.arm,
         METRIC_NAMES[duel.metric],

@@ -123,7 +123,7 @@ def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
 
 
 def _before(config: Any) -> Demonstrations | None:
-    """Return the demonstrations that others are added to, None where there are none.
+    """Return the demonstrations to extend, or None.
 
     Raises:
         ConfigError: they are of another world.

@@ -29,7 +29,7 @@ class Who(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Episode:
-    """What was seen and done from a start to an end.
+    """Observations, actions and rewards of one episode.
 
     Args:
         observation: before every step and after the last, shape (steps + 1, observation_size).
@@ -101,7 +101,7 @@ class Episode:
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where demonstrations come from.
+    """Provenance of demonstrations.
 
     Args:
         env: the environment's id or name.
@@ -173,7 +173,7 @@ class Demonstrations:
         return sum(episode.steps for episode in self.episodes)
 
     def transitions(self) -> dict[str, NDArray[Any]]:
-        """Return all steps in one row, as replay buffers take them.
+        """Return the steps of all episodes concatenated, for replay buffers.
 
         Returns:
             ``observation``, ``action``, ``reward``, ``next_observation``, ``terminated``,

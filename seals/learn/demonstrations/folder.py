@@ -125,7 +125,7 @@ def _refuse_strange(root: Path, wanted: Mapping[str, Any]) -> None:
 
 
 def _walk(root: Path) -> Iterator[Path]:
-    """What lies in the folder and in ``next``; deeper folders are strange anyway."""
+    """Yield the entries of the folder and of its subfolder ``next``."""
     for path in sorted(root.iterdir()):
         yield path
         if path.name == "next" and path.is_dir() and not path.is_symlink():

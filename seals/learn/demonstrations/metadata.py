@@ -19,7 +19,7 @@ MOST_BYTES = 4 * 2**30
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """What metadata says of the files beside it.
+    """Sizes and names of the files, as the metadata declares them.
 
     Args:
         origin: where the demonstrations come from.
@@ -68,7 +68,7 @@ def metadata_of(demonstrations: Demonstrations) -> dict[str, Any]:
 
 
 def declared(metadata: Mapping[str, Any], *, where: str) -> Declared:
-    """Return what metadata declares, checked for types and bounds.
+    """Return the declarations of the metadata, checked for types and bounds.
 
     Args:
         metadata: as read.

@@ -1,4 +1,4 @@
-"""Demonstrations as a Minari data set, for those who use that library."""
+"""Export of demonstrations as a Minari data set."""
 
 from __future__ import annotations
 

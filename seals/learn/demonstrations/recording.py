@@ -1,4 +1,4 @@
-"""Lets a policy act and keeps what it saw and did, episode by episode."""
+"""Record episodes of a policy: observations, actions and rewards."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _episode(
 
 
 def _parts(observation: Any) -> dict[str, Any]:
-    """Numbers and, where there are any, images; copies, since an environment may write anew."""
+    """Copy the numbers and images of an observation."""
     if isinstance(observation, Mapping):
         return {name: _plain(values).copy() for name, values in observation.items()}
     return {"state": _plain(observation).copy()}
@@ -117,7 +117,7 @@ def _plain(values: Any) -> Any:
 
 
 def replayed(environment: Batched, episodes: Sequence[Episode]) -> list[Episode]:
-    """Do again what demonstrations did, from their seeds, and return what is seen this time.
+    """Replay the actions of demonstrations from their seeds; return the new episodes.
 
     Args:
         environment: of the demonstrations, with as many environments as there are episodes.

@@ -35,7 +35,7 @@ VIEWS = 512
 
 
 class BatchCameras:
-    """The cameras of a robot with held joints, and a ball where the target is.
+    """Cameras of N robots with held joints, rendered with a ball at each target.
 
     Args:
         settings: of the run; its cameras, renderer, optics and surroundings.
@@ -99,7 +99,7 @@ class BatchCameras:
         self.shape = (COLOURS * len(cameras), self.lens.height, self.lens.width)
 
     def look(self, now: Instant) -> Tensor:
-        """Return what all cameras see, uint8, shape (N, 3 C, H, W).
+        """Render the images of all cameras, uint8, shape (N, 3 C, H, W).
 
         Args:
             now: of N environments.
@@ -127,7 +127,7 @@ class BatchCameras:
             return image.permute(0, 1, 4, 2, 3).reshape(len(place), *self.shape)
 
     def _through_water(self, picture: Any, cameras: Cameras, now: Instant) -> Tensor:
-        """What reaches the sensors, linear, shape (N C, H, W, 3)."""
+        """Return the radiance at the sensors through the water, linear, shape (N C, H, W, 3)."""
         import torch
 
         axes = cameras.rotation.float().flatten(0, 1)
@@ -150,7 +150,7 @@ class BatchCameras:
         return torch.cat(seen)
 
     def seed(self, seed: int) -> None:
-        """Begin the noise of the sensors anew."""
+        """Reseed the sensor noise."""
         self._noise.manual_seed(seed)
 
     def snapshot(self) -> Tensor:
@@ -158,7 +158,7 @@ class BatchCameras:
         return self._noise.get_state()
 
     def restore(self, kept: Tensor) -> None:
-        """Put it back."""
+        """Restore that state."""
         self._noise.set_state(kept.cpu())
 
     def close(self) -> None:

@@ -67,10 +67,10 @@ def batched_of(
     if hasattr(settings.backend, "interval"):
         from seals.learn.environments.twin import TwinEnvironments
 
-        twins = TwinEnvironments(
+        batch = TwinEnvironments(
             settings, task, count=count, device=device, seed=seed, values=values, fused=fused
         )
-        return _with_pixels(twins, settings, config, seed=seed)
+        return _with_pixels(batch, settings, config, seed=seed)
     from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
 
@@ -81,22 +81,22 @@ def batched_of(
     return SequentialEnvironments(worlds, device=device, seed=seed)
 
 
-def _with_pixels(twins: Any, settings: Any, config: Any, *, seed: int) -> Batched:
-    """Return twins with the pictures of the cameras of the run, where there are any."""
+def _with_pixels(batch: Any, settings: Any, config: Any, *, seed: int) -> Batched:
+    """Add camera pixels to environments if the run has cameras."""
     from seals.run.sight import sees
 
-    found: Batched = twins
+    found: Batched = batch
     if any(map(sees, settings.sensors.values())):
         from seals.learn.environments.batch_cameras import BatchCameras
         from seals.learn.environments.pixels import PixelEnvironments
 
         cameras = BatchCameras(
             settings,
-            twins.robot,
-            twins.task.posture,
+            batch.robot,
+            batch.task.posture,
             ball=float(config.ball),
-            device=twins.device,
+            device=batch.device,
             seed=seed,
         )
-        found = PixelEnvironments(twins, cameras, frames=int(config.frames))
+        found = PixelEnvironments(batch, cameras, frames=int(config.frames))
     return found

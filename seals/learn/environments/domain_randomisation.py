@@ -12,7 +12,7 @@ from seals.learn.environments.posterior import Estimate
 from seals.schema import Parameter, parameters_of
 
 
-def drawn(
+def drawn_parameters(
     effects: Mapping[str, Any],
     count: int,
     *,
@@ -54,7 +54,7 @@ def drawn(
 
 
 def deviation(known: Parameter, value: Any) -> float:
-    """Return one standard deviation of a parameter, in its own unit; 0 where none is known.
+    """Return the standard deviation of a parameter in its unit, 0 if unknown.
 
     Args:
         known: what is declared of it.

@@ -14,8 +14,8 @@ LEAST_WAY = 1e-3
 """Way below which no cost of transport is worth the name [m]."""
 
 
-class Ledger(NamedTuple):
-    """What is known of N episodes under way.
+class EpisodeState(NamedTuple):
+    """State of N running episodes.
 
     Args:
         steps: control steps done, shape (N, 1).
@@ -38,8 +38,8 @@ class Ledger(NamedTuple):
     gained: Array
 
 
-class Verdict(NamedTuple):
-    """What one control step did to N episodes.
+class EpisodeOutcome(NamedTuple):
+    """Outcome of one control step for N episodes.
 
     Args:
         reward: (N,).
@@ -57,7 +57,7 @@ class Verdict(NamedTuple):
 
 
 class Episodes:
-    """Keeps count of episodes of one task; the laws know no array library.
+    """Episode accounting of one task, on any array library.
 
     Args:
         task: bound.
@@ -72,16 +72,18 @@ class Episodes:
         self._hold = max(1, round(task.hold * task.rate))
         self.steps = max(1, round(task.duration * task.rate))
 
-    def start(self, now: Instant) -> Ledger:
+    def start(self, now: Instant) -> EpisodeState:
         """Return the ledger of episodes that begin."""
         zero = now.position[:, 0:1] * 0.0
         xp = namespace(zero)
         columns = xp.concat([zero] * len(self._names), axis=1)
         memory = xp.concat((zero, zero), axis=1)
-        return Ledger(zero, columns, columns, zero, memory, zero + UNKNOWN, zero, zero)
+        return EpisodeState(zero, columns, columns, zero, memory, zero + UNKNOWN, zero, zero)
 
-    def assess(self, now: Instant, before: Instant, ledger: Ledger) -> tuple[Verdict, Ledger]:
-        """Return what a control step did, and the new ledger."""
+    def assess(
+        self, now: Instant, before: Instant, ledger: EpisodeState
+    ) -> tuple[EpisodeOutcome, EpisodeState]:
+        """Return the outcome of a control step and the new episode state."""
         xp = namespace(now.position)
         distance = self.task.distance(now)
         reward, memory = self.task.reward(now, before, ledger.memory)
@@ -92,7 +94,7 @@ class Episodes:
         steps = ledger.steps + 1.0
         total = ledger.total + reward[:, None]
         account = self._account(now, distance, ledger, won[:, -1:] > 0.5)
-        kept = Ledger(steps, streak, won, total, memory, *account)
+        kept = EpisodeState(steps, streak, won, total, memory, *account)
         terminated = self.task.ended(now, memory)
         success = won[:, len(self._names) - 1] > 0.5
         if getattr(self.task, "over_with_success", False):
@@ -104,12 +106,12 @@ class Episodes:
         if self._effort is not None:
             done = kept.effort / xp.maximum(kept.gained, kept.gained * 0.0 + LEAST_WAY)
             facts["cost_of_transport"] = (done + 0.0 * kept.reached)[:, 0]
-        return Verdict(reward, terminated, truncated, success, facts), kept
+        return EpisodeOutcome(reward, terminated, truncated, success, facts), kept
 
     def _account(
-        self, now: Instant, distance: Array, ledger: Ledger, won: Array
+        self, now: Instant, distance: Array, ledger: EpisodeState, won: Array
     ) -> tuple[Array, Array, Array]:
-        """Return when the target was reached, what that took and how far it went; then all rests.
+        """Return time, effort and distance up to the first success; they are constant afterwards.
 
         Args:
             now: after the step.

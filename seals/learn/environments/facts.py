@@ -28,7 +28,7 @@ class Facts:
     def __init__(
         self, names: Sequence[str], actor: Actor, environment: EnvironmentSettings
     ) -> None:
-        """Find what is asked for."""
+        """Resolve the requested facts."""
         kinds: Mapping[str, Callable[[], Floats]] = {
             "grip": self._grip,
             "closed": self._closed,
@@ -63,8 +63,8 @@ class Facts:
         self._power = self._slip = 0.0
         self._steps = 0
 
-    def heed(self) -> None:
-        """Take note of one step of the world."""
+    def observe(self) -> None:
+        """Accumulate the facts of one step of the world."""
         self._steps += 1
         if "power" in self._kinds:
             body: Any = self._actor.body
@@ -81,7 +81,7 @@ class Facts:
         return {name: measure().reshape(1, -1) for name, measure in self._kinds.items()}
 
     def _needs(self) -> None:
-        """Refuse facts about what is not there."""
+        """Refuse facts whose parts the robot or the world lacks."""
         robot = self._actor.robot
         needs = {
             "grip": ("a gripper", bool(self._hands)),

@@ -60,13 +60,13 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Begin an episode; the seed decides where it starts."""
+        """Reset the environment; the seed determines the initial state."""
         super().reset(seed=seed)
         start = int(self.np_random.integers(1_000_000_000)) if seed is None else seed
         return _numbers(self._batched.reset([start]), 0), {}
 
     def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
-        """Act for one period of control; a fact that is not known yet is left out."""
+        """Step one control period; facts that are not known yet are left out of ``info``."""
         import torch
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
@@ -76,7 +76,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         return _numbers(turn.final, 0), float(turn.reward[0]), *ended, facts
 
     def scripted_policy(self) -> Numbers:
-        """Return what the task's scripted expert would do now."""
+        """Return the action of the task's scripted policy."""
         found: Numbers = self._batched.scripted_policy().numpy()[0]
         return found
 
@@ -124,7 +124,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Begin an episode everywhere."""
+        """Reset all environments."""
         if seed is None or isinstance(seed, int):
             super().reset(seed=seed)
             seeds = self.np_random.integers(1_000_000_000, size=self.num_envs).tolist()
@@ -135,7 +135,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     def step(
         self, actions: Numbers
     ) -> tuple[Numbers, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Act for one period of control everywhere."""
+        """Step all environments by one control period."""
         import torch
 
         turn = self.batched.step(torch.as_tensor(np.asarray(actions, dtype=np.float32)))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
 from seals.learn.environments.batch_cameras import BatchCameras
-from seals.learn.environments.standing import Watcher
+from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.twin import TwinEnvironments
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class PixelEnvironments:
     cannot be seen in one.
 
     Args:
-        twins: the environments.
+        batch: the environments.
         cameras: their cameras.
         frames: control steps in an observation; at a start all of them show it.
 
@@ -31,71 +31,71 @@ class PixelEnvironments:
         ConfigError: fewer than one.
     """
 
-    def __init__(self, twins: TwinEnvironments, cameras: BatchCameras, *, frames: int) -> None:
+    def __init__(self, batch: TwinEnvironments, cameras: BatchCameras, *, frames: int) -> None:
         """Take over the sizes."""
         if frames < 1:
             raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
-        self.twins, self.cameras, self._frames = twins, cameras, frames
-        self.count, self.device = twins.count, twins.device
-        self.observation_size, self.action_size = twins.observation_size, twins.action_size
+        self.batch, self.cameras, self._frames = batch, cameras, frames
+        self.count, self.device = batch.count, batch.device
+        self.observation_size, self.action_size = batch.observation_size, batch.action_size
         channels, height, width = cameras.shape
         self.pixels: tuple[int, int, int] | None = (channels * frames, height, width)
-        self.task = twins.task
+        self.task = batch.task
         self._film: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Any:
-        """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
-        state = self.twins.reset(seeds)
+        """Reset all environments; see `seals.learn.batched.Batched`."""
+        state = self.batch.reset(seeds)
         if seeds is not None:
             self.cameras.seed(seeds[0])
-        self._film = self._still(self.cameras.look(self.twins.now))
+        self._film = self._still(self.cameras.look(self.batch.now))
         return self._observed(state, self._film)
 
     def step(self, action: Tensor) -> StepResult:
-        """Act once everywhere; see `seals.learn.batched.Batched`."""
+        """Step all environments; see `seals.learn.batched.Batched`."""
         import torch
 
-        result = self.twins.step(action)
-        image = self.cameras.look(self.twins.reached)
+        result = self.batch.step(action)
+        image = self.cameras.look(self.batch.reached)
         film = torch.cat([self._film[:, image.shape[1] :], image], 1)
         final = self._observed(result.final, film)
         ended = (result.terminated | result.truncated)[:, None, None, None]
         if bool(ended.any()):
-            film = torch.where(ended, self._still(self.cameras.look(self.twins.now)), film)
+            film = torch.where(ended, self._still(self.cameras.look(self.batch.now)), film)
         self._film = film
         return result._replace(observation=self._observed(result.observation, film), final=final)
 
     def scripted_policy(self) -> Tensor:
-        """Return what the task's scripted expert would do now, who need not look."""
-        return self.twins.scripted_policy()
+        """Return the actions of the task's scripted policy, which needs no images."""
+        return self.batch.scripted_policy()
 
     @property
     def now(self) -> Any:
-        """What is the case now."""
-        return self.twins.now
+        """Present state of all robots."""
+        return self.batch.now
 
     def snapshot(self) -> Any:
         """Return everything that changes, as plain data and tensors."""
         return {
-            "twins": self.twins.snapshot(),
+            "twins": self.batch.snapshot(),
             "film": self._film.clone(),
             "noise": self.cameras.snapshot(),
         }
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot of environments of the same settings back."""
-        self.twins.restore(kept["twins"])
+        """Restore a snapshot of environments of the same settings."""
+        self.batch.restore(kept["twins"])
         self._film = kept["film"].to(self.device)
         self.cameras.restore(kept["noise"])
 
-    def watch(self, watcher: Watcher | None) -> None:
-        """Tell where the first robot stands, now and after every control step; None ends it."""
-        self.twins.watch(watcher)
+    def set_frame_callback(self, callback: FrameCallback | None) -> None:
+        """Call back with the first robot's frame, now and after each control step; None ends it."""
+        self.batch.set_frame_callback(callback)
 
     def close(self) -> None:
         """Release the renderer."""
         self.cameras.close()
-        self.twins.close()
+        self.batch.close()
 
     def _still(self, image: Tensor) -> Tensor:
         return image.repeat(1, self._frames, 1, 1)

@@ -1,4 +1,4 @@
-"""What a diagnosis knows of an environment's effects: where its parameters lie, and how surely."""
+"""Posterior of an environment's effect parameters from a diagnosis."""
 
 from __future__ import annotations
 
@@ -59,19 +59,19 @@ def estimates(
     finding = read_answer(where, key=KEY)
     if model is not None:
         _refuse_other(finding, model)
-    found = dict(_of_the_sheet(finding, effects))
+    found = dict(_data_sheet_estimates(finding, effects))
     for entry in finding.effects:
-        found |= _of_the_answer(finding, entry, effects, added=model is not None)
+        found |= _effect_estimates(finding, entry, effects, added=model is not None)
     return found
 
 
-def _of_the_answer(
+def _effect_estimates(
     finding: Finding, entry: Mapping[str, Any], effects: Mapping[str, Any], *, added: bool
 ) -> dict[str, Estimate]:
-    """Estimates of one missing effect; ``added`` where the environment has its values already."""
+    """Yield the estimates of one missing effect; ``added`` if the environment has them."""
     kind, parameters = str(entry["name"]), entry.get("parameters") or {}
     places = {k: parameters[k]["value"] for k in _PLACES if k in parameters}
-    alike = _alike(kind, effects, medium=str(entry.get("medium") or ""), **places)
+    alike = _matching_effects(kind, effects, medium=str(entry.get("medium") or ""), **places)
     if added:
         alike = [name for name in alike if effects[name].correction] or alike
     if not alike:
@@ -99,7 +99,9 @@ def _of_the_answer(
     return found
 
 
-def _of_the_sheet(finding: Finding, effects: Mapping[str, Any]) -> Iterator[tuple[str, Estimate]]:
+def _data_sheet_estimates(
+    finding: Finding, effects: Mapping[str, Any]
+) -> Iterator[tuple[str, Estimate]]:
     """Values of the data sheet as corrected, of effects that the environment has just once.
 
     Others are of sensors, or of the body itself, whose parameters the environment does not vary.
@@ -107,7 +109,7 @@ def _of_the_sheet(finding: Finding, effects: Mapping[str, Any]) -> Iterator[tupl
     for key, fitted in finding.nominal.items():
         instance, _, field = key.partition(".")
         kind, places = _kind(instance)
-        alike = _alike(kind, effects, **places) if kind in names("effect") else []
+        alike = _matching_effects(kind, effects, **places) if kind in names("effect") else []
         alike = [name for name in alike if not effects[name].correction]
         if len(alike) != 1 or field not in parameters_of(effects[alike[0]]):
             continue
@@ -117,7 +119,7 @@ def _of_the_sheet(finding: Finding, effects: Mapping[str, Any]) -> Iterator[tupl
 
 
 def _kind(instance: str) -> tuple[str, dict[str, Any]]:
-    """Return the effect that a factor of the data sheet is of, and where it sits.
+    """Return the effect of a data-sheet factor, and its location.
 
     Example:
         >>> _kind("quadratic_drag_water_change"), _kind("weak_rotor_2")
@@ -132,8 +134,10 @@ def _kind(instance: str) -> tuple[str, dict[str, Any]]:
     return name, {}
 
 
-def _alike(kind: str, effects: Mapping[str, Any], *, medium: str = "", **places: Any) -> list[str]:
-    """Names of the effects of a kind, in a medium and at a place, where these are given.
+def _matching_effects(
+    kind: str, effects: Mapping[str, Any], *, medium: str = "", **places: Any
+) -> list[str]:
+    """Return the effects of a kind, optionally of a medium and a location.
 
     Of several those on the link that a diagnosis means: the one that the plug-in itself names.
     """

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.learn.batched import StepResult
+from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST
-from seals.learn.environments.standing import Watcher
 from seals.learn.environments.world import WorldEnvironment
 from seals.learn.task import Task
 
@@ -29,7 +29,7 @@ class SequentialEnvironments:
     pixels: tuple[int, int, int] | None = None
 
     def __init__(self, worlds: Sequence[WorldEnvironment], *, device: str, seed: int = 0) -> None:
-        """Keep the worlds."""
+        """Store the worlds."""
         task: Task = worlds[0].task
         self.worlds, self.task, self.device = list(worlds), task, device
         self.count = len(worlds)
@@ -38,13 +38,13 @@ class SequentialEnvironments:
         self._rng = np.random.default_rng(seed)
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
-        """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
+        """Reset all environments; see `seals.learn.batched.Batched`."""
         chosen = [self._seed() for _ in self.worlds] if seeds is None else seeds
         pairs = zip(self.worlds, chosen, strict=True)
         return self._tensor([world.reset(int(seed)) for world, seed in pairs])
 
     def step(self, action: Tensor) -> StepResult:
-        """Act once everywhere; see `seals.learn.batched.Batched`."""
+        """Step all environments; see `seals.learn.batched.Batched`."""
         import torch
 
         rows = action.detach().cpu().numpy()
@@ -73,7 +73,7 @@ class SequentialEnvironments:
         )
 
     def scripted_policy(self) -> Tensor:
-        """Return what the task's scripted expert would do now, shape (N, a)."""
+        """Return the actions of the task's scripted policy, shape (N, a)."""
         return self._tensor([world.scripted_policy() for world in self.worlds])
 
     def snapshot(self) -> Any:
@@ -92,9 +92,9 @@ class SequentialEnvironments:
         """
         raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
 
-    def watch(self, watcher: Watcher | None) -> None:
-        """Tell what stands where in the first world, see `WorldEnvironment.watch`."""
-        self.worlds[0].watch(watcher)
+    def set_frame_callback(self, callback: FrameCallback | None) -> None:
+        """Call back with frames of the first world, see `WorldEnvironment.set_frame_callback`."""
+        self.worlds[0].set_frame_callback(callback)
 
     def close(self) -> None:
         """Release all worlds."""

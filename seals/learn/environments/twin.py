@@ -13,10 +13,10 @@ from seals.batch.piloted import Flight, PilotedTwin
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.batched import StepResult
-from seals.learn.environments.episodes import FARTHEST, Episodes, Ledger
+from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
+from seals.learn.environments.episodes import FARTHEST, Episodes, EpisodeState
 from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.environments.prefetched_resets import Starts
-from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.seeding import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.tree import forward
@@ -50,7 +50,7 @@ class Scene(NamedTuple):
     flight: Flight
     goal: Array
     now: Instant
-    ledger: Ledger
+    ledger: EpisodeState
 
 
 class TwinEnvironments:
@@ -124,39 +124,39 @@ class TwinEnvironments:
         self._recorded: Recorded | None = None
         self._still: Any = None
         self._scene: Any = None
-        self._watcher: Watcher | None = None
+        self._frame_callback: FrameCallback | None = None
         self.reached: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
-        """Begin an episode everywhere; see `seals.learn.batched.Batched`."""
+        """Reset all environments; see `seals.learn.batched.Batched`."""
         if seeds is None:
             draw = self.task.draw(self._rng, self.count)
         else:
             draws = [self.task.draw(np.random.default_rng(s), 1) for s in seeds]
             draw = Draw(*(np.concatenate(column) for column in zip(*draws, strict=True)))
-        self._set(self._opened(*self._begun(draw)))
-        return self._seen(self._scene.now)
+        self._set(self._initial_scene(*self._initial_flight(draw)))
+        return self._observation(self._scene.now)
 
     def step(self, action: Tensor) -> StepResult:
-        """Act once everywhere; see `seals.learn.batched.Batched`."""
+        """Step all environments; see `seals.learn.batched.Batched`."""
         import torch
 
         with torch.no_grad():
-            asked = self._taken(action)
+            asked = self._as_action(action)
             if self._alone and self._starts is None:
                 self._prefetch_resets()
             if not on_accelerator(asked):
-                self._scene, (found, self.reached) = self._moved(self._scene, asked)
+                self._scene, (found, self.reached) = self._advance(self._scene, asked)
             else:
                 recorded = self._recorded or self._record(asked)
                 found, self.reached = recorded(asked)
                 self._scene = recorded.state
-            if self._watcher is not None:
-                self._watcher(self._standing(self.reached))
+            if self._frame_callback is not None:
+                self._frame_callback(self._frame(self.reached))
             result: StepResult = found
             return result
 
-    def _moved(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
+    def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with the chances of episodes that begin in it."""
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
         # looked up at each call: a bound method kept in its own object would be a reference cycle
@@ -178,28 +178,30 @@ class TwinEnvironments:
         lost = ~near
         terminated = verdict.terminated | lost
         ended = terminated | verdict.truncated
-        final = self._seen(now)
+        final = self._observation(now)
         after = Scene(flight, scene.goal, now, ledger)
         if some(ended):
-            after = self._renewed(after, ended, chance)
+            after = self._reset_ended(after, ended, chance)
         result = StepResult(
-            observation=self._seen(after.now),
-            reward=self._given(verdict.reward),
+            observation=self._observation(after.now),
+            reward=self._as_tensor(verdict.reward),
             terminated=self._flag(terminated),
             truncated=self._flag(verdict.truncated & ~lost),
             final=final,
             success=self._flag(verdict.success & ended),
-            facts={name: self._given(x, none=float("nan")) for name, x in verdict.facts.items()},
+            facts={
+                name: self._as_tensor(x, none=float("nan")) for name, x in verdict.facts.items()
+            },
         )
         return after, (result, now)
 
     def scripted_policy(self) -> Tensor:
-        """Return what the task's scripted expert would do now, shape (N, a)."""
-        return self._given(self.task.scripted_policy(self._scene.now))
+        """Return the actions of the task's scripted policy, shape (N, a)."""
+        return self._as_tensor(self.task.scripted_policy(self._scene.now))
 
     @property
     def now(self) -> Instant:
-        """What is the case now."""
+        """Present state of all robots."""
         found: Instant = self._scene.now
         return found
 
@@ -213,7 +215,7 @@ class TwinEnvironments:
         return {"random": random, "parts": parts, "generator": self._generator.get_state()}
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot of environments of the same settings back."""
+        """Restore a snapshot of environments of the same settings."""
         if self._scene is None:
             self.reset()
         self._rng.bit_generator.state = json.loads(kept["random"])
@@ -221,14 +223,14 @@ class TwinEnvironments:
         if self._generator is not None:
             self._generator.set_state(kept["generator"].cpu())
 
-    def watch(self, watcher: Watcher | None) -> None:
-        """Tell where the first robot stands, now and after every control step; None ends it."""
-        self._watcher = watcher
-        if watcher is not None:
-            watcher(self._standing(self.now))
+    def set_frame_callback(self, callback: FrameCallback | None) -> None:
+        """Call back with the first robot's frame, now and after each control step; None ends it."""
+        self._frame_callback = callback
+        if callback is not None:
+            callback(self._frame(self.now))
 
     def close(self) -> None:
-        """Let go of what was compiled and recorded, which refers back to these environments."""
+        """Release compiled and recorded laws, which refer back to these environments."""
         self._compiled = self._recorded = None
 
     def _set(self, scene: Scene) -> None:
@@ -240,7 +242,7 @@ class TwinEnvironments:
         """Record a control step on the accelerator."""
         from seals.learn.recorded import Recorded
 
-        self._recorded = Recorded(self._moved, self._scene, asked, self._generator)
+        self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
         return self._recorded
 
     def _prefetch_resets(self) -> None:
@@ -249,21 +251,21 @@ class TwinEnvironments:
 
         parts = []
         for _ in range(-(-PREFETCHED // self.count)):
-            flight, goal = self._begun(self.task.draw(self._rng, self.count))
+            flight, goal = self._initial_flight(self.task.draw(self._rng, self.count))
             parts.append((flight.state, flight.drive, goal))
         self._still, self._starts = flight, joined(parts, STARTING)
 
-    def _renewed(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
-        """Begin new episodes where one ended."""
+    def _reset_ended(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
+        """Reset the environments whose episode ended."""
         if self._starts is not None and chance is not None:
-            opened = self._opened(*self._starts.picked(self._still, chance))
+            opened = self._initial_scene(*self._starts.picked(self._still, chance))
         else:
             index = np.flatnonzero(ended)
             few = self.task.draw(self._rng, len(index))
             full = [np.zeros((self.count, x.shape[1])) for x in few]
             for whole, part in zip(full, few, strict=True):
                 whole[index] = part
-            opened = self._opened(*self._begun(Draw(*full)))
+            opened = self._initial_scene(*self._initial_flight(Draw(*full)))
         return Scene(
             self._twin.merged(opened.flight, scene.flight, ended),
             namespace(ended).where(ended[:, None], opened.goal, scene.goal),
@@ -271,7 +273,7 @@ class TwinEnvironments:
             picked(opened.ledger, scene.ledger, ended),
         )
 
-    def _opened(self, flight: Flight, goal: Array) -> Scene:
+    def _initial_scene(self, flight: Flight, goal: Array) -> Scene:
         """Episodes at their first instant."""
         still = self._no_action
         now = self._instant(flight, goal, still, still[:, 0:1])
@@ -280,7 +282,7 @@ class TwinEnvironments:
         now = now._replace(start=xp.sqrt(xp.sum(away * away, axis=1, keepdims=True)))
         return Scene(flight, goal, now, self.episodes.start(now))
 
-    def _begun(self, draw: Draw) -> tuple[Flight, Array]:
+    def _initial_flight(self, draw: Draw) -> tuple[Flight, Array]:
         """Flights and targets at their starts."""
         rpy = np.concatenate((np.zeros((self.count, 2)), draw.yaw), axis=1)
         # the state has velocities in body axes: turned about the vertical alone
@@ -312,24 +314,24 @@ class TwinEnvironments:
             facts={},
         )
 
-    def _standing(self, now: Instant) -> Standing:
-        """Where the first robot stands."""
+    def _frame(self, now: Instant) -> EpisodeFrame:
+        """Return the first robot's frame."""
         time, place, turn, target = (
             np.array(x[0].cpu() if hasattr(x, "cpu") else x[0], dtype=float)
             for x in (now.time, now.position, now.rotation, now.target)
         )
-        robot = Place(place, quaternion_of(turn), self.task.posture)
-        return Standing(float(time[0]), {ROBOT: robot}, target)
+        robot = ActorPose(place, quaternion_of(turn), self.task.posture)
+        return EpisodeFrame(float(time[0]), {ROBOT: robot}, target)
 
-    def _taken(self, action: Tensor) -> Array:
+    def _as_action(self, action: Tensor) -> Array:
         """An action as the twins take it, from -1 to 1."""
         held = action.detach().clamp(-1.0, 1.0)
         if isinstance(self._like, np.ndarray):
             return np.asarray(held.cpu().numpy(), dtype=float)
         return held.to(device=self._like.device, dtype=self._like.dtype)
 
-    def _given(self, values: Array, none: float = 0.0) -> Tensor:
-        """Numbers of the twins as learners take them; what is not finite is zero, or `none`."""
+    def _as_tensor(self, values: Array, none: float = 0.0) -> Tensor:
+        """Convert to a float32 tensor; numbers that are not finite become `none`."""
         import torch
 
         tensor = torch.from_numpy(values) if isinstance(values, np.ndarray) else values
@@ -341,8 +343,8 @@ class TwinEnvironments:
         found: Tensor = torch.from_numpy(flags) if isinstance(flags, np.ndarray) else flags
         return found
 
-    def _seen(self, now: Instant) -> Tensor:
-        return self._given(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
+    def _observation(self, now: Instant) -> Tensor:
+        return self._as_tensor(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
 
 
 def tool_offset(robot: RobotModel, joints: Floats) -> Floats:
@@ -352,7 +354,7 @@ def tool_offset(robot: RobotModel, joints: Floats) -> Floats:
 
 
 def picked(fresh: Any, other: Any, ended: Array) -> Any:
-    """Return rows of one tuple of arrays where ``ended`` (N,) is set, else of another."""
+    """Select rows of one tuple of arrays by the mask ``ended`` (N,), else of another."""
     xp = namespace(ended)
     out = []
     for a, b in zip(fresh, other, strict=True):

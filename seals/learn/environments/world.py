@@ -13,9 +13,9 @@ from seals.control import Reference
 from seals.control.mass_properties import ImmersionEstimator
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
-from seals.learn.environments.episodes import Episodes, Ledger, Verdict
+from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
+from seals.learn.environments.episodes import EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.facts import Facts
-from seals.learn.environments.standing import Place, Standing, Watcher
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.rows import link_motion
 from seals.run.assembly import ROBOT, build_world
@@ -24,7 +24,7 @@ from seals.world import Actor, World
 
 
 class Step(NamedTuple):
-    """What one control step gave.
+    """Result of one control step.
 
     Args:
         observation: shape (d,).
@@ -32,7 +32,7 @@ class Step(NamedTuple):
     """
 
     observation: Floats
-    verdict: Verdict
+    verdict: EpisodeOutcome
 
 
 class WorldEnvironment:
@@ -80,16 +80,16 @@ class WorldEnvironment:
         self._goal = draw.goal
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
-        self._watcher: Watcher | None = None
+        self._frame_callback: FrameCallback | None = None
         self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (getattr(task, "object", ""),) if n])
         self.now: Instant = self._instant(np.zeros((1, len(task.action_names))), np.zeros((1, 1)))
-        self._ledger: Ledger = self.episodes.start(self.now)
+        self._ledger: EpisodeState = self.episodes.start(self.now)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
         self._fresh = self.world.backend.snapshot()
 
     def reset(self, seed: int) -> Floats:
-        """Begin the episode of a seed; return the observation, shape (d,)."""
+        """Reset with a seed and return the observation, shape (d,)."""
         draw = self.task.draw(np.random.default_rng(seed), 1)
         self.world.seed = seed
         self._guide.tell(self._aim(np.zeros(3), float(draw.yaw[0, 0])))
@@ -102,10 +102,10 @@ class WorldEnvironment:
         away = np.linalg.norm(first.target - first.tool, axis=1, keepdims=True)
         self.now = first._replace(start=away)
         self._ledger = self.episodes.start(self.now)
-        return self._seen()
+        return self._observation()
 
     def step(self, action: Floats) -> Step:
-        """Act for one period of control; ``action`` has the shape (a,), from -1 to 1."""
+        """Step one control period; ``action`` has the shape (a,), from -1 to 1."""
         before = self.now
         asked = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)[None]
         self._guide.tell(self._wanted(asked))
@@ -117,10 +117,10 @@ class WorldEnvironment:
         if broken:
             ends = np.ones(1, dtype=bool)
             verdict = verdict._replace(terminated=ends, truncated=~ends, success=~ends)
-        return Step(self._seen(), verdict)
+        return Step(self._observation(), verdict)
 
     def _advanced(self) -> bool:
-        """Step the world for one period; return False where the engine cannot follow.
+        """Step the world for one control period; return False if the engine fails.
 
         A hand that squeezes something out may throw a link faster than the engine bears: that ends
         the episode, as leaving the world does, and not the training.
@@ -129,30 +129,30 @@ class WorldEnvironment:
         try:
             for _ in range(self._every):
                 self.world.step()
-                self._facts.heed()
-                if self._watcher is not None:
-                    self._watcher(self._standing())
+                self._facts.observe()
+                if self._frame_callback is not None:
+                    self._frame_callback(self._frame())
         except PhysicsError:
             return False
         return True
 
     def scripted_policy(self) -> Floats:
-        """Return what the task's scripted expert would do now, shape (a,)."""
+        """Return the action of the task's scripted policy, shape (a,)."""
         found: Floats = self.task.scripted_policy(self.now)[0]
         return found
 
-    def watch(self, watcher: Watcher | None) -> None:
-        """Tell what stands where, now and after every step of the world; None ends it."""
-        self._watcher = watcher
-        if watcher is not None:
-            watcher(self._standing())
+    def set_frame_callback(self, callback: FrameCallback | None) -> None:
+        """Call back with the world's frame, now and after each of its steps; None ends it."""
+        self._frame_callback = callback
+        if callback is not None:
+            callback(self._frame())
 
     def close(self) -> None:
         """Release the world."""
         self.world.close()
 
     def _others(self, draw: Draw, seed: int) -> dict[str, Configuration]:
-        """Where the objects of the run begin; what they draw follows the seed of the episode."""
+        """Return the objects' initial configurations; their guides take the episode's seed."""
         from seals.run.objects import object_configuration
 
         things = {n: a for n, a in self.world.actors.items() if n != ROBOT}
@@ -184,7 +184,7 @@ class WorldEnvironment:
         )
 
     def _wanted(self, action: Floats) -> Reference:
-        """What an action of shape (1, a) asks for; arms keep the posture unless it says more."""
+        """Convert an action of shape (1, a) to a reference; arms hold the posture by default."""
         if self._whole is None:
             velocity, yaw = self.task.command(action, self.now)
             return self._aim(velocity[0], float(yaw[0, 0]))
@@ -195,7 +195,7 @@ class WorldEnvironment:
         return Reference(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
 
     def _instant(self, action: Floats, start: Floats) -> Instant:
-        """What is the case now."""
+        """Present state of all robots."""
         kinematics, moving = self.actor.look()
         origins, turns = kinematics.origins, kinematics.rotations
         now = np.array([[self.world.time]])
@@ -226,16 +226,16 @@ class WorldEnvironment:
         kinematics, moving = self.world.actors[name].look()
         return kinematics.origins[:, 0], moving.linear[:, 0]
 
-    def _standing(self) -> Standing:
-        """What stands where in the world now."""
+    def _frame(self) -> EpisodeFrame:
+        """Return the world's present frame."""
         actors = {}
         for name, actor in self.world.actors.items():
             now = actor.body.read()
-            actors[name] = Place(now.position.copy(), now.quaternion.copy(), now.joints.copy())
+            actors[name] = ActorPose(now.position.copy(), now.quaternion.copy(), now.joints.copy())
         target, _ = self._target(np.array([[self.world.time]]))
-        return Standing(self.world.time, actors, np.array(target[0]))
+        return EpisodeFrame(self.world.time, actors, np.array(target[0]))
 
-    def _seen(self) -> Floats:
+    def _observation(self) -> Floats:
         found: Floats = self.task.observation(self.now)[0]
         return found
 

@@ -1,1 +1,1 @@
-"""Judges policies on starts that no training has seen, in their own world and in others."""
+"""Evaluation of policies on held-out initial states, in their own world and in others."""

@@ -10,9 +10,9 @@ from typing import Any
 
 from seals.errors import ConfigError
 from seals.learn.devices import usable_device
-from seals.learn.evaluation.judgement import Judgement, judgement
-from seals.learn.evaluation.page import write_judgements
+from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import policy_of
+from seals.learn.evaluation.result import EvaluationResult, summarise
 from seals.learn.evaluation.variants import Variant, variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.film import FILM, film, refuse_unfilmed
@@ -47,7 +47,7 @@ class Trial:
 
 
 def execute(config: Any) -> int:
-    """Judge the policies of a composed configuration and write tables and a page.
+    """Evaluate the policies of a composed configuration and write tables and a page.
 
     Args:
         config: with the keys of `seals.learn.evaluation.settings.EvaluateSettings`.
@@ -64,7 +64,7 @@ def execute(config: Any) -> int:
     settings = HydraConfig.get()
     out = Path(str(config.out or settings.runtime.output_dir))
     trials = trials_of(config, base=list(settings.overrides.task))
-    found: list[Judgement] = []
+    found: list[EvaluationResult] = []
     facts = {
         "env": str(config.name),
         "world_hash": world_hash(config),
@@ -76,14 +76,14 @@ def execute(config: Any) -> int:
         with progress("judging", sum(trial.episodes for trial in trials)) as tell:
             for trial in trials:
                 done = sum(judged.episodes for judged in found)
-                found.append(judge(trial, tell=lambda n, done=done: tell(done + n)))  # type: ignore[misc]
+                found.append(evaluate_policy(trial, tell=lambda n, done=done: tell(done + n)))  # type: ignore[misc]
     finally:
         # one world that cannot be built must not cost what was judged before
-        made = write_judgements(found, out, facts=facts) if found else []
+        made = write_results(found, out, facts=facts) if found else []
     if config.film:
         made.append(filmed(trials[0], out))
-    _tell(found)
-    remark = elsewhere(config)
+    _print_lines(found)
+    remark = world_mismatch(config)
     if remark:
         print(remark)
     for path in made:
@@ -92,7 +92,7 @@ def execute(config: Any) -> int:
 
 
 def trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
-    """Return what is to be tried: policy and those beside it, then the policy in other worlds.
+    """Return the trials: the policy, its baselines, then the policy in other worlds.
 
     Args:
         config: composed.
@@ -129,7 +129,7 @@ def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any
     )
 
 
-def judge(trial: Trial, *, tell: Callable[[int], None] | None = None) -> Judgement:
+def evaluate_policy(trial: Trial, *, tell: Callable[[int], None] | None = None) -> EvaluationResult:
     """Let a policy act from the held-out starts.
 
     Args:
@@ -150,7 +150,7 @@ def judge(trial: Trial, *, tell: Callable[[int], None] | None = None) -> Judgeme
     finally:
         environment.close()
     took = time.perf_counter() - began
-    return judgement(scores, policy=trial.policy, world=trial.world, seconds=took)
+    return summarise(scores, policy=trial.policy, world=trial.world, seconds=took)
 
 
 def filmed(trial: Trial, out: Path) -> Path:
@@ -171,8 +171,8 @@ def filmed(trial: Trial, out: Path) -> Path:
     return out / FILM
 
 
-def elsewhere(config: Any) -> str:
-    """Return words where a policy is judged in another world than that of its training."""
+def world_mismatch(config: Any) -> str:
+    """Return a warning if the world differs from that of the policy's training."""
     from seals.learn.metadata import CARD
     from seals.learn.policy import read_policy_metadata
     from seals.learn.shipped import shipped
@@ -185,7 +185,7 @@ def elsewhere(config: Any) -> str:
     return "This is not the world of its training: what is lost here is the gap between both."
 
 
-def _tell(found: Sequence[Judgement]) -> None:
+def _print_lines(found: Sequence[EvaluationResult]) -> None:
     from seals.learn.comparison.words import text_table
 
     print(text_table(*rows_of(found)))

@@ -1,4 +1,4 @@
-"""A script of keys as a policy: what a person pressed in teleoperation, or wrote down."""
+"""Policy of a script of keys, recorded in teleoperation or written by hand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SHARES = {
 
 
 class PolicyKeys:
-    """Acts as the keys say, the same in every environment.
+    """Policy that replays keys, the same in each environment.
 
     Args:
         events: of the keys, in the order of their time.
@@ -58,7 +58,7 @@ class PolicyKeys:
         self._count, self._step = len(seeds), 0
 
     def act(self, observation: Any) -> Tensor:
-        """Return what the keys ask for now."""
+        """Return the action of the keys held now."""
         import torch
 
         now = self._step / self.rate

@@ -1,4 +1,4 @@
-"""Judgements as a file of numbers, a table of every episode, and a page."""
+"""Evaluation results as a JSON file, a table of episodes, and a page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.learn.evaluation.judgement import QUANTILES, Judgement
+from seals.learn.evaluation.result import QUANTILES, EvaluationResult
 from seals.learn.evaluation.words import label, rows_of, sentences
 from seals.logs.atomic import write_json, write_table
 from seals.report import (
@@ -30,8 +30,8 @@ _HOW = (
 )
 
 
-def write_judgements(
-    found: Sequence[Judgement], out: Path, *, facts: Mapping[str, Any]
+def write_results(
+    found: Sequence[EvaluationResult], out: Path, *, facts: Mapping[str, Any]
 ) -> list[Path]:
     """Write numbers, episodes and page into a folder.
 
@@ -56,8 +56,8 @@ def write_judgements(
     return [out / NUMBERS, out / EPISODES, out / PAGE]
 
 
-def episodes_of(found: Sequence[Judgement]) -> dict[str, Any]:
-    """Return one row an episode of all judgements; NaN where one has no such column."""
+def episodes_of(found: Sequence[EvaluationResult]) -> dict[str, Any]:
+    """Return a row for each episode of all results; NaN for missing columns."""
     names = list(dict.fromkeys(name for judged in found for name in judged.columns))
     columns: dict[str, Any] = {
         "policy": [judged.policy for judged in found for _ in range(judged.episodes)],
@@ -71,7 +71,7 @@ def episodes_of(found: Sequence[Judgement]) -> dict[str, Any]:
     return columns
 
 
-def _sections(found: Sequence[Judgement]) -> list[Section]:
+def _sections(found: Sequence[EvaluationResult]) -> list[Section]:
     head, rows = rows_of(found)
     bars = [
         Bar(label=_name(j), value=j.share().high, start=j.share().low, text=j.share().text())
@@ -96,11 +96,11 @@ def _sections(found: Sequence[Judgement]) -> list[Section]:
     return sections
 
 
-def _name(found: Judgement) -> str:
+def _name(found: EvaluationResult) -> str:
     return f"{label(found)}, {found.world}" if found.world else label(found)
 
 
-def _distances(found: Judgement) -> Series:
+def _distances(found: EvaluationResult) -> Series:
     """The share of episodes below each distance, as steps."""
     ordered = np.sort(found.columns["distance"])
     share = np.arange(1, len(ordered) + 1) / len(ordered)

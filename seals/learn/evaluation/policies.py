@@ -1,4 +1,4 @@
-"""Policies by name or folder: what training wrote, and those that every table holds beside it."""
+"""Policies by name or folder: trained ones, and the baselines scripted, random and still."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMED = (SCRIPTED, RANDOM, STILL)
 
 
 class PolicyScripted:
-    """What the task's expert, written by hand, does; it sees more than an observation.
+    """Scripted policy of the task; it reads the full state.
 
     Args:
         environment: in which it acts.
@@ -33,7 +33,7 @@ class PolicyScripted:
         self.environment = environment
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Forget nothing: the expert has no memory."""
+        """Do nothing: the scripted policy has no memory."""
 
     def act(self, observation: Any) -> Tensor:
         """Return the expert's actions."""
@@ -41,7 +41,7 @@ class PolicyScripted:
 
 
 class PolicyRandom:
-    """Actions drawn evenly from -1 to 1, the same for the same start however many step at once.
+    """Uniform random actions from -1 to 1, determined by each episode's seed.
 
     Args:
         size: numbers in an action.
@@ -65,7 +65,7 @@ class PolicyRandom:
 
 
 class PolicyStill:
-    """Does nothing.
+    """Policy of zero actions.
 
     Args:
         size: numbers in an action.
@@ -76,7 +76,7 @@ class PolicyStill:
         self.size, self.device, self.count = size, device, 0
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Note how many there are."""
+        """Store the number of environments."""
         self.count = len(seeds)
 
     def act(self, observation: Any) -> Tensor:

@@ -31,7 +31,7 @@ class Variant:
 
 
 def variants_of(node: Any) -> dict[str, Variant]:
-    """Return the variants of a configuration's ``grid``, none where it is left out.
+    """Return the variants of a configuration's ``grid``.
 
     Raises:
         ConfigError: an entry has an unknown key, or a value of another type.

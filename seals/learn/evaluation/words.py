@@ -1,4 +1,4 @@
-"""Judgements in tables and sentences."""
+"""Tables and sentences of evaluation results."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.learn.evaluation.judgement import Judgement
+from seals.learn.evaluation.result import EvaluationResult
 
 Rows = list[tuple[str, ...]]
 FURTHER = {
@@ -17,19 +17,19 @@ FURTHER = {
 """Further columns of a table, where any episode tells them: those that reached the target."""
 
 
-def label(found: Judgement) -> str:
-    """Return the policy's name, short where it is a folder."""
+def label(found: EvaluationResult) -> str:
+    """Return the policy's name, for a folder its last part."""
     path = Path(found.policy)
     # training keeps its policy in a folder of that name: the run's own says more
     path = path.parent if path.name == "policy" and path.parent.name else path
     return path.as_posix() if len(path.parts) < 3 else Path(*path.parts[-2:]).as_posix()
 
 
-def rows_of(judgements: Sequence[Judgement]) -> tuple[tuple[str, ...], Rows]:
-    """Return head and rows of a table: one row a policy and world."""
+def rows_of(judgements: Sequence[EvaluationResult]) -> tuple[tuple[str, ...], Rows]:
+    """Return header and rows of a table, a row for each policy and world."""
     shares = list(judgements[0].shares())
     worlds = any(found.world for found in judgements)
-    further = [name for name in FURTHER if any(_told(found, name) for found in judgements)]
+    further = [name for name in FURTHER if any(_reported(found, name) for found in judgements)]
     head = (
         "policy",
         *(("world",) if worlds else ()),
@@ -51,15 +51,15 @@ def rows_of(judgements: Sequence[Judgement]) -> tuple[tuple[str, ...], Rows]:
                 str(found.episodes),
                 *(found.share(name).text() if name in found.columns else "" for name in shares),
                 distance,
-                *(f"{found.quantiles(n)[2]:.2f}" if _told(found, n) else "" for n in further),
+                *(f"{found.quantiles(n)[2]:.2f}" if _reported(found, n) else "" for n in further),
                 f"{found.quantiles('return')[2]:.4g}",
             )
         )
     return head, rows
 
 
-def _told(found: Judgement, name: str) -> bool:
-    """Whether any episode said so."""
+def _reported(found: EvaluationResult, name: str) -> bool:
+    """Test if any episode reports this fact."""
     return name in found.columns and bool(np.isfinite(found.columns[name]).any())
 
 
@@ -72,8 +72,8 @@ def _spread(quantiles: Sequence[float]) -> str:
     return f"{middle:.3f} ({low:.3f} to {high:.3f})"
 
 
-def sentences(judgements: Sequence[Judgement]) -> list[str]:
-    """Return what the intervals allow to say of the first policy against the others."""
+def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:
+    """Return the claims that the intervals allow about the first policy against the others."""
     first, *others = judgements
     own = first.share()
     out = []

@@ -1,1 +1,1 @@
-"""Memory of transitions: returns over several steps, protected demonstrations, priorities."""
+"""Replay memory: n-step returns, protected demonstrations, priorities."""

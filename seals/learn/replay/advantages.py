@@ -1,4 +1,4 @@
-"""Advantages of a stretch of steps in many environments."""
+"""Generalised advantage estimation over a rollout of many environments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def advantages(
     gamma: float,
     decay: float,
 ) -> Tensor:
-    """Return how much better each step was than expected, shape (T, N).
+    """Return the generalised advantage of each step, shape (T, N).
 
     Equation:
         delta_t = r_t + gamma V(s'_t) (1 - terminated_t) - V(s_t)

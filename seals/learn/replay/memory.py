@@ -1,4 +1,4 @@
-"""The memory of an agent: a TorchRL buffer whose first slots hold demonstrations for good."""
+"""Replay buffer of TorchRL whose first slots hold protected demonstrations."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class Memory:
-    """Transitions in a buffer of TorchRL; experience goes round behind the demonstrations.
+    """Replay buffer: a ring of experience behind the protected demonstrations.
 
     Args:
         capacity: transitions of experience; the oldest give way. Demonstrations come on top.
-        sampler: from `seals.learn.replay.samplers.made`.
+        sampler: from `seals.learn.replay.samplers.as_torchrl_sampler`.
         device: where everything lies.
         generator: the only source of random numbers, on ``device``.
     """
@@ -42,7 +42,7 @@ class Memory:
         return len(self) - self.protected
 
     def protect(self, columns: Mapping[str, Any]) -> None:
-        """Put demonstrations where nothing overwrites them, before anything else.
+        """Store demonstrations in the protected slots, before any experience.
 
         Args:
             columns: tensors, or mappings of tensors, of equal length.
@@ -59,7 +59,7 @@ class Memory:
         self._whole().extend(self._rows(columns))
 
     def add(self, columns: Mapping[str, Any]) -> None:
-        """Add experience, one row an environment.
+        """Add a transition of each environment.
 
         Args:
             columns: tensors, or mappings of tensors, of equal length.
@@ -83,11 +83,9 @@ class Memory:
         found: Tensor = (batch["index"] < self.protected).float().mean()
         return found
 
-    def learn(self, batch: Any, error: Tensor) -> None:
+    def update_priorities(self, batch: Any, error: Tensor) -> None:
         """Hand errors (batch,) to a sampler that draws by them."""
-        learn = getattr(self.sampler, "learn", None)
-        if learn is not None:
-            learn(batch["index"], error)
+        self.sampler.update_priorities(batch["index"], error)
 
     def state(self) -> dict[str, Any]:
         """Return all transitions and the state of the sampler."""
@@ -105,7 +103,7 @@ class Memory:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put everything back that `state` returned."""
+        """Load what `state` returned."""
         if state["rows"] is None:
             return
         self._make(int(state["protected"]))
@@ -126,9 +124,7 @@ class Memory:
         logging.getLogger("torchrl").setLevel(logging.WARNING)
         self.protected = self.sampler.protected = protected
         size = protected + self.capacity
-        plant = getattr(self.sampler, "plant", None)
-        if plant is not None:
-            plant(size, self.device)
+        self.sampler.allocate(size, self.device)
         self._buffer = TensorDictReplayBuffer(
             storage=LazyTensorStorage(size, device=self.device),
             sampler=self.sampler,
@@ -152,7 +148,7 @@ class Ring:
     _storage: Any
 
     def __init__(self, *, protected: int = 0) -> None:
-        """Begin at the front."""
+        """Start at the first unprotected slot."""
         super().__init__()
         self.protected, self.cursor = protected, 0
         self._write_count = 0
@@ -190,11 +186,11 @@ class Ring:
         return int(self.extend(data.unsqueeze(0))[0])
 
     def state_dict(self) -> dict[str, Any]:
-        """Return where it goes on."""
+        """Return the cursor."""
         return {"cursor": self.cursor}
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Go on there."""
+        """Set the cursor."""
         self.cursor = int(state["cursor"])
 
 

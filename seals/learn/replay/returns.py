@@ -1,4 +1,4 @@
-"""Returns over several steps: they stop where an episode ends, and say what follows them."""
+"""n-step returns: truncated at the end of an episode, with the bootstrap observation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Returns:
     """
 
     def __init__(self, *, length: int, gamma: float, both: bool = False) -> None:
-        """Begin with nothing under way."""
+        """Start with an empty window."""
         self.length, self.gamma, self.both = length, gamma, both
         self._under_way: list[dict[str, Any]] = []
 
@@ -84,7 +84,7 @@ class Returns:
         return self._out() if len(self._under_way) == self.length else None
 
     def drain(self) -> list[dict[str, Any]]:
-        """Return the transitions under way as they stand: the episodes have ended."""
+        """Return the transitions left in the window after the episodes have ended."""
         return [self._out() for _ in range(len(self._under_way))]
 
     def _out(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class Returns:
         return {"under_way": [dict(item) for item in self._under_way]}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         self._under_way = [present_names(item) for item in state["under_way"]]
 
 

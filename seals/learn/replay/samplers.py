@@ -1,7 +1,7 @@
-"""Which transitions a batch is made of: all alike, by fixed shares, or by priority.
+"""Samplers of a replay buffer: uniform, with a fixed share of demonstrations, or by priority.
 
-The logic lies in plain classes; `made` ties one to TorchRL's base class of samplers when a buffer
-is made, so that this module is read without TorchRL.
+The logic lies in plain classes; `as_torchrl_sampler` ties one to TorchRL's base class of samplers
+when a buffer is made, so that this module is read without TorchRL.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Uniform:
-    """Draws all transitions alike, or a fixed share from the demonstrations.
+    """Uniform sampling, or a fixed share of demonstrations.
 
     Args:
         share: of a batch that comes from the protected demonstrations, from 0 to 1; None draws
@@ -28,8 +28,14 @@ class Uniform:
     generator: Generator | None = None
 
     def __init__(self, *, share: float | None = None) -> None:
-        """Remember the share."""
+        """Store the share."""
         self.share = share
+
+    def allocate(self, size: int, device: str) -> None:
+        """Allocate nothing: uniform draws need no priorities."""
+
+    def update_priorities(self, index: Tensor, error: Tensor) -> None:
+        """Ignore the errors of drawn transitions."""
 
     def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
         """Return indices (batch,), as TorchRL asks for them."""
@@ -56,7 +62,7 @@ class Uniform:
 
 
 class Prioritised:
-    """Draws transitions by what there is to learn from them, and demonstrations by more.
+    """Prioritised sampling by temporal-difference error, with a bonus for demonstrations.
 
     Equation:
         p_i = (|delta_i| / s + epsilon + epsilon_d d_i)^alpha,  P(i) = p_i / sum p
@@ -85,7 +91,7 @@ class Prioritised:
     def __init__(
         self, *, alpha: float, beta: float, anneal: int, epsilon: float, bonus: float
     ) -> None:
-        """Remember the law; the tree is planted with the first transition."""
+        """Store the parameters; the tree is allocated with the first transition."""
         self.alpha, self.beta, self.anneal = alpha, beta, anneal
         self.epsilon, self.bonus = epsilon, bonus
         self.tree: SumTree | None = None
@@ -94,15 +100,15 @@ class Prioritised:
         self._largest: Tensor | float = 1.0
         self._scale: Tensor | float = 0.0
 
-    def plant(self, size: int, device: str) -> None:
-        """Make room for the priorities of ``size`` transitions."""
+    def allocate(self, size: int, device: str) -> None:
+        """Allocate the priorities of ``size`` transitions."""
         self.tree = SumTree(size, device)
 
     def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
         """Return indices (batch,) and their weights, as TorchRL asks for them."""
         import torch
 
-        tree = self._planted()
+        tree = self._allocated()
         device = _device(self.generator)
         at = torch.rand(batch_size, generator=self.generator, device=device, dtype=torch.float64)
         total = tree.total
@@ -113,16 +119,16 @@ class Prioritised:
         return index, {"weight": (weight / weight.max()).float()}
 
     def extend(self, index: Tensor) -> None:
-        """Give new transitions the largest error of late."""
+        """Give new transitions the largest recent error."""
         import torch
 
-        tree = self._planted()
+        tree = self._allocated()
         index = torch.as_tensor(index, device=tree.levels[0].device).reshape(-1)
         error = torch.ones(index.shape, dtype=torch.float64, device=index.device) * self._largest
         tree.put(index, self._priority(index, error))
 
-    def learn(self, index: Tensor, error: Tensor) -> None:
-        """Take back the errors (batch,) of drawn transitions."""
+    def update_priorities(self, index: Tensor, error: Tensor) -> None:
+        """Update the priorities of drawn transitions by their errors (batch,)."""
         import torch
 
         size = error.detach().double().abs()
@@ -131,7 +137,7 @@ class Prioritised:
         mean = torch.as_tensor(self._scale) / self._weight
         scaled = size / mean.clamp(min=1e-12)
         self._largest = torch.maximum(scaled.max(), 0.999 * torch.as_tensor(self._largest))
-        self._planted().put(index, self._priority(index, scaled))
+        self._allocated().put(index, self._priority(index, scaled))
         self.updates += 1
 
     def _priority(self, index: Tensor, scaled: Tensor) -> Tensor:
@@ -139,7 +145,7 @@ class Prioritised:
         found: Tensor = (scaled + self.epsilon + self.bonus * shown) ** self.alpha
         return found
 
-    def _planted(self) -> SumTree:
+    def _allocated(self) -> SumTree:
         if self.tree is None:
             raise RuntimeError("a prioritised sampler is used before its buffer was made")
         return self.tree
@@ -149,7 +155,7 @@ class Prioritised:
         import torch
 
         return {
-            "leaves": self._planted().leaves(),
+            "leaves": self._allocated().leaves(),
             "updates": self.updates,
             "largest": torch.as_tensor(self._largest, dtype=torch.float64).clone(),
             "scale": torch.as_tensor(self._scale, dtype=torch.float64).clone(),
@@ -157,8 +163,8 @@ class Prioritised:
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
-        tree = self._planted()
+        """Load that state."""
+        tree = self._allocated()
         tree.fill(state["leaves"])
         device = tree.levels[0].device
         self.updates, self._weight = int(state["updates"]), float(state["weight"])
@@ -166,7 +172,7 @@ class Prioritised:
         self._scale = state["scale"].to(device)
 
 
-def made(cls: type, **options: Any) -> Any:
+def as_torchrl_sampler(cls: type, **options: Any) -> Any:
     """Return a sampler of a class of this module as a ``Sampler`` of TorchRL.
 
     Example:

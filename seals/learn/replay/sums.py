@@ -1,4 +1,4 @@
-"""A tree of sums: draws an index in proportion to its weight, and changes weights, in few steps."""
+"""Sum tree: sampling in proportion to weights, and updates, in logarithmic time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FANOUT = 64
 
 
 class SumTree:
-    """Weights with their sums, FANOUT at a time, so that a batch is drawn in one pass a level.
+    """Sum tree of fan-out FANOUT: a batch is drawn with one pass a level.
 
     Sums are made anew from their children, never by differences: they cannot drift.
 

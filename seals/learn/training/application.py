@@ -14,11 +14,11 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.learn.learner import need_torch
 from seals.learn.metadata import config_hash
-from seals.learn.training.beginning import agent_of, environments
 from seals.learn.training.checkpoint import FILE
-from seals.learn.training.course import Course
 from seals.learn.training.loop import POLICY, Outcome, Training
+from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN
+from seals.learn.training.setup import agent_of, environments
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 
@@ -27,7 +27,7 @@ FREE = ("course", "resume", "threads", "name", "film")
 
 
 def execute(config: Any) -> int:
-    """Train what a composed configuration describes; fill Hydra's run folder.
+    """Run the training of a composed configuration; results go to Hydra's run folder.
 
     Args:
         config: with the keys of `seals.learn.training.settings.TrainSettings`.
@@ -48,7 +48,7 @@ def execute(config: Any) -> int:
         if (folder / FILE).exists():
             print(f"To go on: seals train resume={folder}", file=sys.stderr)
         raise
-    _tell(folder, outcome)
+    _print_lines(folder, outcome)
     return 0
 
 
@@ -71,7 +71,7 @@ def train_into(
     from seals.run.progress import progress
 
     torch.set_num_threads(max(1, int(config.threads)))
-    course = _course(config)
+    course = _schedule(config)
     facts = _facts(config, overrides or [])
     if config.film:
         from seals.learn.film import refuse_unfilmed
@@ -96,7 +96,7 @@ def train_into(
                 heard=lambda success: metrics.update(success=f"{success:.0%}"),
             )
             if resume:
-                remarks += _take_up(training, folder, config)
+                remarks += _resume(training, folder, config)
             outcome = _run(training, folder, facts, remarks)
         if config.film:
             _film(folder, eval_env, config)
@@ -165,19 +165,19 @@ def _stopping(training: Training) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _course(config: Any) -> Course:
+def _schedule(config: Any) -> TrainingSchedule:
     from omegaconf import OmegaConf
 
     from seals.schema import check_tree
 
     values: Any = OmegaConf.to_container(config.course, resolve=True)
     values.pop("_target_", None)
-    course = Course(**values)
+    course = TrainingSchedule(**values)
     check_tree(course, where="course")
     return course
 
 
-def _take_up(training: Training, folder: Path, config: Any) -> list[str]:
+def _resume(training: Training, folder: Path, config: Any) -> list[str]:
     from seals.learn.training.checkpoint import read_checkpoint
 
     state = read_checkpoint(folder, device=str(config.device))
@@ -186,7 +186,7 @@ def _take_up(training: Training, folder: Path, config: Any) -> list[str]:
             f"resume={folder}: the training was begun with other settings, or another version of "
             "robot and environment.\nBegin it anew, in a folder of its own."
         )
-    return training.take_up(state)
+    return training.resume(state)
 
 
 def _hash(config: Any) -> str:
@@ -204,7 +204,7 @@ def _name(config: Any, overrides: Sequence[str]) -> str:
 
 
 def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
-    """Return what the folder says of itself beside the course of the training."""
+    """Return the run's metadata besides its learning curve."""
     from seals.run.provenance import revision, versions
 
     return {
@@ -242,7 +242,7 @@ def _root(word: str) -> str:
     return word.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
 
 
-def _tell(folder: Path, outcome: Outcome) -> None:
+def _print_lines(folder: Path, outcome: Outcome) -> None:
     ended = "good enough early" if outcome.early else "done"
     success = "" if outcome.success is None else f", success {outcome.success:.0%}"
     print(

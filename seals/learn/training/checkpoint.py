@@ -39,7 +39,7 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
 
 
 def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
-    """Read what `write_checkpoint` wrote; nothing but plain data and tensors is taken.
+    """Read a checkpoint; only plain data and tensors are accepted.
 
     Raises:
         ConfigError: there is none, or it cannot be used.
@@ -70,7 +70,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
 
 
 def has_checkpoint(folder: Path) -> bool:
-    """Return whether a training can be taken up."""
+    """Return True if a training can be resumed."""
     return (folder / FILE).is_file()
 
 

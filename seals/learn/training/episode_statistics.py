@@ -20,7 +20,7 @@ class EpisodeStatistics:
     """
 
     def __init__(self, count: int, device: str) -> None:
-        """Begin every episode with nothing."""
+        """Start with empty sums."""
         import torch
 
         self._returns = torch.zeros(count, dtype=torch.float64, device=device)
@@ -55,7 +55,7 @@ class EpisodeStatistics:
         self._updates += 1
 
     def row(self) -> dict[str, float | int]:
-        """Return the means since the last row, and begin anew; what is unknown is left out."""
+        """Return the means since the last row and reset the sums; unknown ones are left out."""
         episodes, success, returns, length = self._ended.tolist()
         found: dict[str, float | int] = {"episodes": int(episodes)}
         if episodes:
@@ -70,7 +70,7 @@ class EpisodeStatistics:
         return found
 
     def fresh_episodes(self) -> None:
-        """Forget the episodes under way: they will not be gone on with."""
+        """Discard the running episodes: they were interrupted."""
         self._returns.zero_()
         self._length.zero_()
 
@@ -85,7 +85,7 @@ class EpisodeStatistics:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         self._returns.copy_(state["returns"])
         self._length.copy_(state["length"])
         self._ended.copy_(state["ended"])

@@ -13,9 +13,9 @@ from seals.learn.networks import actor_of
 from seals.learn.policy import NetworkPolicy, save_policy
 from seals.learn.starts import validation_seeds
 from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
-from seals.learn.training.course import Course
 from seals.learn.training.episode_statistics import EpisodeStatistics
 from seals.learn.training.rows import Rows
+from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores, score
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ TRAINED = ("step", "seconds", "updates", "episodes", "success", "return", "lengt
 
 
 class Outcome(NamedTuple):
-    """How a training ended.
+    """Outcome of a training.
 
     Args:
         step: control steps made.
@@ -65,7 +65,7 @@ class Training:
         environment: Batched,
         agent: Agent,
         *,
-        course: Course,
+        course: TrainingSchedule,
         folder: Path,
         eval_env: Batched | None = None,
         metadata: Mapping[str, Any] | None = None,
@@ -98,7 +98,7 @@ class Training:
             self._begin()
         # a training taken up may stand between two updates
         self._update()
-        self._after()
+        self._log_evaluate_save()
         while self.agent.interactive and self.step < self.course.steps and not self._enough():
             action = self.agent.act(self._observation, explore=True)
             result = self.environment.step(action)
@@ -107,14 +107,14 @@ class Training:
             self._statistics.step(result)
             self.step += self.environment.count
             self._update()
-            self._after()
+            self._log_evaluate_save()
         return self._end()
 
     def _begin(self) -> None:
         self._begun = True
         if self.agent.interactive:
             self._observation = self.environment.reset(self._seeds())
-        self._look()
+        self._evaluate()
 
     def _seeds(self) -> list[int]:
         """Return a seed for each environment, all below those of evaluations."""
@@ -130,10 +130,10 @@ class Training:
                 self._tell(self.updates)
                 if self.updates % self.course.log_every == 0:
                     self._log()
-            self._keep()
+            self._checkpoint()
 
-    def _after(self) -> None:
-        """Tell rows, look and keep, where it is time to."""
+    def _log_evaluate_save(self) -> None:
+        """Log, evaluate and write a checkpoint when each is due."""
         if self.agent.interactive:
             self._tell(self.step)
         if self.step >= self._next["log"]:
@@ -141,8 +141,8 @@ class Training:
             self._log()
         if self.step >= self._next["look"]:
             self._next["look"] = self._later("look", self.course.look_every)
-            self._look()
-        self._keep()
+            self._evaluate()
+        self._checkpoint()
 
     def _later(self, name: str, every: int) -> int:
         """Return the next multiple of ``every``; many environments may pass several in one step."""
@@ -157,7 +157,7 @@ class Training:
             # without steps of its own, it stands where the others stand at the end
             self.step = self.course.steps
         if self._looked != [self.step, self.updates]:
-            self._look()
+            self._evaluate()
         if self.eval_env is None:
             self._save()
         remove_checkpoint(self.folder)
@@ -177,11 +177,11 @@ class Training:
 
     def _log(self) -> None:
         figures = {**self._place(), **self._statistics.row()}
-        self._table("training", (*TRAINED, *self.agent.reports)).tell(figures)
+        self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
         self._chart("training", figures)
 
-    def _look(self) -> None:
-        """Evaluate the policy as it stands on starts of its own, and save it."""
+    def _evaluate(self) -> None:
+        """Evaluate the present policy on the validation seeds, and save it."""
         self._looked = [self.step, self.updates]
         self._save()
         if self.eval_env is None:
@@ -196,7 +196,7 @@ class Training:
             **{f"final_{name}": _mean(values) for name, values in found.facts.items()},
         }
         finals = tuple(f"final_{name}" for name in sorted(found.facts))
-        self._table("evaluation", (*TRAINED, *finals)).tell(figures)
+        self._table("evaluation", (*TRAINED, *finals)).append(figures)
         self._chart("evaluation", figures)
         self.success = figures["success"]
         self._heard(figures["success"])
@@ -225,16 +225,16 @@ class Training:
         if not self.course.tensorboard:
             return
         if self._board is None:
-            from seals.learn.training.board import board_of
+            from seals.learn.training.tensorboard import tensorboard_writer
 
-            self._board = board_of(self.folder)
+            self._board = tensorboard_writer(self.folder)
         for name, value in figures.items():
             if name != "step" and value is not None:
                 self._board.add_scalar(f"{table}/{name}", value, self.step)
 
     # keeping
 
-    def _keep(self) -> None:
+    def _checkpoint(self) -> None:
         """Write a checkpoint when it is time, or when someone wants to stop.
 
         Raises:
@@ -281,8 +281,8 @@ class Training:
             "random": torch.get_rng_state(),
         }
 
-    def take_up(self, state: Mapping[str, Any]) -> list[str]:
-        """Put everything back, and return what could not be.
+    def resume(self, state: Mapping[str, Any]) -> list[str]:
+        """Restore a checkpoint, and return remarks on what could not be restored.
 
         Args:
             state: that `state` returned, in a training made of the same settings.

@@ -14,7 +14,7 @@ from seals.logs.atomic import write_text
 
 
 class Rows:
-    """Appends rows to a CSV file; each is on disk when `tell` returns.
+    """Append-only CSV table; a row is on disk when `append` returns.
 
     Args:
         path: the file.
@@ -30,7 +30,7 @@ class Rows:
     """
 
     def __init__(self, path: Path, columns: Sequence[str], *, keep: int = 0) -> None:
-        """Write the head, or drop what a resumed training will tell again."""
+        """Write the header, or drop rows that a resumed training will write again."""
         self.path, self.columns = path, list(columns)
         # the step does not tell: a checkpoint may stand before or behind the row of its own step
         kept = _kept(path, keep) if keep and path.is_file() else []
@@ -38,8 +38,8 @@ class Rows:
         lines = [",".join(self.columns), *(",".join(row[c] for c in self.columns) for row in kept)]
         write_text(path, "\n".join(lines) + "\n")
 
-    def tell(self, figures: Mapping[str, Any]) -> None:
-        """Append one row; a column without a figure stays empty."""
+    def append(self, figures: Mapping[str, Any]) -> None:
+        """Append one row; missing values stay empty."""
         with self.path.open("a", encoding="utf-8", newline="") as file:
             csv.writer(file, lineterminator="\n").writerow(
                 [_cell(figures.get(column)) for column in self.columns]

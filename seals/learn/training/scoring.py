@@ -1,4 +1,4 @@
-"""How well a policy does from given starts, every episode by itself."""
+"""Scores of a policy from given seeds, episode by episode."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int)
 
 
 def _latest(facts: dict[str, Any], result: StepResult, running: Any) -> dict[str, Any]:
-    """Return facts brought up to date where an episode still runs."""
+    """Update the facts of episodes that still run."""
     import torch
 
     return {

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.learn.settings import LearnSettings
-from seals.learn.training.course import Course
+from seals.learn.training.schedule import TrainingSchedule
 from seals.schema import param
 
 OWN = (
@@ -52,7 +52,7 @@ class TrainSettings(LearnSettings):
 
     name: str = "train"
     learner: Any = None
-    course: Course = field(default_factory=Course)
+    course: TrainingSchedule = field(default_factory=TrainingSchedule)
     count: int = 64
     judges: int = 0
     device: str = "cpu"

@@ -32,7 +32,7 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
         )
     judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
     seed = training_seed(int(config.seed))
-    values = _varied(config, count, seed)
+    values = _randomised_parameters(config, count, seed)
     environment = batched_of(config, count=count, device=device, seed=seed, values=values)
     try:
         # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
@@ -47,7 +47,7 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
         environment.close()
 
 
-def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
+def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any] | None:
     """Parameters by which the environments of the training differ; evaluations are as configured.
 
     Raises:
@@ -65,13 +65,13 @@ def _varied(config: Any, count: int, seed: int) -> dict[str, Any] | None:
             "Say backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.domain_randomisation import drawn
+    from seals.learn.environments.domain_randomisation import drawn_parameters
     from seals.learn.environments.posterior import estimates
 
     effects = build_learning(config)[0].effects
     known = None if diagnosis is None else estimates(str(diagnosis), effects, config.model)
     rng = np.random.default_rng(seed)
-    return dict(drawn(effects, count, share=share, rng=rng, known=known))
+    return dict(drawn_parameters(effects, count, share=share, rng=rng, known=known))
 
 
 def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
@@ -100,12 +100,12 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
         )
     if config.demonstrations is None:
         return agent, []
-    columns, remarks = _shown(config, environment)
+    columns, remarks = _read_demonstrations(config, environment)
     agent.add_demonstrations(columns)
     return agent, remarks
 
 
-def _shown(config: Any, environment: Any) -> tuple[dict[str, Any], list[str]]:
+def _read_demonstrations(config: Any, environment: Any) -> tuple[dict[str, Any], list[str]]:
     """Read the demonstrations and see that they are of this environment."""
     from seals.learn.demonstrations.folder import read
     from seals.learn.shipped import demonstrations_folder

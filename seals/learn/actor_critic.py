@@ -1,4 +1,4 @@
-"""The networks of a soft actor-critic: actor, critics and their slow copies, temperature."""
+"""Actor, critics, target critics and temperature of a soft actor-critic."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class SoftNetworks:
-    """Actor, critics, slow critics and temperature, each with its optimiser.
+class ActorCriticNetworks:
+    """Actor, critics, target critics and temperature, each with its optimiser.
 
     Make it inside `seals.learn.seeding.first_weights`.
 
@@ -26,8 +26,9 @@ class SoftNetworks:
         temperature: at first.
         encoder: layers of a picture, or None.
         device: where all of it lies.
-        known: numbers that the critics take beside an action, where the actor takes others.
-        sighted: with whom the encoder learns, ``"critics"`` or ``"actor"``.
+        critic_features: numbers that the critics take beside an action, None for those of the
+            actor.
+        encoder_loss: loss that updates the encoder, ``"critics"`` or ``"actor"``.
     """
 
     def __init__(
@@ -42,14 +43,14 @@ class SoftNetworks:
         temperature: float,
         encoder: Any,
         device: str,
-        known: int | None = None,
-        sighted: str = "critics",
+        critic_features: int | None = None,
+        encoder_loss: str = "critics",
     ) -> None:
         """Draw the first weights; slow critics begin as copies."""
         import torch
 
         def values() -> Any:
-            taken = (features if known is None else known) + actions
+            taken = (features if critic_features is None else critic_features) + actions
             each = [networks.mlp(taken, 1, hidden, layer_norm=layer_norm) for _ in range(critics)]
             return torch.nn.ModuleList(each).to(device)
 
@@ -67,7 +68,7 @@ class SoftNetworks:
             "actor": list(self.actor.parameters()),
             "alpha": [self.log_alpha],
         }
-        self._learned[sighted] += seen
+        self._learned[encoder_loss] += seen
         # what is recorded on an accelerator reads its learning rate there
         there = torch.device(device).type != "cpu"
         self.optimisers = {
@@ -101,7 +102,7 @@ class SoftNetworks:
         loss.backward(inputs=self._learned[name])
         optimiser.step()
 
-    def pace(self, learning_rate: float) -> None:
+    def set_learning_rate(self, learning_rate: float) -> None:
         """Set the learning rate of the steps to come."""
         for optimiser in self.optimisers.values():
             for group in optimiser.param_groups:
@@ -110,14 +111,14 @@ class SoftNetworks:
                 else:
                     group["lr"].fill_(learning_rate)
 
-    def follow(self, tau: float) -> None:
-        """Let the slow critics go a share ``tau`` of the way to the others."""
+    def polyak_update(self, tau: float) -> None:
+        """Update the target critics by Polyak averaging with the share ``tau``."""
         import torch
 
         with torch.no_grad():
             torch._foreach_lerp_(self._slow, self._fast, tau)
 
-    def moving(self) -> list[Tensor]:
+    def updated_tensors(self) -> list[Tensor]:
         """Return all tensors that an update changes, those of the optimisers at the end."""
         found = [*self._slow, *(x for part in self._learned.values() for x in part)]
         for optimiser in self.optimisers.values():
@@ -125,12 +126,12 @@ class SoftNetworks:
                 found += (tensor for tensor in kept.values() if hasattr(tensor, "copy_"))
         return found
 
-    def put_back(self, before: Sequence[Tensor]) -> None:
-        """Set all moving tensors to copies of earlier ones; what is new since then was zero."""
+    def restore_tensors(self, before: Sequence[Tensor]) -> None:
+        """Restore the tensors of `updated_tensors`; those made since then were zero."""
         import torch
 
         with torch.no_grad():
-            now = self.moving()
+            now = self.updated_tensors()
             for tensor, earlier in zip(now, before, strict=False):
                 tensor.copy_(earlier)
             for tensor in now[len(before) :]:
@@ -149,7 +150,7 @@ class SoftNetworks:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Put them back."""
+        """Load that state."""
         import torch
 
         for name, module in self._modules().items():

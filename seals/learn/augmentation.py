@@ -1,4 +1,4 @@
-"""Random shifts of pictures, the plainest way to keep critics on pictures from overfitting."""
+"""Random-shift augmentation of images."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from torch import Generator, Tensor
 
 
-def shifted(pixels: Tensor, *, most: int, generator: Generator) -> Tensor:
-    """Return pictures moved by whole pixels, each by its own draw, edges repeated.
+def random_shift(pixels: Tensor, *, most: int, generator: Generator) -> Tensor:
+    """Shift each image by random whole pixels, edges repeated.
 
     Args:
         pixels: shape (batch, channels, height, width), of any type.

@@ -1,4 +1,4 @@
-"""How long a training goes on, and what it writes on the way."""
+"""Training schedule: steps, evaluations, logs and checkpoints."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from seals.schema import param
 
 
 @dataclass(kw_only=True)
-class Course:
-    """The course of a training.
+class TrainingSchedule:
+    """Schedule of a training, the ``course`` of a configuration.
 
     Args:
         steps: control steps in all; one step of N environments is N of them.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from seals.arrays import Floats
 
 
-class Place(NamedTuple):
+class ActorPose(NamedTuple):
     """Pose and joint values of a robot or an object.
 
     Args:
@@ -22,7 +22,7 @@ class Place(NamedTuple):
     joints: Floats
 
 
-class Standing(NamedTuple):
+class EpisodeFrame(NamedTuple):
     """One instant of an episode.
 
     Args:
@@ -32,9 +32,9 @@ class Standing(NamedTuple):
     """
 
     time: float
-    actors: Mapping[str, Place]
+    actors: Mapping[str, ActorPose]
     target: Floats
 
 
-Watcher = Callable[[Standing], None]
+FrameCallback = Callable[[EpisodeFrame], None]
 """Takes one instant after the other."""

@@ -1,4 +1,4 @@
-"""Figures for TensorBoard, where it is wanted."""
+"""Optional event files for TensorBoard."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.errors import MissingExtra
 FOLDER = "tensorboard"
 
 
-def board_of(folder: Path) -> Any:
+def tensorboard_writer(folder: Path) -> Any:
     """Return a writer of TensorBoard's files into a folder below the training's.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What episodes from held-out starts come to: shares with intervals, and quantiles."""
+"""Evaluation result: success rates with intervals, and quantiles over episodes."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _OWN = ("return", SHARE)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Judgement:
-    """A policy in a world.
+class EvaluationResult:
+    """Result of a policy in a world.
 
     Args:
         policy: name or folder.
@@ -51,14 +51,14 @@ class Judgement:
         return {n: self.share(n) for n in self.columns if n == SHARE or n.startswith(f"{SHARE}_")}
 
     def quantiles(self, name: str) -> list[float]:
-        """Return the quantiles of a column; NaN where an episode did not say."""
+        """Return the quantiles of a column, NaN if an episode lacks it."""
         values = self.columns[name]
         if not np.isfinite(values).any():
             return [float("nan")] * len(QUANTILES)
         return [float(q) for q in np.nanquantile(values, QUANTILES)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return shares and quantiles as plain data; what is unknown is None."""
+        """Return success rates and quantiles as plain data; unknown ones are None."""
         rest = [n for n in self.columns if n != "seed" and n not in self.shares()]
         return {
             "policy": self.policy,
@@ -72,7 +72,7 @@ class Judgement:
         }
 
 
-def judgement(scores: Scores, *, policy: str, world: str, seconds: float) -> Judgement:
+def summarise(scores: Scores, *, policy: str, world: str, seconds: float) -> EvaluationResult:
     """Return the judgement of the scores of some episodes."""
     columns = {
         "seed": scores.seed.astype(float),
@@ -81,4 +81,4 @@ def judgement(scores: Scores, *, policy: str, world: str, seconds: float) -> Jud
         "length": scores.length.astype(float),
         **{name: values for name, values in scores.facts.items() if name not in _OWN},
     }
-    return Judgement(policy=policy, world=world, columns=columns, seconds=seconds)
+    return EvaluationResult(policy=policy, world=world, columns=columns, seconds=seconds)
