@@ -85,6 +85,8 @@ class TaskCatch(TaskReach):
     target_low: list[float] = vector((-0.7, -0.7, 0.0), "m", bounds=_BOX, source="chosen")
     target_high: list[float] = vector((0.7, 0.7, 0.0), "m", bounds=_BOX, source="chosen")
 
+    _pads = 0
+
     def bind(self, robot: RobotModel) -> None:
         """Find hand and posture.
 
@@ -113,7 +115,7 @@ class TaskCatch(TaskReach):
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the components of an observation, in order."""
-        pads = getattr(self, "_pads", 0)
+        pads = self._pads
         hand = ("grip", "closed", *(f"touch_{k + 1}" for k in range(pads)))
         rest = ("up_x", "up_y", "submersion", *hand)
         first = () if self.sight is ObservationKind.blind else _AWAY

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
-from seals.learn.task import Draw, Instant
+from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.observation import (
     ObservationKind,
     level_hand_offset,
@@ -28,7 +28,7 @@ _BOX = (-1e4, 1e4)
 
 
 @dataclass(kw_only=True)
-class TaskReach:
+class TaskReach(Task):
     """Fly or dive until the hand is at the target, and stay there; actions are velocities.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control import Reference
 from seals.errors import ConfigError
-from seals.learn.task import Draw, Instant
+from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
@@ -41,7 +41,7 @@ def _manners() -> dict[str, Any]:
 
 
 @dataclass(kw_only=True)
-class TaskWalk:
+class TaskWalk(Task):
     """Walk to a target from any place around it; actions are parameters of a gait.
 
     An action sets the velocity of the body, its rate of turn, and how the legs step, each from its
@@ -112,6 +112,7 @@ class TaskWalk:
 
     def __post_init__(self) -> None:
         """Refuse rings and ranges that are none."""
+        self._names: tuple[str, ...] = ()
         if self.nearest > self.farthest:
             raise ConfigError(
                 f"task.nearest={self.nearest} is above task.farthest={self.farthest}.\n"
@@ -162,7 +163,7 @@ class TaskWalk:
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Target, velocity, spin and lean in body axes, phases of the legs, the last action."""
-        legs = getattr(self, "_names", ())
+        legs = self._names
         phases = (f"{f}_{leg}" for f in ("cos", "sin") for leg in legs)
         return (*_BODY, *_TURN, *phases, *(f"last_{name}" for name in self.action_names))
 

@@ -109,7 +109,7 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
     episode = Episode(build_stage(settings), episode_frames(environment, policy, seed))
     look = RenderSettings()
     shooting = shooting_of(episode, look, way=episode.way)
-    if not getattr(task, "object", ""):
+    if not task.object:
         # an object that is the target shows where it is by itself
         ball = with_ball(shooting.scene, BALL * task.success_distance)
         shooting = shooting._replace(scene=ball)

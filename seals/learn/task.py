@@ -72,20 +72,21 @@ class Draw(NamedTuple):
 class Task(Protocol):
     """A task: a keyword-only dataclass, bound to a robot before use.
 
-    A task of walking may say what its steps cost by ``effort(now)``: work over weight [m], shape
-    (N,). Episodes then tell the cost of transport up to the time at which the target was reached.
+    Subclass it for the defaults of the optional fields.
 
     Attributes:
         rate: control steps a second [Hz].
         duration: longest episode [s].
         success_distance: within which the target counts as reached [m].
         hold: for how long [s].
+        object: name of the run's object that is the target; empty for a target of the task's own.
     """
 
     rate: float
     duration: float
     success_distance: float
     hold: float
+    object: str = ""
 
     def bind(self, robot: RobotModel) -> None:
         """Get to know the robot.
@@ -142,6 +143,18 @@ class Task(Protocol):
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return True for episodes that the task itself ends, bool (N,)."""
         ...
+
+    @property
+    def over_with_success(self) -> bool:
+        """True if success ends the episode."""
+        return False
+
+    def effort(self, now: Instant) -> Array | None:
+        """Return the work of the last step over the robot's weight [m], shape (N,).
+
+        Episodes then report the cost of transport up to the first success; None leaves it out.
+        """
+        return None
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a scripted policy, shape (N, a)."""

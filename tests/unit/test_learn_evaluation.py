@@ -312,7 +312,7 @@ def test_what_was_judged_is_written_before_a_refusal(
         done.append(trial.policy)
         return scored(PolicyScripted, range(2_000_000_000, 2_000_000_004), 2)
 
-    monkeypatch.setattr(application, "judge", evaluate_policy)
+    monkeypatch.setattr(application, "evaluate_policy", evaluate_policy)
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "beside=[]", "grid=worlds", "out=kept"]) == 2
     assert done == ["scripted"]

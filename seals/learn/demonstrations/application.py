@@ -81,15 +81,15 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
             f"only {len(kept)} of {tried} episodes succeeded, and {wanted} were asked for.\n"
             "Say keep=all, ask for fewer, or take a better policy."
         )
-    task: Any = getattr(environment, "task", None)
+    task = environment.task
     origin = Origin(
         env=str(config.name),
         config_hash=world_hash(config),
         who=Who(str(config.who)),
         by=str(config.labels or config.policy),
-        observation=list(getattr(task, "observation_names", ())),
-        action=list(getattr(task, "action_names", ())),
-        rate=float(getattr(task, "rate", 0.0)),
+        observation=list(task.observation_names),
+        action=list(task.action_names),
+        rate=task.rate,
         config=world_config(config),
         tried=tried,
     )

@@ -68,7 +68,6 @@ class Episodes:
         self.task = task
         self._names = list(extras(task))
         self._distances = list(extras(task).values())
-        self._effort = getattr(task, "effort", None)
         self._hold = max(1, round(task.hold * task.rate))
         self.steps = max(1, round(task.duration * task.rate))
 
@@ -93,38 +92,45 @@ class Episodes:
         won = xp.maximum(ledger.won, xp.astype(streak >= self._hold, streak.dtype))
         steps = ledger.steps + 1.0
         total = ledger.total + reward[:, None]
-        account = self._account(now, distance, ledger, won[:, -1:] > 0.5)
+        effort = self.task.effort(now)
+        account = self._account(now, distance, effort, ledger, won[:, -1:] > 0.5)
         kept = EpisodeState(steps, streak, won, total, memory, *account)
         terminated = self.task.ended(now, memory)
         success = won[:, len(self._names) - 1] > 0.5
-        if getattr(self.task, "over_with_success", False):
+        if self.task.over_with_success:
             terminated = terminated | success
         truncated = (steps[:, 0] >= self.steps) & ~terminated
         facts: dict[str, Any] = {"distance": distance, "return": kept.total[:, 0]}
         facts |= {name: won[:, k] for k, name in enumerate(self._names)}
         facts |= {"time": now.time[:, 0], "reached_after": kept.reached[:, 0]}
-        if self._effort is not None:
+        if effort is not None:
             done = kept.effort / xp.maximum(kept.gained, kept.gained * 0.0 + LEAST_WAY)
             facts["cost_of_transport"] = (done + 0.0 * kept.reached)[:, 0]
         return EpisodeOutcome(reward, terminated, truncated, success, facts), kept
 
     def _account(
-        self, now: Instant, distance: Array, ledger: EpisodeState, won: Array
+        self,
+        now: Instant,
+        distance: Array,
+        effort: Array | None,
+        ledger: EpisodeState,
+        won: Array,
     ) -> tuple[Array, Array, Array]:
         """Return time, effort and distance up to the first success; they are constant afterwards.
 
         Args:
             now: after the step.
             distance: from the target [m], shape (N,).
+            effort: of the step [m], shape (N,), or None.
             ledger: before the step.
             won: whether the target has been reached by now, shape (N, 1).
         """
         xp = namespace(distance)
         before = xp.isnan(ledger.reached)
         reached = xp.where(before & won, now.time, ledger.reached)
-        if self._effort is None:
+        if effort is None:
             return reached, ledger.effort, ledger.gained
-        spent = ledger.effort + self._effort(now)[:, None]
+        spent = ledger.effort + effort[:, None]
         gained = now.start - distance[:, None]
         return (
             reached,

@@ -82,7 +82,7 @@ class WorldEnvironment:
         names = () if self._whole is None else self._whole.knows
         self._frame_callback: FrameCallback | None = None
         self._facts = Facts(names, self.actor, self.settings.environment)
-        _check_objects(self.world, [n for n in (getattr(task, "object", ""),) if n])
+        _check_objects(self.world, [n for n in (task.object,) if n])
         self.now: Instant = self._instant(np.zeros((1, len(task.action_names))), np.zeros((1, 1)))
         self._ledger: EpisodeState = self.episodes.start(self.now)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
@@ -220,7 +220,7 @@ class WorldEnvironment:
 
     def _target(self, now: Floats) -> tuple[Floats, Floats]:
         """Place and velocity of the target: of an object of the world, or as the task says."""
-        name = getattr(self.task, "object", "")
+        name = self.task.object
         if not name:
             return self.task.target(self._goal, now)
         kinematics, moving = self.world.actors[name].look()

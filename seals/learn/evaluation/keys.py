@@ -13,7 +13,6 @@ from seals.errors import ConfigError, suggestion
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from seals.learn.batched import Batched
 
 SUFFIXES = (".yaml", ".yml", ".csv")
 """Of files that are scripts of keys."""
@@ -80,16 +79,16 @@ def action_of(stick: Stick, names: Sequence[str]) -> list[float]:
     return [float(shares[name]) for name in names]
 
 
-def policy_of_keys(path: Path, environment: Batched) -> PolicyKeys:
+def policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
     """Return the policy of a script of keys.
 
     Raises:
         ConfigError: the script cannot be read, or keys cannot give the task's actions.
     """
-    task: Any = getattr(environment, "task", None)
+    task = environment.task
     return PolicyKeys(
         read_track(path),
-        list(getattr(task, "action_names", ())),
-        rate=float(getattr(task, "rate", 1.0)),
+        list(task.action_names),
+        rate=task.rate,
         device=environment.device,
     )

@@ -225,15 +225,8 @@ def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
 def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
     keys = ("learner", "seed", "env", "config_hash", "world_hash")
     own = [word for word in facts["overrides"] if _root(word) not in (*OWN, *FREE, "seed")]
-    task = getattr(environment, "task", None)
-    names = (
-        {}
-        if task is None
-        else {
-            "observation": list(task.observation_names),
-            "action": list(task.action_names),
-        }
-    )
+    task = environment.task
+    names = {"observation": list(task.observation_names), "action": list(task.action_names)}
     return {**{key: facts[key] for key in keys}, "overrides": own, **names}
 
 

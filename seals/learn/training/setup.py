@@ -84,7 +84,7 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
         action_size=environment.action_size,
         count=environment.count,
         pixels=environment.pixels,
-        names=tuple(getattr(environment.task, "observation_names", ())),
+        names=tuple(environment.task.observation_names),
     )
     agent: Agent = learner.start(spaces, device=str(config.device), seed=int(config.seed))
     if agent.wants == "must" and config.demonstrations is None:
