@@ -125,7 +125,7 @@ def test_a_training_from_the_command_line(
 
     monkeypatch.chdir(tmp_path)
     kill = 8
-    step = Training._after
+    step = Training._log_evaluate_save
 
     def cut(self: Training) -> None:
         if self.step >= kill:
@@ -133,7 +133,7 @@ def test_a_training_from_the_command_line(
         step(self)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Training, "_after", cut)
+        patch.setattr(Training, "_log_evaluate_save", cut)
         assert main(["train", *TINY, "hydra.run.dir=run"]) == 130
     run = tmp_path / "run"
     assert json.loads((run / "run.json").read_text())["state"] == "interrupted"

@@ -199,7 +199,7 @@ def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path
     """A checkpoint between two updates stands before its step's row, one after them behind it."""
     course = TrainingSchedule(steps=100, look_every=100, log_every=20, episodes=4, checkpoint=0.0)
     first = training_of(LEARNERS["sac"], tmp_path, course=course)
-    after, kept = first._after, {}
+    after, kept = first._log_evaluate_save, {}
 
     def heard() -> None:
         if first.step >= 60 and where == "before":
@@ -208,7 +208,7 @@ def test_the_row_of_the_step_that_is_kept_stands_once(where: str, tmp_path: Path
         if first.step >= 60 and where == "behind":
             kept.setdefault("state", copy.deepcopy(first.state()))
 
-    first._after = heard  # type: ignore[method-assign]
+    first._log_evaluate_save = heard  # type: ignore[method-assign]
     first.run()
     whole = [row["step"] for row in table(tmp_path / "training.csv")]
     second = training_of(LEARNERS["sac"], tmp_path, course=course)
