@@ -1,4 +1,4 @@
-"""``seals compare``: reads, checks, cuts, fits, judges, reports."""
+"""``seals compare``: fit model variants to measurements and report their errors."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Gro
 def _offsets(
     case: Case, variant: ModelVariant, k: int, options: CompareOptions
 ) -> dict[str, tuple[float, float]]:
-    """Clock offset of every channel against the model, by its most lively component."""
+    """Return the clock offset of every channel against the model, by its largest component."""
     out = {}
     for channel, measured in case.measured.items():
         if options.offset <= 0.0 or channel == "orientation":

@@ -1,4 +1,4 @@
-"""Cuts logs into stretches that can be compared, and finds their starts."""
+"""Stretches of logs for a comparison, with their start states."""
 
 from __future__ import annotations
 

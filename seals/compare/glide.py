@@ -1,4 +1,4 @@
-"""Steady glides: at every sample the forces balance at the measured pitch."""
+"""Steady glide: the forces balance at every sample at the measured pitch."""
 
 from __future__ import annotations
 

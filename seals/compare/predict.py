@@ -1,4 +1,4 @@
-"""Simulates stretches of logs with the twin and samples what the sensors would have read."""
+"""Prediction of stretches of logs by batch dynamics, sampled as the sensors do."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Predictor:
         *,
         step: float,
     ) -> None:
-        """Keep the parts."""
+        """Store the arguments."""
         self.settings, self.robot, self.effects = settings, robot, effects
         self.keys, self.cases, self.step = tuple(keys), tuple(cases), step
 

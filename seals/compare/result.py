@@ -32,7 +32,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """The whole result.
+    """Result of a comparison.
 
     Args:
         name: of the comparison.

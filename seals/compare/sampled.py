@@ -50,7 +50,7 @@ def bare_case(
 
 
 def divided(cases: Sequence[Case], settings: CompareSettings) -> list[Case]:
-    """Mark what ``held_out`` names and leave out what ``train`` does not.
+    """Mark stretches named by ``held_out`` and leave out those that ``train`` does not name.
 
     Raises:
         ConfigError: a pattern matches no stretch, or there is no stretch.
@@ -75,7 +75,7 @@ def divided(cases: Sequence[Case], settings: CompareSettings) -> list[Case]:
 
 
 class SampledPredictor(Predictor):
-    """A predictor of samples that each stand for themselves: one row of the twin a sample."""
+    """Predictor of independent samples: one row of the batch for each."""
 
     def rows_of(self, jobs: Sequence[Job]) -> list[slice]:
         """Rows of every job in the batch."""

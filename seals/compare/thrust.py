@@ -1,4 +1,4 @@
-"""Thrust alone: specific force along the rotors' axis, predicted from their commands."""
+"""Thrust model: specific force along the rotors' axis, predicted from their commands."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class ModelVariant:
 def fit_variants(
     settings: CompareSettings, robot: RobotModel, cases: Sequence[Case], *, step: float
 ) -> list[ModelVariant]:
-    """Fit and judge every variant.
+    """Fit and score every variant.
 
     Raises:
         ConfigError: a variant names an effect that the model does not hold.

@@ -40,7 +40,7 @@ def default_additions(law: type[Effect], name: str, subject: Subject) -> list[Ad
     ``rotor`` one for each actuator, ``joint`` one for each joint. Parameters whose bounds hold zero
     are strengths: zero switches them off, and they are fitted. Others are shapes and keep their
     default unless ``identification.scales`` names them. An effect whose class cannot be built
-    without options, or that has no strength, is no candidate.
+    without options, or that has no strength, is not a candidate.
 
     Args:
         law: class of the effect.

@@ -136,7 +136,7 @@ class AddedMassCentre(Effect):
 
 @dataclass(kw_only=True)
 class WaveMoment(Effect):
-    """Takes back the moment of the waves' pressure force: it acts on the origin.
+    """Correction of the waves' pressure force: it acts on the origin, without moment.
 
     Equation:
         T = -r_b x (rho V s a_water), with r_b the centroid of the submerged volume.

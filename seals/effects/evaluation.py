@@ -1,4 +1,4 @@
-"""Evaluates the effects of a scene or a batch at one instant.
+"""Evaluation of the effects of a scene or a batch at one instant.
 
 Simulator, twin and screen use the same code.
 """
@@ -61,7 +61,7 @@ class Evaluation(NamedTuple):
 
 
 class Evaluator:
-    """Calls the hooks of an effect set on rows ordered link by link.
+    """Evaluator of an effect set on rows ordered link by link.
 
     Args:
         effects: bound effects.

@@ -164,7 +164,7 @@ class Addition:
             nominal model holds.
         parameters: that a fit may move.
         named: those that make up the candidate, in the order of the report; None for all, empty for
-            a tolerance of the nominal model that is no candidate.
+            a tolerance of the nominal model that is not a candidate.
         reported: their names in the report; None for the same.
         nuisance: parameters that the candidate frees but does not report.
         variant: tells variants apart, for example ``{"rotor": 2}``.

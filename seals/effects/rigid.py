@@ -1,4 +1,4 @@
-"""Changes of a link's rigid inertia: what they weigh, and what body they leave."""
+"""Changes of a link's rigid inertia: their weight, and the resulting body."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
@@ -138,8 +139,8 @@ def diagnose(
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {
-        "before": held_out_misfit(found.nominal, problem),
-        "after": held_out_misfit(chosen, problem),
+        "before": held_out_misfit(found.nominal),
+        "after": held_out_misfit(chosen),
         "noise_floor": 1.0,
     }
     return Diagnosis(
@@ -151,22 +152,25 @@ def diagnose(
     )
 
 
-def held_out_misfit(hypothesis: EvidenceHypothesis, problem: Problem) -> float:
+def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
     """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
-    fit = hypothesis.fit
-    windows = hypothesis.fitter.windows
-    count = windows.count
+    return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
+
+
+def held_out_by_window(hypothesis: EvidenceHypothesis) -> Floats:
+    """Held-out misfit of every window, shape (W,); each is predicted by a fit to other blocks."""
+    fit, count = hypothesis.fit, hypothesis.fitter.windows.count
     fold = np.arange(count) * min(FOLDS, count) // count
     at = np.array([fit.values[k] for k in fit.keys])
-    total = 0.0
+    out = np.empty(count)
     for part in range(int(fold.max()) + 1):
         test = fold == part
         matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
         gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
         step = solve_scaled(matrix, gradient)
         inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
-        total += float((fit.misfit[test] - 2.0 * fit.right[test] @ step + inner).sum())
-    return total / float(windows.observed)
+        out[test] = fit.misfit[test] - 2.0 * fit.right[test] @ step + inner
+    return out
 
 
 def _effect(claim: Claim[EvidenceHypothesis]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,8 @@ OTHER_MEANING = {
     },
 }
 """Words that are also names of effects but mean a key of a log, an answer or a term there."""
+INSTANCE = re.compile(r"(_(air|water|any))?(_change|_shape)?$")
+"""Endings by which instances of an effect differ."""
 WAVES = {"airy", *(law.candidate for law in wave_laws())}
 """Names of waves that a diagnosis may find missing, and names under which it reports them."""
 
@@ -46,7 +49,7 @@ def literals(path: Path) -> set[str]:
 
 def known(path: Path) -> set[str]:
     """Return the effects that a source names, alone or as the head of ``instance.parameter``."""
-    heads = {text.partition(".")[0] for text in literals(path)}
+    heads = {INSTANCE.sub("", text.partition(".")[0]) for text in literals(path)}
     return heads & {*registry.names("effect"), *WAVES}
 
 
@@ -71,6 +74,6 @@ def test_the_exceptions_are_needed(name: str) -> None:
 
 def test_a_name_would_be_found(tmp_path: Path) -> None:
     """The search sees names in tuples and as heads of keys, not in docstrings."""
-    text = '"""wind"""\nA = ("payload", "tether.length")\n'
+    text = '"""wind"""\nA = ("payload", "tether.length", "linear_drag_water_change.x")\n'
     (tmp_path / "source.py").write_text(text, encoding="utf-8")
-    assert known(tmp_path / "source.py") == {"payload", "tether"}
+    assert known(tmp_path / "source.py") == {"payload", "tether", "linear_drag"}

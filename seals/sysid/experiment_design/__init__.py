@@ -1,1 +1,1 @@
-"""Plans the manoeuvre that would tell effects apart, or show one at all."""
+"""Experiment design: the manoeuvre that separates effects best, or shows one at all."""

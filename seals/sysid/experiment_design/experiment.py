@@ -110,7 +110,7 @@ def read_experiment(path: str | Path) -> Experiment:
             f"experiment={path} cannot be read: {first}.\nGive a file that seals plan wrote."
         ) from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise ConfigError(f"experiment={path} is no planned manoeuvre.\nAllowed: kind: {KIND}")
+        raise ConfigError(f"experiment={path} is not a planned manoeuvre.\nAllowed: kind: {KIND}")
     _check_keys(path, content)
     try:
         return _experiment(content)

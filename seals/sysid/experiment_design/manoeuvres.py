@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,7 +63,7 @@ def _path(scene: Scene, time: Floats, **moved: Floats) -> Path:
 
 
 def hover(scene: Scene, time: Floats) -> Path:
-    """Stay."""
+    """Hover in place."""
     return _path(scene, time)
 
 
@@ -80,7 +80,7 @@ def two_speeds(scene: Scene, time: Floats) -> Path:
 
 
 def circle(scene: Scene, time: Floats) -> Path:
-    """Round and round with a fixed heading, slowly and then faster."""
+    """Circle with a fixed heading, slowly and then faster."""
     size = min(1.5, scene.speed**2 / scene.push)
     fast = min(0.75 * scene.speed / size, 1.5)
     angle = 0.4 * fast * time + 0.6 * fast * 20.0 * (np.clip(time / 20.0, 0.0, 1.0) ** 2) / 2.0
@@ -98,13 +98,13 @@ def steps(scene: Scene, time: Floats) -> Path:
 
 
 def chirp(scene: Scene, time: Floats) -> Path:
-    """Up and down, faster and faster."""
+    """Sweep up and down at rising frequency."""
     low, high = _band(scene)
     return _path(scene, time, z=sweep(time, push=scene.lift, low=low, high=high, seconds=15.0))
 
 
 def sideways_chirp(scene: Scene, time: Floats) -> Path:
-    """To and fro along x and y, faster and faster."""
+    """Sweep along x and y at rising frequency."""
     low, high = _band(scene)
     x = sweep(time, push=0.8 * scene.push, low=low, high=0.6 * high, seconds=15.0)
     y = sweep(time, push=0.8 * scene.push, low=1.15 * low, high=0.7 * high, seconds=15.0)
@@ -267,8 +267,3 @@ LIBRARY = (
     ),
 )
 """All manoeuvres."""
-
-
-def by_name() -> Mapping[str, Manoeuvre]:
-    """Manoeuvres by name."""
-    return {m.name: m for m in LIBRARY}

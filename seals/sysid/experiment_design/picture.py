@@ -1,4 +1,4 @@
-"""Pictures of a plan: where the vehicle goes, and how far apart manoeuvres bring effects."""
+"""Pictures of a plan: reference motion, and expected separations."""
 
 from __future__ import annotations
 

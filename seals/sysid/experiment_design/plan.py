@@ -1,4 +1,4 @@
-"""The plan: all manoeuvres of the library ranked by how well they would tell effects apart."""
+"""Ranking of manoeuvres by the expected separation of effects."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def propose(
     seed: int = 0,
     tell: Callable[[int], None] = lambda done: None,
 ) -> Plan:
-    """Choose the manoeuvre that would tell effects apart best, or show a single one best.
+    """Choose the manoeuvre that separates effects best, or shows a single one best.
 
     Args:
         problem: the log made ready: vehicle, sensors, disturbance.

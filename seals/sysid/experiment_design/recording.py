@@ -10,6 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import BatchDynamics
+from seals.effects.binding import has_hook
+from seals.effects.effect import Inertia
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
@@ -18,20 +20,19 @@ from seals.sysid.predictors.problem import Problem
 
 
 class _Planned(Plant):
-    """A plant whose added masses all run over the batch as soon as one of them does."""
+    """Plant in which an added inertia runs over the batch as soon as one of its parameters does."""
 
     def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> BatchDynamics:
         """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
-        moved = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & {_ADDED}
+        effects = self.candidate_set.effects
+        arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
+        moved = {n for n in arrays if has_hook(effects[n], Inertia)}
         full = {
             key: np.full(batch, np.asarray(values.get(key, 0.0)))
             for key, factor in self.candidate_set.parameters.items()
             if factor.instance in moved
         }
         return super().twin({**values, **full}, batch, stiff=stiff)
-
-
-_ADDED = "added_mass_change"
 
 
 def planned_plant(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.effects.effect import Effect, MediumKind
 from seals.sysid.data.vehicle import Vehicle
 
 AIR, WATER, CROSSING, ARM, DROP = "air", "water", "crossing", "arm", "drop"
@@ -21,7 +22,7 @@ _DEEP = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Room and powers of one vehicle.
+    """Room and limits of one vehicle.
 
     Args:
         kind: of the vehicle.
@@ -53,7 +54,7 @@ class Scene:
 
 
 def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
-    """Room and powers of a vehicle.
+    """Return the room and limits of a vehicle.
 
     Args:
         vehicle: nominal model.
@@ -131,8 +132,13 @@ def _swims(vehicle: Vehicle) -> tuple[float, float, float]:
     force = float(np.mean(thrusters.limit)) / 3.0  # type: ignore[attr-defined]  # of thrusters
     ahead = force * float(np.abs(axis[:, 0]).sum())
     up = force * float(np.abs(axis[:, 2]).sum())
-    drag = vehicle.effects.get("quadratic_drag_water")
-    square = float(getattr(drag, "coefficient_x", 0.0)) or 2.0 * vehicle.mass
+    drags = [e for e in vehicle.effects.values() if e.identification.family]
+    square = sum(float(getattr(e, "coefficient_x", 0.0)) for e in drags if _in_water(e))
+    square = square or 2.0 * vehicle.mass
     heavy = 1.8 * vehicle.mass
     speed = float(np.clip(np.sqrt(ahead / square), 0.2, 0.8))
     return speed, float(np.clip(ahead / heavy, 0.05, 0.5)), float(np.clip(up / heavy, 0.05, 0.4))
+
+
+def _in_water(effect: Effect) -> bool:
+    return effect.medium is MediumKind.water

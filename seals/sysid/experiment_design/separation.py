@@ -123,7 +123,7 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
 
 
 def expected_odds(gram: Gram, table: Floats, truth: int, rival: int) -> Contest:
-    """Let one effect be true and fit another one.
+    """Return the odds expected when one effect is true and another one is fitted.
 
     Args:
         gram: keys and priors.
@@ -243,7 +243,7 @@ def confidence(contests: Sequence[Contest]) -> float:
 
 
 def chance(against_nothing: Contest) -> float:
-    """Probability that the diagnosis would find the effect at all."""
+    """Return the probability that the diagnosis finds the effect at all."""
     from math import erf, sqrt
 
     spread = 2.0 * sqrt(max(against_nothing.separation, 1e-9))

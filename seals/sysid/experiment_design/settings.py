@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(kw_only=True)
 class PlanSettings:
-    """Effects to tell apart, and the log or the diagnosis that left them open.
+    """Settings of a plan: effects to separate, and the log or diagnosis that left them open.
 
     Args:
         name: of the plan, part of the run folder's name.

@@ -1,4 +1,4 @@
-"""Flies a planned manoeuvre in the simulator and writes what the sensors would have read."""
+"""Simulation of a planned manoeuvre, written as a log."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(arguments: list[str]) -> int:
     """``seals run experiment=FILE``: fly the manoeuvre, write a log, say where it is.
 
     Raises:
-        ConfigError: an option is unknown, or the file is no planned manoeuvre.
+        ConfigError: an option is unknown, or the file is not a planned manoeuvre.
     """
     options = _options(arguments)
     experiment = read_experiment(options["experiment"])

@@ -1,4 +1,4 @@
-"""At what size effects are supposed to act: as fitted on the log, or else as is plausible."""
+"""Supposed sizes of effects: as fitted on the log, or else plausible."""
 
 from __future__ import annotations
 

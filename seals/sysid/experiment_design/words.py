@@ -1,4 +1,4 @@
-"""A plan in plain words."""
+"""Sentences of a plan."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def _read(config: Any, place: Path) -> Log:
 
 
 def _found(config: Any, log: Log, places: Sequence[Path], tell: Callable[[int], None]) -> Diagnosis:
-    """The diagnosis, with the log it is of and the flight that would settle what is open."""
+    """Diagnose a log and propose the flight that would settle an open question."""
     found = diagnose(log, processes=config.processes or cores(), tell=tell)
     found = replace(found, source=_sources(places))
     if not config.plan:
@@ -111,7 +111,7 @@ def _source(place: Path) -> dict[str, str]:
 
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:
-    """The flight that would tell an open question, as ``seals plan`` finds it; None without one."""
+    """Return the flight that would settle an open question, as ``seals plan`` does, or None."""
     from seals.sysid.experiment_design.plan import propose
 
     answer = found.answer

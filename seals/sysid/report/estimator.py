@@ -1,4 +1,4 @@
-"""The diagnosis of a log for Python programs, in the style of scikit-learn."""
+"""Diagnosis of a log for Python programs, in the style of scikit-learn."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Estimate:
 
 
 class MissingEffect:
-    """Names the physical effect that the model of a log is missing.
+    """Estimator of the physical effect that the model of a log is missing.
 
     Nothing is drawn at random: starting values are fixed, the fits are damped Gauss-Newton steps,
     and results are collected in order however many processes share the work. The same log on the
@@ -231,4 +231,4 @@ def _bar(shown: bool) -> Any:
 
 
 def _nothing(done: int) -> None:
-    """Show nothing."""
+    """Ignore progress."""

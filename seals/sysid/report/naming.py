@@ -1,4 +1,4 @@
-"""Plain names for what a diagnosis speaks of: effects, adjustable values, channels, units."""
+"""Plain names of effects, adjustable values, channels and units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes the report of a diagnosis: one HTML page that works offline, and the same as JSON."""
+"""Report of a diagnosis: one HTML page that works offline, and the same as JSON."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _small_enough(
         text = page(
             f"Diagnosis of {log.name}",
             [fixed[0], overlay, *fixed[1:]],
-            subtitle=_subtitle(diagnosis, log),
+            subtitle=_subtitle(diagnosis),
             light=True,
         )
         if len(text.encode("utf-8")) <= LARGEST:
@@ -128,7 +128,7 @@ def _names(diagnosis: Diagnosis, after: EvidenceHypothesis) -> tuple[str, str]:
     return "model", f"with {joined(list(after.names) or [''])} (best fit, not named)"
 
 
-def _subtitle(diagnosis: Diagnosis, log: Log) -> str:
+def _subtitle(diagnosis: Diagnosis) -> str:
     samples = diagnosis.problem.samples
     seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
@@ -188,7 +188,7 @@ def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list
 
 
 def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
-    """The missing wrench over time, what is known of it in words, and its size by condition."""
+    """Blocks of the residual wrench: over time, in words, and its size by condition."""
     problem = diagnosis.problem
     then = locate_residual_force(problem, after).residual if after.candidates else None
     blocks = wrench_blocks(problem, missing.residual, then)

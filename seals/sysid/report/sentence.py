@@ -1,4 +1,4 @@
-"""A diagnosis in plain words."""
+"""Sentences of a diagnosis."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Every effect that was thought of, in order of what it explains, with the reason of its fate."""
+"""Ranked table of candidate effects, with the reason each was accepted or rejected."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -55,7 +54,7 @@ class Entry:
 
 
 def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
-    """Return all effects that were fitted, round by round and best first, then the others."""
+    """Return the effects that were fitted, round by round and best first, then the others."""
     search = diagnosis.search
     out: list[Entry] = []
     base = search.nominal
@@ -86,23 +85,6 @@ def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
     )
 
 
-def short_table(entries: Sequence[Entry], *, most: int = 8) -> Any:
-    """Return the rank as a table for the terminal."""
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("effect", no_wrap=True)
-    table.add_column("removes [× noise]", justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    table.add_column("why")
-    for entry in [e for e in entries if e.gain is not None][:most]:
-        uncertainty = f" ± {entry.error:.1g}" if entry.error is not None else ""
-        gain = entry.gain if entry.gain is not None and abs(entry.gain) >= _NOTHING else 0.0
-        name = entry.words + (f", beside {' + '.join(entry.beside)}" if entry.beside else "")
-        table.add_row(name, f"{gain:.3g}{uncertainty}", entry.status, entry.reason)
-    return table
-
-
 def _best_labels(diagnosis: Diagnosis) -> set[str]:
     return {c.label for c in diagnosis.search.best.candidates}
 
@@ -111,7 +93,7 @@ def _entry(
     diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
 ) -> Entry:
     candidate = tried.candidates[-1]
-    status = _status(diagnosis, candidate, beside=bool(base.candidates))
+    status = _status(diagnosis, candidate)
     return Entry(
         name=candidate.name,
         words=candidate_words(candidate),
@@ -125,7 +107,7 @@ def _entry(
     )
 
 
-def _status(diagnosis: Diagnosis, candidate: Candidate, *, beside: bool) -> str:
+def _status(diagnosis: Diagnosis, candidate: Candidate) -> str:
     answer = diagnosis.answer
     own = [c for c in answer.claims if c.hypothesis.candidates[c.index].label == candidate.label]
     rivals = {n for c in answer.claims for n in (*c.rivals, *c.alike)}
@@ -228,7 +210,7 @@ def _values(candidate: Candidate, tried: EvidenceHypothesis) -> str:
 
 
 def _untried(diagnosis: Diagnosis) -> list[Entry]:
-    """Effects that a quick, linear look ruled out."""
+    """Return the effects that the linear screen ruled out."""
     nominal = diagnosis.search.nominal
     fitter = nominal.fitter
     known = {h.candidates[-1].label for h in diagnosis.search.rounds[0]}

@@ -1,4 +1,4 @@
-"""The answer of a diagnosis in sentences: what is missing, how sure, and what to do next."""
+"""Answer of a diagnosis in sentences: verdict, confidence and next steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The force and torque that a model lacks, over time, coloured by what surrounds the vehicle."""
+"""Chart of the residual force and torque over time, coloured by regime."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Under which conditions the vehicle was at the knots of the free force."""
+"""Motion, surroundings and drive at the knots of the free force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""On what the missing force depends: what functions of one quantity explain of the misfit."""
+"""Dependences of the residual force: the held-out misfit that functions of a quantity explain."""
 
 from __future__ import annotations
 

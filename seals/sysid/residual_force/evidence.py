@@ -68,7 +68,7 @@ class Evidence:
 
     @cached_property
     def calm(self) -> Floats:
-        """The equations with stated gusts and tolerances integrated out.
+        """Return the equations marginalised over stated gusts and tolerances.
 
         The tolerances are integrated out in every window by itself: were they fitted to the whole
         log, a missing effect could hide behind changes far beyond their prior.
@@ -102,7 +102,7 @@ class Evidence:
 
     @cached_property
     def free(self) -> Floats:
-        """The same with a free force in place of the gusts."""
+        """Return the equations with a free force in place of the gusts."""
         return self._alone(self._without(self.loose))
 
     @property
@@ -126,7 +126,7 @@ class Evidence:
         return out
 
     def _alone(self, table: Floats) -> Floats:
-        """Integrate the tolerances out of every window by itself."""
+        """Marginalise every window over the tolerances by itself."""
         m, p = self._force, len(self.precision)
         shift = np.eye(table.shape[1])
         shift[m : m + p, -1] = -self.centre
@@ -162,7 +162,7 @@ def _inverse(block: Floats) -> Floats:
 
 
 def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Evidence:
-    """Collect what a log says about the force that a model lacks.
+    """Estimate the residual force of a log under a model.
 
     Args:
         problem: the log made ready.

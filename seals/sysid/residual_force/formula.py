@@ -32,7 +32,7 @@ _POWERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Formula:
-    """A law for the missing force, fitted to a log.
+    """Law of the residual force, fitted to a log.
 
     Args:
         terms: most telling first.

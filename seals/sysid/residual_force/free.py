@@ -1,4 +1,4 @@
-"""Windows in which any force may act, and what they say about that force."""
+"""Windows in which any force may act, and their information on that force."""
 
 from __future__ import annotations
 

@@ -110,11 +110,8 @@ def _correlation(x: Floats, y: Floats) -> tuple[Floats, float]:
     x, y = x - x.mean(), y - y.mean()
     count = len(x)
     scale = max(float(np.sqrt((x**2).sum() * (y**2).sum())), 1e-300)
-    curve = [
-        float(x[max(k, 0) : count + min(k, 0)] @ y[max(-k, 0) : count - max(k, 0)]) / scale
-        for k in range(-_LAGS, _LAGS + 1)
-    ]
+    curve = np.correlate(x, y, "full")[count - 1 - _LAGS : count + _LAGS] / scale
     own = [np.correlate(s, s, "full")[count - 1 :] / max(float(s @ s), 1e-300) for s in (x, y)]
     reach = min(count - 1, 4 * _LAGS)
     colour = 1.0 + 2.0 * float((own[0][1:reach] * own[1][1:reach]).sum())
-    return np.array(curve), _BAND * float(np.sqrt(max(colour, 1.0) / count))
+    return curve, _BAND * float(np.sqrt(max(colour, 1.0) / count))

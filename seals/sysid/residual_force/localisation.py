@@ -77,7 +77,7 @@ class Localisation:
 def locate_residual_force(
     problem: Problem, hypothesis: EvidenceHypothesis | None = None
 ) -> Localisation:
-    """Find when, where and how the force acts that a model lacks.
+    """Localise the residual force of a model: time, place, dependences.
 
     Args:
         problem: the log made ready.

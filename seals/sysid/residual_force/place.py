@@ -1,7 +1,8 @@
-"""A point in the world that the missing force points to or away from."""
+"""Central force: a point in the world to or away from which the residual force points."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -91,13 +92,12 @@ def pull(
     solution = _best(position, force, spread)
     if solution is None:
         return None
-    x, covariance = solution
+    x, sd = solution
     settings = {"place": tuple(map(float, x[:3])), "core": float(abs(x[3])), "pull_power": x[4]}
     table = Table(found, basis_of("pull", settings, around))
     won = gain(found.before, table.held_out([0]), found)
     strength = float(table.solve([0])[0])
     bins = _profile(position, force, spread, x[:3])
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return Pull(
         place=settings["place"],
         place_sd=tuple(map(float, sd[:3])),
@@ -123,7 +123,7 @@ def _shape(position: Floats, x: Floats) -> Floats:
 
 
 def _best(position: Floats, force: Floats, spread: Floats) -> tuple[Floats, Floats] | None:
-    """Place, core and power that fit best, from a grid of starts, and their covariance."""
+    """Place, core and power that fit best, from a grid of starts, and their standard errors."""
     weight = 1.0 / spread
     middle, size = position.mean(axis=0), np.maximum(np.ptp(position, axis=0), 0.3)
     begins = _starts(position, force * weight, weight, middle, size)
@@ -137,19 +137,38 @@ def _best(position: Floats, force: Floats, spread: Floats) -> tuple[Floats, Floa
         out: Floats = (strength * shape - force * weight).ravel()
         return out
 
+    return bounded_fit(miss, begins, low, high, scale=0.3)
+
+
+def bounded_fit(
+    miss: Callable[[Floats], Floats],
+    begins: Sequence[Floats],
+    low: Floats,
+    high: Floats,
+    *,
+    scale: float,
+) -> tuple[Floats, Floats] | None:
+    """Fit from several starts; return the best values and their standard errors, or None.
+
+    Args:
+        miss: whitened residuals at the knots.
+        begins: starting values.
+        low: lower bounds.
+        high: upper bounds.
+        scale: characteristic size of the values.
+    """
     fits = []
     for start in begins:
         begin = np.clip(start, low + 1e-6, high - 1e-6)
-        fits.append(least_squares(miss, begin, bounds=(low, high), x_scale=0.3, max_nfev=40))
+        fits.append(least_squares(miss, begin, bounds=(low, high), x_scale=scale, max_nfev=40))
     best = min(fits, key=lambda f: float(f.cost))
     if not np.isfinite(best.cost):
         return None
     # knots are correlated over about two of their spacings
-    noise = 2.0 * max(1.0, 2.0 * float(best.cost) / force.size)
+    noise = 2.0 * max(1.0, 2.0 * float(best.cost) / best.fun.size)
     slope: Floats = np.asarray(best.jac)
-    inner = slope.T @ slope
-    covariance = noise * np.linalg.pinv(inner, rcond=1e-12)
-    return best.x, covariance
+    covariance = noise * np.linalg.pinv(slope.T @ slope, rcond=1e-12)
+    return best.x, np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def _starts(

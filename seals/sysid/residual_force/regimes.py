@@ -1,4 +1,4 @@
-"""The missing force regime by regime: in air or water, slow or fast, low or high."""
+"""Residual force by regime: in air or water, slow or fast, low or high."""
 
 from __future__ import annotations
 

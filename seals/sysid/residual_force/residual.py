@@ -1,4 +1,4 @@
-"""The force and torque that a model lacks, over time, with error bars."""
+"""Residual force and torque over time, with error bars."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The signature of a missing force in plain words, each with its figures."""
+"""Signature of a residual force as sentences with figures."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Findings:
 
 
 def signature(given: Findings) -> Signature:
-    """Put findings into words."""
+    """Describe results in sentences."""
     left = given.residual
     if not left.missing:
         words = (

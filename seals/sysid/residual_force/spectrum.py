@@ -1,4 +1,4 @@
-"""Lines in the spectrum of the missing force."""
+"""Lines in the spectrum of the residual force."""
 
 from __future__ import annotations
 

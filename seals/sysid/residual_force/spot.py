@@ -1,4 +1,4 @@
-"""A spot in the world around which a force of one direction acts."""
+"""Local force: a spot in the world around which a force of one direction acts."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from seals.arrays import Floats
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
+from seals.sysid.residual_force.place import bounded_fit
 from seals.sysid.residual_force.regress import Table, gain
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.residual_force.terms import basis_of
@@ -20,7 +20,7 @@ _WIDTHS = (0.15, 0.3, 0.6)
 _SEEN = 0.4
 """Share of its full force that the vehicle must have met."""
 _LARGEST = 1.0
-"""Widest spot as a share of the range of the log: wider ones are no spots."""
+"""Widest spot as a share of the range of the log: wider ones are not spots."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,14 +87,11 @@ def spot(
         out: Floats = (size * shape - force * weight).ravel()
         return out
 
-    begin = np.clip(begin, low + 1e-6, high - 1e-6)
-    fit = least_squares(miss, begin, bounds=(low, high), x_scale=0.2, max_nfev=40)
-    if float(_shape(position, fit.x).max()) < _SEEN:
+    fit = bounded_fit(miss, [begin], low, high, scale=0.2)
+    if fit is None or float(_shape(position, fit[0]).max()) < _SEEN:
         return None
-    noise = 2.0 * max(1.0, 2.0 * float(fit.cost) / force.size)
-    slope: Floats = np.asarray(fit.jac)
-    spread = np.sqrt(np.diag(noise * np.linalg.pinv(slope.T @ slope, rcond=1e-12)))
-    place, size = tuple(map(float, fit.x[:3])), float(fit.x[3])
+    x, spread = fit
+    place, size = tuple(map(float, x[:3])), float(x[3])
     settings = {"place": place, "spread": size}
     table = Table(found, basis_of("spot", settings, around))
     won = gain(found.before, table.held_out(range(3)), found)

@@ -1,1 +1,1 @@
-"""Adding what a diagnosis found to a model, and verifying it on logs that no fit saw."""
+"""Model overlays from a diagnosis, and their verification on logs that no fit saw."""

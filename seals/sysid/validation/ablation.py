@@ -164,7 +164,7 @@ class Replays:
     """Measures models one after the other and counts the windows done."""
 
     def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
-        """Start at none."""
+        """Count from zero."""
         self._ruler, self._tell, self._before = ruler, tell, 0
 
     def of(self, model: Model) -> Misfit:

@@ -33,7 +33,7 @@ _KNOT = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Yardstick:
-    """Windows of one log in which several models are measured alike.
+    """Common windows of one log for the comparison of several models.
 
     Args:
         problem: the log made ready.
@@ -101,7 +101,7 @@ class Misfit:
 
 @dataclass(frozen=True, kw_only=True)
 class Fall:
-    """By how much one model is better than another on the same log.
+    """Difference of misfit between two models on the same log.
 
     Args:
         value: fall of the misfit per degree of freedom.
@@ -126,7 +126,7 @@ _ONE_SIDED = 1.645
 
 
 def yardstick(problem: Problem, models: Sequence[Model]) -> Yardstick:
-    """Choose windows in which all of the models can be measured alike.
+    """Choose common windows for all of the models.
 
     Args:
         problem: the log made ready.
@@ -163,7 +163,7 @@ def measure(
     step: float | None = None,
     tell: Callable[[int], None] | None = None,
 ) -> Misfit:
-    """Replay a log in the simulator and measure what is left.
+    """Replay a log in the simulator and measure the misfit.
 
     Args:
         model: what acts.

@@ -53,7 +53,7 @@ class Model:
 
     @property
     def sensor_delay(self) -> float:
-        """By how much the inertial sensors are late [s]."""
+        """Delay of the inertial sensors [s]."""
         return float(timing_of(self.bound).sensor_delay)
 
     def tangent(self, samples: Samples, *, parts: int) -> tuple[Plant, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""Values of named effects, with all that was freed beside them, on the log they were found in.
+"""Refit of named effects and nuisance parameters on the log in which they were found.
 
 The written answer holds what a reader wants to know. An overlay needs a little more: in which
 medium, on which link, and the nominal values that were fitted alongside.

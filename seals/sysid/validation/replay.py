@@ -1,4 +1,4 @@
-"""Replays a log in the real simulator, window by window, from the trajectory that was flown."""
+"""Replay of a log in the rigid-body simulator, window by window, from the measured trajectory."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ class _Runner:
         self.turns = matrix_of(trajectory.quaternion)
 
     def run(self, first: int, length: int) -> tuple[TwinState, Floats]:
-        """States at some rows and what ideal sensors at the origin feel there.
+        """Return states at some rows and the readings of ideal sensors at the origin.
 
         Returns:
             States, and angular velocity, specific force and angular acceleration, (length, 9).

@@ -1,4 +1,4 @@
-"""The vehicle of a log in the real simulator: its URDF, its world."""
+"""Scene of a log's vehicle in the rigid-body simulator: URDF and world."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Verification:
 
     @property
     def word(self) -> str:
-        """The outcome: a log that was used in the fit confirms nothing."""
+        """Outcome in one word; a log that was used in the fit confirms nothing."""
         stands = "used_in_fit" if self.fitted else "confirmed"
         return "withdrawn" if self.withdrawn else stands
 

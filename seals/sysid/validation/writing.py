@@ -1,4 +1,4 @@
-"""Writes an overlay: the file that a user reads, edits by hand, and uses."""
+"""Overlay files: written for use and for editing by hand."""
 
 from __future__ import annotations
 
