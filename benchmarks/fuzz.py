@@ -21,6 +21,7 @@ import time
 import traceback
 import warnings
 from pathlib import Path
+from random import Random
 from typing import Any
 
 # at the end: the installed package comes before the checkout
@@ -87,6 +88,21 @@ def damaged(data: Any, whole: bytes) -> bytes:
     return bytes(raw)
 
 
+def drawn(data: Any, target: Target) -> bytes:
+    """Draw a file for a target: hostile and well-formed where it has a grammar, else damaged.
+
+    Args:
+        data: Hypothesis' source of choices.
+        target: what is fuzzed.
+    """
+    from hypothesis import strategies as st
+
+    if target.draw is None:
+        return damaged(data, target.whole)
+    # a grammar makes thousands of choices, which Hypothesis would note one by one
+    return target.draw(Random(data.draw(st.integers(0, 2**63))))
+
+
 def one(target: Target, content: bytes, folder: Path) -> str | None:
     """Load one file; return what is wrong with how that ended, or None."""
     from seals.errors import SealsError
@@ -145,7 +161,7 @@ def work(name: str, seconds: float, finds: Path, report: Any) -> None:
     def batch(data: Any) -> None:
         nonlocal count, slowest
         # drawn first: Hypothesis wants the same draws each time
-        content = target.draw(data) if target.draw else damaged(data, target.whole)
+        content = drawn(data, target)
         if time.monotonic() > end:
             return
         current.write_bytes(content)

@@ -11,8 +11,9 @@ import os
 import sqlite3
 import struct
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -35,19 +36,15 @@ _NAMES = ("/dev/zero", "../../../../etc/passwd", "absent.x", "pipe", "link", "a 
 _SIZES = (0, 1, -1, 2**31 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1)
 
 
-def _pick(data: Any, choices: Any) -> Any:
-    from hypothesis import strategies as st
-
-    return data.draw(st.sampled_from(choices))
+def _pick(data: Random, choices: Sequence[Any]) -> Any:
+    return data.choice(choices)
 
 
-def _count(data: Any, most: int) -> int:
-    from hypothesis import strategies as st
-
-    return int(data.draw(st.integers(0, most)))
+def _count(data: Random, most: int) -> int:
+    return data.randint(0, most)
 
 
-def _tree(data: Any, depth: int) -> str:
+def _tree(data: Random, depth: int) -> str:
     """Draw JSON that is nested, wide, and full of odd numbers."""
     kind = _count(data, 5) if depth else _count(data, 2)
     if kind == 0:
@@ -55,7 +52,7 @@ def _tree(data: Any, depth: int) -> str:
     if kind == 1:
         return json.dumps(_pick(data, ("a", "[" * 90, '"\\', "\ud800", "${oc.env:HOME}", "\0")))
     if kind == 2:
-        return _pick(data, ("[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60, "[]"))
+        return str(_pick(data, ("[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60, "[]")))
     if kind == 3:
         return "[" + ",".join([_tree(data, depth - 1)] * _pick(data, (0, 1, 3, 1000))) + "]"
     names = [_pick(data, ("a", "format", "\\udc00", "vehicle")) for _ in range(_count(data, 4))]
@@ -71,7 +68,7 @@ def _json() -> Target:
     )  # fmt: skip
 
 
-def _lines(data: Any) -> bytes:
+def _lines(data: Random) -> bytes:
     """Draw YAML of anchors, merges, tags and odd numbers."""
     lines = [_META, "x0: &x0 {k0: 1, k1: [1, 2]}"]
     for k in range(1, _pick(data, (2, 12, 60))):
@@ -102,7 +99,7 @@ def _yaml() -> Target:
     return Target(whole=_META.encode(), name="meta.yaml", load=load, draw=_lines)
 
 
-def _column(data: Any, rows: int) -> Any:
+def _column(data: Random, rows: int) -> Any:
     """Draw a column of any type, nested ones among them."""
     import pyarrow as pa
 
@@ -122,7 +119,7 @@ def _column(data: Any, rows: int) -> Any:
     return kinds[_count(data, len(kinds) - 1)]()
 
 
-def _table(data: Any) -> bytes:
+def _table(data: Random) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -158,7 +155,7 @@ def _parquet() -> Target:
     )  # fmt: skip
 
 
-def _stamps(data: Any) -> bytes:
+def _stamps(data: Random) -> bytes:
     start = _pick(data, ("0", "1704067200", "1704067200000000000", "-1e14", "1e300", "nan"))
     step = _pick(data, (0.0, 1e-9, 0.01, 1.0, 10.0, 1e4, 1e6, 1e9, 1e14, -1.0))
     form = _pick(
@@ -176,7 +173,7 @@ def _clock() -> Target:
     return Target(whole=whole.encode(), name="a.csv", load=checked(ReaderCsv()), draw=_stamps)
 
 
-def _shapes(data: Any) -> bytes:
+def _shapes(data: Random) -> bytes:
     """Draw an array whose header declares anything."""
     shape = ", ".join(str(_pick(data, _SIZES)) for _ in range(_count(data, 4)))
     kind = _pick(data, ("<f8", "|O", "<U999999999", "|V9", "<c16", "|b1", "<i1", "[('a', '<f8')]"))
@@ -228,7 +225,7 @@ def _devices() -> Target:
     )  # fmt: skip
 
 
-def _macros(data: Any) -> bytes:
+def _macros(data: Random) -> bytes:
     """Draw macros that call each other, compute, include and look around."""
     parts = []
     for k in range(_count(data, 4)):
@@ -254,7 +251,7 @@ def _xacro() -> Target:
     return Target(whole=whole.encode(), name="a.xacro", load=expanded, draw=_macros)
 
 
-def _bodies(data: Any) -> bytes:
+def _bodies(data: Random) -> bytes:
     """Draw a URDF of long chains, cycles, and names that lead elsewhere."""
     links = "".join(f'<link name="l{k}"/>' for k in range(_pick(data, (1, 5, 499, 700))))
     joints = "".join(
@@ -276,7 +273,7 @@ def _urdf() -> Target:
     return Target(whole=URDF.encode(), name="r.urdf", load=read_urdf, draw=_bodies)
 
 
-def _mesh(ending: str, whole: bytes, draw: Callable[[Any], bytes]) -> Callable[[], Target]:
+def _mesh(ending: str, whole: bytes, draw: Callable[[Random], bytes]) -> Callable[[], Target]:
     def build() -> Target:
         from seals.hydrostatics import hull_from_mesh
 
@@ -288,13 +285,13 @@ def _mesh(ending: str, whole: bytes, draw: Callable[[Any], bytes]) -> Callable[[
 _OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
-def _obj(data: Any) -> bytes:
+def _obj(data: Random) -> bytes:
     lines = _OBJ.splitlines()
     for _ in range(_count(data, 5)):
         word = _pick(data, ("mtllib", "usemtl", "call", "f", "v", "o", "g", "#", "mtl\\\nlib"))
         rest = _pick(data, (*_NAMES, "1 2 999999999", "-1 -2 -3", "1e308 1e308 1e308", "1//1 2//2"))
         lines.insert(_count(data, len(lines)), f"{word} {rest}")
-    return _pick(data, ("\n", "\r\n", "\r")).join(lines).encode()
+    return str(_pick(data, ("\n", "\r\n", "\r"))).join(lines).encode()
 
 
 def _glb_of(content: Any, rest: bytes = b"") -> bytes:
@@ -322,7 +319,7 @@ def _gltf(corners: Any = 4, faces: Any = 12, nodes: Any = None, uri: Any = None)
     return _glb_of({**content, "bufferViews": views, "buffers": [buffer]}, _CORNERS + _FACES)
 
 
-def _glb(data: Any) -> bytes:
+def _glb(data: Random) -> bytes:
     count = _pick(data, (1, 3, 40, 20_000))
     below = [{"mesh": 0, "children": [min(k + 1, count - 1)] * 2} for k in range(count)]
     return _gltf(
@@ -331,7 +328,7 @@ def _glb(data: Any) -> bytes:
     )  # fmt: skip
 
 
-def _rows(data: Any) -> bytes:
+def _rows(data: Random) -> bytes:
     """Draw a database whose indices and schema say what is not so."""
     path = Path(tempfile.mkdtemp()) / "a.db3"
     base = sqlite3.connect(path)
@@ -374,7 +371,7 @@ def _sqlite() -> Target:
     return Target(whole=sound.whole, name=sound.name, load=sound.load, draw=_rows)
 
 
-def _records(data: Any) -> bytes:
+def _records(data: Random) -> bytes:
     """Draw an MCAP file whose records, chunks and indices declare what is not there."""
 
     def record(kind: int, body: bytes) -> bytes:

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class Target:
     load: Callable[[Path], Any]
     beside: dict[str, bytes] = field(default_factory=dict)
     folder: bool = False
-    draw: Callable[[Any], bytes] | None = None
+    draw: Callable[[Random], bytes] | None = None
 
     def place(self, folder: Path, content: bytes) -> Path:
         """Write the file where it belongs and return what the loader is given."""

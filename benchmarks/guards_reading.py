@@ -239,6 +239,13 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     "time of a large table": Guard(
         "seals.logs.table", "if rows * width > _LARGE:", "if False:", PARQUET, "is_said"
     ),
+    "rows of a diagnosis": Guard(
+        "seals.sysid.report.application",
+        "if log.rows > MOST_ROWS:",
+        "if False:",
+        "tests/unit/test_diagnose_long_logs.py",
+        "long_logs or ten_million",
+    ),
     "declared chunks": Guard(
         "seals.plugins.readers.mcap_file",
         "if size > _MOST_RECORD:",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
 from seals.errors import LogError, MissingExtra
+from seals.untrusted_io import plain_json
 
 _PART = re.compile(r"^(?P<name>[A-Za-z]\w*)(?P<indices>(?:\[\d{1,5}\])*)$")
 _MOST_JOINTS = 64
@@ -58,8 +58,8 @@ def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
     """
     if encoding == "json":
         try:
-            return json.loads(raw)
-        except (ValueError, RecursionError) as error:
+            return plain_json(raw)
+        except ValueError as error:
             raise LogError(f"{where}: a message is not JSON ({str(error)[:80]}).") from error
     store = _store()
     if encoding != "cdr" or kind not in store.types:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from seals.errors import ConfigError, suggestion
+from seals.untrusted_io import plain_json
 
 CARD = "card.json"
 _MOST_BYTES = 1_000_000
@@ -36,8 +37,8 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     try:
-        metadata = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as cause:
+        metadata = plain_json(path.read_bytes())
+    except (OSError, ValueError) as cause:
         raise ConfigError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
     return check_metadata(metadata, form=form, where=str(path))
 

@@ -232,7 +232,7 @@ def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
     }.items():
         file = tmp_path / f"{name}.mcap"
         file.write_bytes(content)
-        with pytest.raises(LogError, match=r"sound MCAP|not an MCAP"):
+        with pytest.raises(LogError, match=r"valid MCAP|not an MCAP"):
             ReaderMcap().read(file)
     base = tmp_path / "short.db3"
     _database(

@@ -22,6 +22,7 @@ from seals.learn.demonstrations.layout import joined
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import check_metadata
 from seals.logs.atomic import atomic_path
+from seals.untrusted_io import plain_json
 
 _FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32"}
 """Filters of HDF5 itself; any other would load a library from this machine."""
@@ -112,8 +113,8 @@ def _metadata(data: Any, place: Path) -> Mapping[str, Any]:
             "Give a file that seals record wrote: who showed what is not to be guessed."
         )
     try:
-        metadata = json.loads(text)
-    except (ValueError, RecursionError) as cause:
+        metadata = plain_json(text)
+    except ValueError as cause:
         raise ConfigError(
             f"{place}: its metadata cannot be read: {cause}.\nIt must be JSON."
         ) from cause

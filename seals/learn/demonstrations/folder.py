@@ -7,7 +7,6 @@ promises, of exactly the sizes that it promises, as plain numbers.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -24,6 +23,7 @@ from seals.learn.demonstrations.packed import PACKED, read_packed
 from seals.learn.metadata import CARD, read_metadata
 from seals.logs.atomic import atomic_folder, write_json
 from seals.logs.room import reserve
+from seals.untrusted_io import plain_json
 
 _META = "meta.json"
 _PLAIN = "<class 'tensordict._td.TensorDict'>"
@@ -158,8 +158,8 @@ def _read_meta(path: Path) -> dict[str, Any]:
     if not path.is_file() or path.stat().st_size > _MOST_META:
         raise LogError(f"{path} is missing or too large.\nTake the folder as it was recorded.")
     try:
-        meta = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as cause:
+        meta = plain_json(path.read_bytes())
+    except (OSError, ValueError) as cause:
         raise LogError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
     if not isinstance(meta, dict) or meta.pop("_type", None) != _PLAIN:
         raise LogError(f"{path} names another class.\nAllowed: {_PLAIN}")

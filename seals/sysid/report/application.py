@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,11 @@ _STEP = 32
 STAGES = 6
 _MOST = 12
 """Logs that a refusal names."""
+MOST_ROWS = 1_000_000
+"""Most rows of a log that is diagnosed."""
+_LONG = 20_000
+_PACE = 0.03
+"""Time for each row of a diagnosis, measured on the shipped flight of 1,800 rows [s]."""
 
 
 def execute(config: Any) -> int:
@@ -80,8 +86,26 @@ def _read(config: Any, place: Path) -> Log:
             f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
         )
     log: Log = logs[0]
+    _tell_time(log)
     refuse_if_bad(log)
     return log
+
+
+def _tell_time(log: Log) -> None:
+    """Say how long the diagnosis of a long log takes; refuse one that nobody can wait for.
+
+    Raises:
+        LogError: it has more rows than allowed.
+    """
+    if log.rows > MOST_ROWS:
+        raise LogError(
+            f"log '{log.name}' has {log.rows:,} rows; its diagnosis would take about "
+            f"{log.rows * _PACE / 3600.0:.0f} h.\n"
+            f"Allowed: up to {MOST_ROWS:,} rows. Cut out the part that matters."
+        )
+    if log.rows > _LONG:
+        words = f"about {log.rows * _PACE / 60.0:.0f} minutes"
+        print(f"log '{log.name}': {log.rows:,} rows; {words} or more.", file=sys.stderr, flush=True)
 
 
 def _found(config: Any, log: Log, places: Sequence[Path], tell: Callable[[int], None]) -> Diagnosis:

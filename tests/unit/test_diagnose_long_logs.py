@@ -1,0 +1,40 @@
+"""Long logs: the time of a diagnosis is said, or refused before any work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seals.cli.main import main
+from seals.logs import Log
+from seals.sysid.report.application import MOST_ROWS, _tell_time
+
+
+def test_ten_million_rows_are_refused_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before the log is checked, with the time that it would take and what is allowed."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    monkeypatch.chdir(tmp_path)
+    stamps = pa.array(np.arange(10_000_000) * 0.001)
+    (tmp_path / "log").mkdir()
+    parquet.write_table(pa.table({"t": stamps}), tmp_path / "log" / "log.parquet")
+    (tmp_path / "log" / "meta.yaml").write_text("format: hidden-effect-log\nformat_version: 1\n")
+    code = main(["diagnose", "log=log", "out=out", "plan=false"])
+    said = capsys.readouterr()
+    assert code == 20
+    assert "bad data: log 'log' has 10,000,000 rows" in said.out
+    assert "would take about 83 h" in said.out
+    assert f"up to {MOST_ROWS:,} rows" in said.out
+    assert "10,000,000 rows of 1 columns, 80 MB of memory" in said.err
+
+
+def test_the_time_of_a_long_log_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    """Short ones begin in silence."""
+    for rows, words in ((1_000, ""), (40_000, "log 'a': 40,000 rows; about 20 minutes or more.\n")):
+        _tell_time(Log(name="a", columns={"t": np.arange(float(rows))}))
+        assert capsys.readouterr().err == words
