@@ -123,7 +123,7 @@ def _table(data: Random) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    rows = _pick(data, (0, 1, 30, 20_000))
+    rows = _pick(data, (0, 1, 30, 2_000))
     names = ["t", *(_pick(data, ("t", "depth", "a.b", "a", "segment", "")) for _ in range(3))]
     raw = io.BytesIO()
     parquet.write_table(
@@ -333,6 +333,7 @@ def _rows(data: Random) -> bytes:
     path = Path(tempfile.mkdtemp()) / "a.db3"
     base = sqlite3.connect(path)
     base.execute("PRAGMA page_size = 512")
+    base.execute("PRAGMA synchronous = OFF")
     base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format)")
     base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
     base.execute("CREATE INDEX times ON messages(topic_id, timestamp)")
