@@ -25,7 +25,7 @@ WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
 
 
 @state_record
-class Memory(NamedTuple):
+class StationState(NamedTuple):
     """Memory of the station-keeping controller; immutable.
 
     Args:
@@ -143,13 +143,13 @@ class Station(ControllerOptions):
         self._lag = Lag(layout.lag, layout.fall)
         self._added = added_inertia(plant)
 
-    def start(self) -> Memory:
+    def start(self) -> StationState:
         """Return zero sums; arms stowed, grippers open."""
-        return Memory(np.zeros(3), np.zeros(3), None, self._rest)
+        return StationState(np.zeros(3), np.zeros(3), None, self._rest)
 
     def command(
-        self, situation: RobotState, aim: Reference, memory: Memory
-    ) -> tuple[ActuatorCommand, Memory]:
+        self, situation: RobotState, aim: Reference, memory: StationState
+    ) -> tuple[ActuatorCommand, StationState]:
         """Return forces of the thrusters and targets of the servos."""
         s = situation
         velocity = aim.velocity
@@ -174,7 +174,7 @@ class Station(ControllerOptions):
             turn_total = _summed(turn_total, turn_error, s.step, most)
         after = self._lag.followed(drive, order, s.step)
         joints = joint_targets(aim, memory.joints, self._plant.robot)
-        return ActuatorCommand(order, joints), Memory(total, turn_total, after, joints)
+        return ActuatorCommand(order, joints), StationState(total, turn_total, after, joints)
 
     def _wrench(self, s: RobotState, asked: Floats, want: Floats) -> Floats:
         """Return force and torque about the centre of gravity, body axes [N, N m]."""

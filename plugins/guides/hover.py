@@ -31,7 +31,7 @@ class ArmMotion(enum.Enum):
 
 
 @state_record
-class Memory(NamedTuple):
+class HoverState(NamedTuple):
     """Start of the hover: time [s], place [m] and heading [rad]."""
 
     time: float
@@ -96,13 +96,13 @@ class Hover:
             name: Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
         }
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> HoverState:
         """Keep where it starts."""
         place = np.array(self.position or situation.position, dtype=float)
         yaw = self.yaw[0] if self.yaw else situation.yaw
-        return Memory(situation.time, place, yaw)
+        return HoverState(situation.time, place, yaw)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: HoverState) -> tuple[Reference, HoverState]:
         """Return the velocity back to the position, and the arms' next angles."""
         time = situation.time - memory.time - self.delay
         joints = {}
@@ -112,11 +112,11 @@ class Hover:
         aim = pursued(situation, place, gain=self.position_gain, speed=self.speed, joints=joints)
         return aim, memory
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: HoverState) -> bool | None:
         """Return None: a hover never ends."""
         return None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: HoverState) -> str:
         """Return what the arms do."""
         return f"hover, arm {self.arm.value}"
 

@@ -19,7 +19,7 @@ KNOWN = ("phase", "power", "slip")
 
 
 @state_record
-class Memory(NamedTuple):
+class LearnedGuideState(NamedTuple):
     """Distance at the start [m]; last action; calls in a row at the target; whether it is there."""
 
     start: float
@@ -87,7 +87,7 @@ class Learned:
         self._refuse_others()
         self.rate = float(self._task.rate)
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> LearnedGuideState:
         """Remember how far it is.
 
         Raises:
@@ -100,9 +100,11 @@ class Learned:
             )
         still = (0.0,) * len(self._task.action_names)
         far = float(np.linalg.norm(self._goal(situation) - situation.position))
-        return Memory(far, still, 0, False)
+        return LearnedGuideState(far, still, 0, False)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(
+        self, situation: RobotState, memory: LearnedGuideState
+    ) -> tuple[Reference, LearnedGuideState]:
         """Return the reference of the policy."""
         import torch
 
@@ -113,15 +115,15 @@ class Learned:
         seen = torch.as_tensor(self._task.observation(now), dtype=torch.float32)
         said: Any = self._policy.act(seen)
         action = np.clip(said.numpy().astype(float), -1.0, 1.0)
-        kept = Memory(memory.start, tuple(action[0].tolist()), streak, held)
+        kept = LearnedGuideState(memory.start, tuple(action[0].tolist()), streak, held)
         aim: Reference = self._task.aim(action, now)
         return aim, kept
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: LearnedGuideState) -> bool | None:
         """Return True where a fixed target has been held; a body is followed for ever."""
         return True if memory.there and not self.target else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: LearnedGuideState) -> str:
         """Return what it does."""
         return "there" if memory.there else "walking"
 
@@ -133,7 +135,7 @@ class Learned:
             x, y = self.place
         return np.array([x, y, situation.position[2]])
 
-    def _instant(self, s: RobotState, memory: Memory) -> Instant:
+    def _instant(self, s: RobotState, memory: LearnedGuideState) -> Instant:
         """Observation of the task, as a batch of one."""
         goal = self._goal(s)[None]
         angle = 2.0 * np.pi * s.phase

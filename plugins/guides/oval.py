@@ -17,7 +17,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class OvalState(NamedTuple):
     """Memory of the oval: start time [s], heading [rad] and time of the last call."""
 
     time: float
@@ -81,11 +81,11 @@ class Oval:
     def bind(self, plant: Plant) -> None:
         """Any robot may fly an oval."""
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> OvalState:
         """Keep time and heading of the start."""
-        return Memory(situation.time, situation.yaw, situation.time)
+        return OvalState(situation.time, situation.yaw, situation.time)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: OvalState) -> tuple[Reference, OvalState]:
         """Return the way along the oval."""
         place = self.place(situation.time - memory.time)._replace(yaw=memory.yaw)
         aim = pursued(situation, place, gain=self.position_gain, speed=self.speed)
@@ -124,12 +124,12 @@ class Oval:
         angle, rate, gain = _eased(left, soft, full)
         return whole - angle, rate, -gain
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: OvalState) -> bool | None:
         """Return True after the last lap."""
         end = self.laps * self.period + 2.0 * self.start_time
         return True if memory.now - memory.time >= end else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: OvalState) -> str:
         """Return the number of the lap."""
         angle = self._angle(memory.now - memory.time)[0]
         return f"lap {min(int(angle / (2.0 * math.pi)) + 1, self.laps)}"

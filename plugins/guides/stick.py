@@ -21,7 +21,7 @@ from seals.teleop.device import Device, Script
 
 
 @state_record
-class Memory(NamedTuple):
+class StickState(NamedTuple):
     """Memory of the stick guide; immutable.
 
     Args:
@@ -105,9 +105,9 @@ class Stick:
         if getattr(self, "_device", None) is None:
             self._device = Script(read_track(Path(self.script)) if self.script else [])
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> StickState:
         """Hold still where it starts, arms at rest, grippers open."""
-        return Memory(
+        return StickState(
             time=situation.time,
             events=0,
             held={},
@@ -120,7 +120,7 @@ class Stick:
             ended=False,
         )
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: StickState) -> tuple[Reference, StickState]:
         """Move the wished-for place on by what is held, and lead there."""
         span = situation.time - memory.time
         # what was held until now has moved it; what is heard now acts from now on
@@ -143,15 +143,15 @@ class Stick:
         )
         return aim, moved
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: StickState) -> bool | None:
         """Return True once the person has ended the session."""
         return True if memory.ended else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: StickState) -> str:
         """Return what is held."""
         return " ".join(memory.held) or "hold"
 
-    def _heard(self, situation: RobotState, memory: Memory) -> Memory:
+    def _heard(self, situation: RobotState, memory: StickState) -> StickState:
         """Memory with the events that have happened by now."""
         every = self._device.events(situation)
         stop = memory.events
@@ -170,7 +170,7 @@ class Stick:
             ended=ended,
         )
 
-    def _moved(self, situation: RobotState, memory: Memory, span: float) -> Memory:
+    def _moved(self, situation: RobotState, memory: StickState, span: float) -> StickState:
         """Memory after ``span`` [s] of what is held."""
         stick = stick_of(memory.held)
         yaw = memory.yaw + self.turn * stick.turn * span
@@ -196,7 +196,7 @@ class Stick:
         )
 
     def _arms(
-        self, memory: Memory, shares: tuple[float, ...], *, stow: bool, span: float
+        self, memory: StickState, shares: tuple[float, ...], *, stow: bool, span: float
     ) -> dict[str, Floats]:
         """Angles of all arms: the chosen one by its keys, all of them on the way to rest."""
         out = dict(memory.joints)

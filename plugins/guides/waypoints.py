@@ -18,7 +18,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class WaypointState(NamedTuple):
     """Start of the course: time [s], place [m] and heading [rad]; time of the last call [s]."""
 
     time: float
@@ -80,29 +80,29 @@ class Waypoints:
     def bind(self, plant: Plant) -> None:
         """Any robot may visit places."""
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> WaypointState:
         """Keep where it starts."""
         t = situation.time
-        return Memory(t, np.array(situation.position), situation.yaw, t)
+        return WaypointState(t, np.array(situation.position), situation.yaw, t)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: WaypointState) -> tuple[Reference, WaypointState]:
         """Return the way along the present leg."""
         place = self._place(situation.time - memory.time, memory)
         aim = pursued(situation, place, gain=self.position_gain, speed=2.0 * self.speed)
         return aim, memory._replace(now=situation.time)
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: WaypointState) -> bool | None:
         """Return True after the rest at the last place; never when it repeats."""
         legs = self._legs(memory)
         done = memory.now - memory.time >= legs[-1].end + self.rest
         return True if done and not self.repeat else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: WaypointState) -> str:
         """Return the number of the place it goes to."""
         k, _ = self._leg(memory.now - memory.time, memory)
         return f"to place {k % len(self.places) + 1}"
 
-    def _place(self, time: float, memory: Memory) -> Place:
+    def _place(self, time: float, memory: WaypointState) -> Place:
         _, leg = self._leg(time, memory)
         place = minimum_jerk(leg.a, leg.b, leg.end - leg.start, time - leg.start)
         yaw = memory.yaw
@@ -111,7 +111,7 @@ class Waypoints:
             yaw = math.atan2(way[1], way[0])
         return place._replace(yaw=yaw)
 
-    def _leg(self, time: float, memory: Memory) -> tuple[int, Leg]:
+    def _leg(self, time: float, memory: WaypointState) -> tuple[int, Leg]:
         legs = self._legs(memory)
         if self.repeat and time > legs[-1].end + self.rest:
             # every further round leads from the last place to the first one
@@ -124,7 +124,7 @@ class Waypoints:
         k = next((k for k, leg in enumerate(legs) if time < leg.end + self.rest), len(legs) - 1)
         return k, legs[k]
 
-    def _legs(self, memory: Memory) -> list[Leg]:
+    def _legs(self, memory: WaypointState) -> list[Leg]:
         return self._chain([memory.place, *map(np.array, self.places)], self.delay)
 
     def _chain(self, places: list[Floats], start: float) -> list[Leg]:

@@ -79,7 +79,7 @@ def _job(row: dict[str, str]) -> Job:
     return Job(number, row["state"], code, seconds, words, row["message"] or "")
 
 
-class Claim:
+class JobLock:
     """One job's right to be the only one of its number.
 
     Args:
@@ -119,11 +119,11 @@ def opened(folder: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def claimed(folder: Path, number: int) -> Iterator[Claim]:
+def claimed(folder: Path, number: int) -> Iterator[JobLock]:
     """Lock the job of a number, waiting for other processes."""
     # byte 0 is the book's own
     with _locked(folder, number + 1) as descriptor:
-        yield Claim(folder, descriptor)
+        yield JobLock(folder, descriptor)
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_yaml
 from seals.logs.run_folder import LOCK, clear, held
-from seals.sweep.book import DONE, FAILED, REFUSED, Claim, Job, claimed, read_jobs
+from seals.sweep.book import DONE, FAILED, REFUSED, Job, JobLock, claimed, read_jobs
 from seals.sweep.cut import HYDRA, began, goes_on
 
 SAID = "said.txt"
@@ -71,7 +71,7 @@ def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
 
 
 def _done(
-    task: Callable[[Any], int | None], config: Any, claim: Claim, folder: Path, job: Job
+    task: Callable[[Any], int | None], config: Any, claim: JobLock, folder: Path, job: Job
 ) -> int:
     """Run the task with its words going to a file, and note how it ended."""
     start = time.perf_counter()

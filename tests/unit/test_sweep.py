@@ -20,7 +20,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.run.application import run_into
 from seals.run.build import build_run
-from seals.sweep.book import DONE, Claim, Job, claimed, read_jobs
+from seals.sweep.book import DONE, Job, JobLock, claimed, read_jobs
 from seals.world import World
 
 SHORT = ["experiment=drop_test", "time.duration=0.05"]
@@ -231,7 +231,7 @@ def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
         file.write("1,done,0,1.0,see")
     assert list(read_jobs(tmp_path)) == [0]
     with claimed(tmp_path, 2) as claim:
-        assert isinstance(claim, Claim)
+        assert isinstance(claim, JobLock)
         claim.note(Job(2, DONE, 0, 1.0, ("initial.position=[0, 0, 1]",), "a, 'b'"))
     assert list(read_jobs(tmp_path)) == [0, 2]
     assert read_jobs(tmp_path)[2].words == ("initial.position=[0, 0, 1]",)

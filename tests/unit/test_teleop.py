@@ -23,7 +23,7 @@ from seals.learn.demonstrations.episode import Who
 from seals.learn.demonstrations.folder import read
 from seals.logs import Log
 from seals.logs.native import read_native
-from seals.plugins.guides.stick import Memory, Stick
+from seals.plugins.guides.stick import Stick, StickState
 from seals.robot.limbs import Arm, Gripper
 from seals.teleop.demonstration import sampled
 from seals.teleop.device import Script
@@ -150,7 +150,7 @@ def situation(time: float, position: Any = (0.0, 0.0, 1.0), yaw: float = 0.0) ->
 
 def flown(
     events: list[Event], until: float, *, follows: bool = True, yaw: float = 0.0, **fields: float
-) -> tuple[Any, Memory]:
+) -> tuple[Any, StickState]:
     """Fly events with a robot that is where it shall be, or stays where it is."""
     guide = Stick(**fields)  # type: ignore[arg-type]
     guide.use(Script(events))

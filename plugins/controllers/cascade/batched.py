@@ -18,7 +18,7 @@ from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 
 
 class BatchMemory(NamedTuple):
-    """Memory of the cascade for a batch; see `controller.Memory`.
+    """Memory of the cascade for a batch; see `controller.CascadeState`.
 
     Args:
         sum: of the velocity error, world axes [m], shape (B, 3).

@@ -31,7 +31,7 @@ SERVO_LAG = 0.05
 
 
 @state_record
-class Memory(NamedTuple):
+class CascadeState(NamedTuple):
     """Memory of the cascade controller; immutable.
 
     Args:
@@ -132,15 +132,15 @@ class Cascade(CascadeSettings):
         refuse_unfit(plant)
         return CascadeBatch(self, plant, joints, like, WEIGHTS)
 
-    def start(self) -> Memory:
+    def start(self) -> CascadeState:
         """Return zero sums; arms stowed, grippers open."""
         zero, flat = np.zeros(3), Trend.flat(3)
         inner = Inner(None, Trend.flat(15))
-        return Memory(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
+        return CascadeState(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
 
     def command(
-        self, situation: RobotState, aim: Reference, memory: Memory
-    ) -> tuple[ActuatorCommand, Memory]:
+        self, situation: RobotState, aim: Reference, memory: CascadeState
+    ) -> tuple[ActuatorCommand, CascadeState]:
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
         gains = Gains.between(*self._media, s.submersion)
@@ -180,7 +180,7 @@ class Cascade(CascadeSettings):
             total = summed(total, error, s.step, gains.sum_limit)
             turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
         after = self._lag.followed(drive, order, s.step)
-        kept = Memory(total, turn_total, velocity, inner, known, after, joints)
+        kept = CascadeState(total, turn_total, velocity, inner, known, after, joints)
         return ActuatorCommand(order, joints), kept
 
     def _unaware(self, s: RobotState) -> RobotState:

@@ -15,7 +15,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class FleeState(NamedTuple):
     """Heading at the start [rad]; whether it runs."""
 
     yaw: float
@@ -55,11 +55,11 @@ class Flee(Behaviour):
                 f"Allowed: {self.alarm} m or more."
             )
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> FleeState:
         """Keep the heading; it stands."""
-        return Memory(situation.yaw, False)
+        return FleeState(situation.yaw, False)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: FleeState) -> tuple[Reference, FleeState]:
         """Return the velocity away from the enemy, or none."""
         place = place_of(situation, self.enemy, where="flee.enemy")
         near = float(np.linalg.norm(place - situation.position))
@@ -68,6 +68,6 @@ class Flee(Behaviour):
         aim = heading_for(way + np.pi, self.speed if runs else 0.0, memory.yaw)
         return aim, memory._replace(runs=runs)
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: FleeState) -> str:
         """Return what it does."""
         return "fleeing" if memory.runs else "still"

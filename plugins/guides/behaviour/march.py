@@ -13,7 +13,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class MarchState(NamedTuple):
     """Start [s] and heading there [rad]; time of the last call [s]."""
 
     start: float
@@ -52,21 +52,21 @@ class March(Behaviour):
         1e4, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: for good", fit=False
     )
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> MarchState:
         """Keep time and heading."""
-        return Memory(situation.time, situation.yaw, situation.time)
+        return MarchState(situation.time, situation.yaw, situation.time)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: MarchState) -> tuple[Reference, MarchState]:
         """Return the velocity."""
         memory = memory._replace(now=situation.time)
         going = self.stage(memory) == "marching"
         return heading_for(self.way, self.speed if going else 0.0, memory.yaw), memory
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: MarchState) -> bool | None:
         """Return True when its time is over."""
         return True if memory.now - memory.start >= self.delay + self.duration else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: MarchState) -> str:
         """Return what it does."""
         walked = memory.now - memory.start - self.delay
         return "marching" if 0.0 <= walked < self.duration else "still"

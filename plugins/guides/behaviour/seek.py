@@ -16,7 +16,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class SeekState(NamedTuple):
     """Heading at the start [rad]; whether it has arrived."""
 
     yaw: float
@@ -55,11 +55,11 @@ class Seek(Behaviour):
                 "Allowed: two finite numbers [x, y]."
             )
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> SeekState:
         """Keep the heading."""
-        return Memory(situation.yaw, False)
+        return SeekState(situation.yaw, False)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: SeekState) -> tuple[Reference, SeekState]:
         """Return the velocity towards the target."""
         far, way = apart(situation, self._goal(situation))
         if far <= self.near:
@@ -67,11 +67,11 @@ class Seek(Behaviour):
         speed = self.speed * min(1.0, max(far / self.slow, 0.3))
         return heading_for(way, speed, memory.yaw), memory._replace(there=False)
 
-    def finished(self, memory: Memory) -> bool | None:
+    def finished(self, memory: SeekState) -> bool | None:
         """Return True where a fixed target is reached; a body is followed for ever."""
         return True if memory.there and not self.target else None
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: SeekState) -> str:
         """Return what it does."""
         return "there" if memory.there else "seeking"
 

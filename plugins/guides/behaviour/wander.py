@@ -15,7 +15,7 @@ from seals.state_records import state_record
 
 
 @state_record
-class Memory(NamedTuple):
+class WanderState(NamedTuple):
     """Bouts so far; end of the present one [s]; way [rad]; home x, y [m]; heading there [rad]."""
 
     bouts: int
@@ -63,23 +63,23 @@ class Wander(Behaviour):
     radius: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
     seed: int = 0
 
-    def start(self, situation: RobotState) -> Memory:
+    def start(self, situation: RobotState) -> WanderState:
         """Keep home; the first bout begins at once."""
         x, y = (float(v) for v in situation.position[:2])
-        return Memory(0, situation.time, 0.0, (x, y), situation.yaw)
+        return WanderState(0, situation.time, 0.0, (x, y), situation.yaw)
 
-    def aim(self, situation: RobotState, memory: Memory) -> tuple[Reference, Memory]:
+    def aim(self, situation: RobotState, memory: WanderState) -> tuple[Reference, WanderState]:
         """Return the velocity of the present bout."""
         if situation.time >= memory.end:
             memory = self._next(situation, memory)
         walking = memory.bouts % 2 == 1
         return heading_for(memory.way, self.speed if walking else 0.0, memory.yaw), memory
 
-    def stage(self, memory: Memory) -> str:
+    def stage(self, memory: WanderState) -> str:
         """Return what it does."""
         return "wandering" if memory.bouts % 2 == 1 else "still"
 
-    def _next(self, situation: RobotState, memory: Memory) -> Memory:
+    def _next(self, situation: RobotState, memory: WanderState) -> WanderState:
         """Begin the next bout or pause."""
         bouts = memory.bouts + 1
         # a bout is a function of seed and number: a snapshot needs no random state
