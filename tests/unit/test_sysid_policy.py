@@ -48,3 +48,14 @@ def _settled() -> list[int]:
     """Line of the one number of the search that decides nothing: convergence of a repeated fit."""
     lines = (SYSID / "selection" / "window_models.py").read_text(encoding="utf-8").splitlines()
     return [k for k, line in enumerate(lines, start=1) if line.startswith("_SETTLED = ")]
+
+
+def test_the_page_of_thresholds_shows_the_policy() -> None:
+    """Each threshold stands in docs/thresholds.md with its value, unit and reason."""
+    page = (ROOT / "docs" / "thresholds.md").read_text(encoding="utf-8")
+    rows = {line.split("|")[1].strip(" `"): line for line in page.splitlines() if "| `" in line[:4]}
+    stated = {
+        t.name: f"| {t.value:g} | {t.unit} | {t.reason} |" for t in DecisionPolicy().thresholds()
+    }
+    assert set(rows) == set(stated)
+    assert [name for name, text in stated.items() if text not in rows[name]] == []
