@@ -52,7 +52,7 @@ def _settled() -> list[int]:
 
 def test_the_page_of_thresholds_shows_the_policy() -> None:
     """Each threshold stands in docs/thresholds.md with its value, unit and reason."""
-    page = (ROOT / "docs" / "thresholds.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "thresholds.md").read_text(encoding="utf-8")
     rows = {line.split("|")[1].strip(" `"): line for line in page.splitlines() if "| `" in line[:4]}
     stated = {
         t.name: f"| {t.value:g} | {t.unit} | {t.reason} |" for t in DecisionPolicy().thresholds()
