@@ -32,6 +32,8 @@ MODES = {"kill": 1, "error": 2, "full": 3, "memory": 4}
 """What happens at the n-th call; with ``memory``, what a child may have beyond its parent."""
 MEMORY, MEMORIES = 2 << 20, 24
 """Step of that [byte], and number of steps."""
+_ALONE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Threads of a parent are not there in its children, which would wait for them."""
 PATIENCE = 120.0
 """Time for one command [s]."""
 
@@ -73,7 +75,10 @@ def reports(names: Sequence[str], most: int, modes: Sequence[str] = tuple(MODES)
     line = [sys.executable, str(Path(__file__)), *names, "--most", str(most), "--modes", *modes]
     try:
         with subprocess.Popen(
-            line, env={**os.environ, "LD_PRELOAD": str(shim)}, stdout=subprocess.PIPE, text=True
+            line,
+            env={**os.environ, **_ALONE, "LD_PRELOAD": str(shim)},
+            stdout=subprocess.PIPE,
+            text=True,
         ) as process:
             assert process.stdout is not None
             yield from process.stdout
