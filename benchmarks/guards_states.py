@@ -29,11 +29,15 @@ STORED_STATES: dict[str, Guard] = {
         "seals.state_file", "text > MOST_TEXT or", "", STATES, "does_not_have"
     ),
     "digest of a state": Guard(
-        "seals.state_file", "if held.digest() != digest:", "if False:", STATES, "changed_number"
+        "seals.state_file",
+        "if _digest_of(head, file) != file.read(_DIGEST):",
+        "if False:",
+        STATES,
+        "changed_number",
     ),
     "declared arrays of a state": Guard(
         "seals.state_file",
-        "if total != len(numbers):",
+        "if total != held:",
         "if False:",
         STATES,
         "forged_states and huge",
