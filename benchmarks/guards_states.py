@@ -139,6 +139,13 @@ STORED_STATES: dict[str, Guard] = {
     "scene of a state": Guard(
         "seals.run.checkpoint", "if _digest(content) != digest:", "if False:", KEPT, "never_reaches"
     ),
+    "trial of a scene": Guard(
+        "seals.plugins.backends.pybullet.trial",
+        "return os.waitpid(child, 0)[1] == 0",
+        "return os.waitpid(child, 0)[0] == child",
+        KEPT,
+        "kills_the_engine",
+    ),
     "size of a scene": Guard(
         "seals.run.checkpoint", "if len(content) > MOST_SCENE:", "if False:", KEPT, "never_reaches"
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pickle
@@ -18,6 +19,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.training.rows import Rows
+from seals.plugins.backends.pybullet import backend, trial
 from seals.run import checkpoint
 from seals.run.assembly import build_world
 from seals.run.build import build_run
@@ -201,6 +203,28 @@ def test_a_changed_scene_never_reaches_the_engine(
         file.truncate(checkpoint.MOST_SCENE + 1)
     with pytest.raises(ConfigError, match="more than 67,108,864 bytes"):
         take_up(kept, flown)
+
+
+def test_a_scene_that_kills_the_engine_is_refused(
+    kept: Path, flown: tuple[Path, World, _Books], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The engine follows forged addresses and lengths; a copy of the process goes first."""
+    raw, alive = (kept / checkpoint.SCENE).read_bytes(), []
+
+    def survived(attempt: Callable[[], object]) -> bool:
+        alive.append(trial.survived(attempt))
+        # whatever the copy came through, this process shall not try it
+        return False
+
+    monkeypatch.setattr(backend, "survived", survived)
+    for place in range(100, len(raw) - 64, len(raw) // 8):
+        evil = raw[:place] + b"\x7f" * 64 + raw[place + 64 :]
+        (kept / checkpoint.SCENE).write_bytes(evil)
+        digest = hashlib.blake2b(evil, digest_size=32).hexdigest()
+        forged(kept / checkpoint.STATE, entry("scene", value=digest))
+        with pytest.raises(ConfigError, match="the engine does not survive"):
+            take_up(kept, flown)
+    assert alive.count(False) >= 2
 
 
 def test_pictures_come_from_the_run_alone(tmp_path: Path) -> None:

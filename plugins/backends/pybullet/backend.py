@@ -17,6 +17,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.errors import MissingExtra, PhysicsError
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.stored import whole
+from seals.plugins.backends.pybullet.trial import survived
 from seals.robot.model import RobotModel
 
 
@@ -129,12 +130,19 @@ class BackendPybullet:
             bodies: what it returned.
 
         Raises:
-            ValueError: the file was cut short.
+            ValueError: the file was cut short, or the engine crashes on it.
         """
         if not whole(path):
             raise ValueError(f"{path.name} was cut short")
+        if not survived(lambda: self._tried(path)):
+            raise ValueError(f"the engine does not survive {path.name}: it was damaged or forged")
         self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
         return self._saved(), bodies
+
+    def _tried(self, path: Path) -> None:
+        """Read a scene and step it; native code believes every length and address in it."""
+        self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
+        self._engine.stepSimulation(physicsClientId=self._client)
 
     def _saved(self) -> _State:
         """The engine's state, saved inside the engine."""
