@@ -112,6 +112,16 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         REFERENCES,
         "picture_elsewhere",
     ),
+    "files of the kernel": Guard(
+        "seals.robot.urdf", ' if path.stat().st_size else b""', "", REFERENCES, "seems_to_be"
+    ),
+    "size of a URDF taken over": Guard(
+        "seals.scaffold.takeover",
+        "        text = read_text(path)\n",
+        '        text = path.read_text("utf-8-sig") if path.stat().st_size < 1e9 else ""\n',
+        REFERENCES,
+        "taken_over_is_read",
+    ),
     "materials of a mesh taken over": Guard(
         "seals.scaffold.takeover", "without_references(raw)", "raw", REFERENCES, "stripped"
     ),

@@ -93,7 +93,8 @@ def _text_of(path: Path) -> bytes:
             f"URDF {path} has {path.stat().st_size} bytes.\nAllowed: up to {MOST_BYTES} bytes."
         )
     try:
-        raw = path.read_bytes()
+        # what claims to be empty may still keep a reader waiting, such as /proc/kmsg
+        raw = path.read_bytes() if path.stat().st_size else b""
     except OSError as cause:
         raise RobotError(f"URDF {path} cannot be read: {cause}.\nGive an ordinary file.") from cause
     if not raw.strip():

@@ -13,13 +13,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.errors import RobotError, suggestion
+from seals.errors import LogError, RobotError, suggestion
 from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
 from seals.scaffold.resources import find_resource
-from seals.untrusted_io import read_bytes
+from seals.untrusted_io import read_bytes, read_text
 
 Element: TypeAlias = "ElementTree.Element[str]"
 FAR = 20.0
@@ -177,9 +177,9 @@ def _text_of(path: Path) -> str:
             f"URDF {path} {what}.\n{suggestion(str(path), near, label='URDF files near')}"
         )
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as cause:
-        raise RobotError(f"URDF {path} is not UTF-8 text.\nSave it as UTF-8.") from cause
+        text = read_text(path)
+    except LogError as cause:
+        raise RobotError(f"URDF {path} cannot be read: {cause}") from cause
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RobotError(
             f"URDF {path} declares a DOCTYPE or an ENTITY.\n"

@@ -156,6 +156,20 @@ def test_materials_near_a_mesh_are_no_harm(folder: Path) -> None:
         refuse_strange_format(folder / "meshes" / name, "mesh")
 
 
+def test_a_urdf_taken_over_is_read_within_bounds(folder: Path) -> None:
+    """Neither a huge file nor one of the kernel, and no other coding."""
+    from seals.scaffold.takeover import Takeover
+
+    for target, words in (
+        (folder / "meshes" / "huge.mtl", "allowed are"),
+        (Path("/proc/self/maps"), "is empty"),
+        (folder / "odd.urdf", "is not UTF-8 text"),
+    ):
+        (folder / "odd.urdf").write_bytes(b"\xff")
+        with pytest.raises(RobotError, match=words):
+            Takeover(target, {})
+
+
 def test_a_mesh_taken_over_is_stripped(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """``seals new robot`` copies the shape, and not what it names."""
     from seals.scaffold.takeover import Takeover
@@ -174,10 +188,11 @@ def test_a_mesh_taken_over_is_stripped(folder: Path, monkeypatch: pytest.MonkeyP
     assert without_references(b"v 0 0 0\r\nUSEMTL a\r\n") == b"v 0 0 0\n"
 
 
-def test_a_urdf_that_cannot_be_read_is_refused(folder: Path) -> None:
-    """A link to the memory of a process looks like an ordinary file, until it is read."""
+@pytest.mark.parametrize("name", ["mem", "clear_refs", "maps"])
+def test_a_urdf_that_only_seems_to_be_a_file_is_refused(folder: Path, name: str) -> None:
+    """Files of /proc have no size; reading some of them fails, or waits for ever."""
     if not Path("/proc/self/mem").exists():
         pytest.skip("there is no /proc here")
-    (folder / "r.urdf").symlink_to("/proc/self/mem")
-    with pytest.raises(RobotError, match="cannot be read"):
+    (folder / "r.urdf").symlink_to(f"/proc/self/{name}")
+    with pytest.raises(RobotError, match="is empty"):
         read_urdf(folder / "r.urdf")
