@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
@@ -86,7 +86,8 @@ class ThrustInWater(Effect):
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
         """Return the effect at the log's own water level."""
-        return name, cls(**{**parameters, "water_level": environment.water_level or 0.0})
+        level: dict[str, Any] = {"water_level": environment.water_level or 0.0}
+        return name, cls(**{**parameters, **level})
 
     def submerged_thrust(self) -> float:
         """Return the ratio of the thrusts in water and in air."""

@@ -55,9 +55,14 @@ def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
     return arguments_of_class(type(effect), hook)
 
 
-@functools.cache
 def arguments_of_class(cls: type, hook: str) -> tuple[str, ...]:
-    """Return what the hook of a class is called with, see `arguments_of`."""
+    """Return the arguments of the hook of a class, see `arguments_of`."""
+    owner: Any = cls
+    return _arguments(owner, hook)
+
+
+@functools.cache
+def _arguments(cls: type, hook: str) -> tuple[str, ...]:
     law = inspect.getattr_static(cls, hook)
     own = 0 if isinstance(law, staticmethod) else 1
     given = inspect.signature(getattr(cls, hook), follow_wrapped=True).parameters.values()
