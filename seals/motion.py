@@ -111,7 +111,7 @@ class Joints(NamedTuple):
 
 
 def by_joint(values: Array, joints: Joints) -> Array:
-    """Turn one number a row, rows joint by joint, into one number a joint.
+    """Reshape one number per row, rows joint by joint, to one number per joint.
 
     Args:
         values: of the links that the joints move, shape (J N, 1); (1, 1) for all.

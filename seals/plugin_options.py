@@ -11,7 +11,7 @@ Options = TypeVar("Options")
 
 
 def options_of(plugin: object, options: type[Options]) -> Options:
-    """Return a plug-in as one that has all optional attributes of its kind.
+    """Return a plug-in completed with the default options of its kind.
 
     A plug-in that derives from the class of options comes back as it is. Any other is given the
     defaults of what it lacks, once; what it has stays. Options under their former names, which the

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def leaves(value: Any) -> Iterator[Any]:
-    """Yield everything that is neither tuple nor mapping nor None, in order.
+    """Yield the leaves: values other than tuples, mappings and None, in order.
 
     Example:
         >>> list(leaves((1, {"a": None, "b": (2,)})))
@@ -57,7 +57,7 @@ def mapped(value: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def copied(value: Any) -> Any:
-    """Return nested tuples and mappings with tensors of their own."""
+    """Return a deep copy of a nest, tensors included."""
     return mapped(value, lambda leaf: leaf.clone())
 
 
@@ -68,12 +68,12 @@ def put(source: Any, target: Any) -> None:
 
 
 def filled(value: Any, others: Iterator[Tensor]) -> Any:
-    """Return the nest with other tensors in the places of its own, and all else as it is."""
+    """Return the nest with its tensors replaced by others, in order."""
     return mapped(value, lambda leaf: next(others) if is_tensor(leaf) else leaf)
 
 
 def form_of(value: Any) -> Hashable:
-    """Return what two nests share whose tensors may stand for one another.
+    """Return the structure of a nest: shapes, types and constants; a key for compiled forms.
 
     Example:
         >>> form_of((1.0, {"a": None})) == form_of((1.0, {"a": None}))

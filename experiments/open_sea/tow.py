@@ -1,4 +1,4 @@
-"""The tow: a ball, or nothing, on a straight way at a set speed, a window around it."""
+"""Towing experiment: a moving domain with or without a ball, on a straight path at a set speed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ APART = 10
 
 
 class Tow(NamedTuple):
-    """What was recorded, one row a step.
+    """Recorded series of a tow, one row per step.
 
     Args:
         time: at the end of the step [s], shape (rows,).
@@ -84,7 +84,7 @@ class Tow(NamedTuple):
 
 
 class Way(NamedTuple):
-    """A straight way that begins smoothly.
+    """Straight path with a smooth start.
 
     Args:
         speed: at last [m/s].
@@ -95,7 +95,7 @@ class Way(NamedTuple):
     depth: float
 
     def at(self, time: float) -> BodyStates:
-        """Return the ball at ``time`` [s]; nothing but the way moves it."""
+        """Return the prescribed state of the ball at ``time`` [s]."""
         rising = min(time, START)
         place = self.speed * (0.5 * rising * rising / START + max(time - START, 0.0))
         velocity = np.array([[self.speed * rising / START, 0.0, 0.0]])
@@ -165,7 +165,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
 def _followed(
     fluid: FluidWindow, course: Way, step: float, way: float, *, ball: bool
 ) -> tuple[list[tuple[object, ...]], list[Floats]]:
-    """Record every step; a few shifts are done twice, with and without."""
+    """Record every step; repeat a few steps with and without a shift of the domain."""
     rows: list[tuple[object, ...]] = []
     twins: list[Floats] = []
     steps = round((way / course.speed + 0.5 * START) / step)
@@ -203,7 +203,7 @@ def _followed(
 
 
 def _encounter(outer: OuterSea, course: Way, end: float) -> float:
-    """How often the surface over the ball goes up through the mean level, times 2 pi [rad/s]."""
+    """Return the encounter frequency of the waves from upward zero crossings [rad/s]."""
     time = np.arange(START, end, 0.01)
     level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
     ups = time[1:][(np.array(level[:-1]) < 0.0) & (np.array(level[1:]) >= 0.0)]
@@ -225,14 +225,14 @@ def line_of(fluid: FluidWindow, time: float) -> Floats:
 
 
 def moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
-    """Whether the window will move in the next step."""
+    """Return whether the domain shifts in the next step."""
     domain = fluid.simulation
     rest = domain.outer.rest(state.position[:1], time)[0]
     return bool(domain.box.cells_to(rest) != (0, 0))
 
 
 def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
-    """Return what a shift changes in the force, from one and the same water [N], (APART, 3)."""
+    """Return the force change by a shift, from the same fluid state [N], (APART, 3)."""
     kept, domain = fluid.snapshot(), fluid.simulation
     forces = []
     for still in (False, True):

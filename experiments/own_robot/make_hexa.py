@@ -1,4 +1,4 @@
-"""Makes the files of ``hexa_description``: a hexacopter in the dialect of ROS packages.
+"""Generator of ``hexa_description``: a hexacopter as a ROS package.
 
 The hull is drawn in millimetres, the propellers are COLLADA, the rotors hang on continuous joints
 and the base is an empty frame, as in many descriptions that are passed around.

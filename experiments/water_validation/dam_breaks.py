@@ -1,4 +1,4 @@
-"""Dam breaks: the front and the height of a column that is let go."""
+"""Dam break validation: front position and height of a collapsing water column."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ KO_Z = [1.000, 1.111, 1.252, 1.505, 1.892, 2.241, 2.615, 3.003, 3.624]
 
 
 class Course(NamedTuple):
-    """A dam break in time.
+    """Time series of a dam break.
 
     Args:
         time: [s].
@@ -79,7 +79,7 @@ class Course(NamedTuple):
 def collapse(  # noqa: PLR0917  one geometry
     width: float, height: float, length: float, spacing: float, until: float, grade: Grade
 ) -> Course:
-    """Let a column go and follow it.
+    """Simulate the collapse of a column and record it.
 
     Args:
         width: of the column [m].
@@ -180,7 +180,7 @@ def _mean(what: str, found: Floats, reference: list[float], allowed: float) -> L
 def _started(  # noqa: PLR0917  one line of the table
     what: str, times: list[float], values: list[float], unit: float, found: Course, width: float
 ) -> Line:
-    """Mean error once the start of the measured clock, which a gate makes vague, is fitted."""
+    """Mean error with the time offset of the measurement fitted, as the gate opens gradually."""
     t, z = np.array(times), np.array(values)
 
     def off(shift: float) -> float:

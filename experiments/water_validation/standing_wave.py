@@ -1,4 +1,4 @@
-"""A standing wave in a box: its period, and the viscosity of the method by its damping."""
+"""Standing wave in a box: period, and the method's viscosity from the damping."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AMPLITUDE = 0.03
 
 
 def run(grade: Grade) -> Outcome:
-    """Let half a wave swing and fit a damped cosine to its centre of mass."""
+    """Simulate half a standing wave and fit a damped cosine to its centre of mass."""
     spacing = 0.02 if grade.quick else 0.01
     k = math.pi / LENGTH
     omega = _omega(k)
@@ -60,7 +60,7 @@ def run(grade: Grade) -> Outcome:
 
 
 def _omega(k: float) -> float:
-    """Frequency of a wave number: the dispersion relation read backwards [rad/s]."""
+    """Return the frequency of a wave number by the dispersion relation [rad/s]."""
     omega = math.sqrt(GRAVITY * k * math.tanh(k * DEPTH))
     assert abs(wavenumber(omega, DEPTH, GRAVITY) - k) < 1e-9 * k
     return omega

@@ -1,4 +1,4 @@
-"""A person's stick or keys, or a script of them, as a guide."""
+"""Stick guide: references from keyboard, gamepad or script."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class StickState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Stick:
-    """Moves a wished-for place, heading, arm and grip by keys, and leads the robot along.
+    """Guide that integrates stick input to target position, heading, arm angles and grip.
 
     Args:
         rate: calls a second [Hz].
@@ -106,7 +106,7 @@ class Stick:
             self._device = Script(read_track(Path(self.script)) if self.script else [])
 
     def start(self, situation: RobotState) -> StickState:
-        """Hold still where it starts, arms at rest, grippers open."""
+        """Start with the target at the present position, arms at rest, grippers open."""
         return StickState(
             time=situation.time,
             events=0,
@@ -121,7 +121,7 @@ class Stick:
         )
 
     def aim(self, situation: RobotState, memory: StickState) -> tuple[Reference, StickState]:
-        """Move the wished-for place on by what is held, and lead there."""
+        """Integrate the held controls into the target, and return the reference to it."""
         span = situation.time - memory.time
         # what was held until now has moved it; what is heard now acts from now on
         moved = self._heard(situation, self._moved(situation, memory, span))
@@ -144,11 +144,11 @@ class Stick:
         return aim, moved
 
     def finished(self, memory: StickState) -> bool | None:
-        """Return True once the person has ended the session."""
+        """Return True once the user has ended the session."""
         return True if memory.ended else None
 
     def stage(self, memory: StickState) -> str:
-        """Return what is held."""
+        """Return the names of the held controls."""
         return " ".join(memory.held) or "hold"
 
     def _heard(self, situation: RobotState, memory: StickState) -> StickState:

@@ -122,7 +122,7 @@ class SensorDvl(Instrument):
         return {"velocity": 3, "velocity_valid": 1, "dvl_altitude": 1, **beams}
 
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
-        """Return velocity and range along the beams that return, and the spin."""
+        """Return velocity and range along the returning beams, and the angular velocity."""
         ranges = self._returns(felt)
         speeds = self._beams @ felt.velocity
         heard = np.isfinite(ranges) & (np.abs(speeds) <= self.fastest)
@@ -131,7 +131,7 @@ class SensorDvl(Instrument):
         return {BEAM: speeds, RANGE: ranges, SPIN: felt.angular_velocity}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of beams, ranges and spin."""
+        """Return the error models of beams, ranges and angular velocity."""
         return {
             BEAM: Noise(sigma=self.noise, gain=self.scale_error),
             RANGE: Noise(sigma=self.range_noise * self.farthest),

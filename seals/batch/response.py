@@ -39,7 +39,7 @@ class Force(NamedTuple):
 
 
 class Response:
-    """The equations of motion of a twin at given states, solved once, ready for small changes.
+    """Linear response of a batch at given states to small changes of the loads.
 
     Equation:
         M da = J^T (dF - d(inertia) x acceleration) + joint forces, all at the accelerations of the
@@ -149,7 +149,7 @@ class Response:
         return force
 
     def changes(self, forces: Sequence[Force]) -> list[Floats]:
-        """Rates of velocity, spin, specific force and joint rates by small forces.
+        """Changes of accelerations and specific force by small forces.
 
         Returns:
             One array (B, 9 + J) for each force: the changes of the derivative of velocity, of

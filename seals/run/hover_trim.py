@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 
 
 def carrying(plant: Plant, start: Configuration) -> Floats:
-    """Return the rotor speeds that hold a level robot in the air against its weight, shape (1, n).
+    """Return the rotor speeds at which a level robot hovers, shape (1, n).
 
     Args:
         plant: the robot.
@@ -42,7 +42,7 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
 
 
 def carrying_speeds(plant: Plant, joints: Floats) -> Floats:
-    """Return the speeds at which all rotors together lift the weight, shape (1, n).
+    """Return rotor speeds that balance the weight without moments, shape (1, n).
 
     Drives that are not rotors stand still.
 

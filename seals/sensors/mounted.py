@@ -11,7 +11,7 @@ from seals.sensors.options import SensorOptions
 
 @dataclass(kw_only=True)
 class MountedSensor(SensorOptions):
-    """Base of sensors: the link that carries it, and late and lost readings.
+    """Base of sensors: mounting link, latency and dropouts.
 
     The world acts on these fields, see `seals.sensors.delivery`; a sensor itself never looks at
     them. A reading stands in the log at the time at which it was taken.

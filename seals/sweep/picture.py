@@ -1,4 +1,4 @@
-"""One measure of many runs against one override."""
+"""Plot of a measure of many runs against one override."""
 
 from __future__ import annotations
 

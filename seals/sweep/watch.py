@@ -1,4 +1,4 @@
-"""Watches a sweep while it runs: one line a job with the time left, and at the end what failed."""
+"""Progress of a sweep: one line per job with the remaining time, and a final summary."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Sweep:
         self._thread: threading.Thread | None = None
 
     def begin(self, folder: Path, total: int | None) -> str:
-        """Note what is swept and start watching.
+        """Record the sweep and start its progress display.
 
         Args:
             folder: of the sweep.
@@ -144,7 +144,7 @@ class Sweep:
         return f"; {spoken(pace * (self._total - len(self._ended)))} left"
 
     def _own(self, job: Job) -> str:
-        """Return the words by which a job differs from its sweep."""
+        """Return the overrides of a job beyond those of its sweep."""
         return " ".join(word for word in job.words if word not in self.words)
 
     def stop(self) -> None:
@@ -183,7 +183,7 @@ class Sweep:
         return SealsError(f"the sweep was cut short: {text:.300}\n{jobs} {advice}")
 
     def _without_end(self, jobs: Collection[int]) -> str:
-        """Return the numbers of the jobs that have no line in the book, as far as it is known."""
+        """Return the numbers of the jobs without an entry in the job log, if known."""
         missing = [str(number) for number in range(self._total or 0) if number not in jobs]
         if not missing:
             return ""
@@ -223,7 +223,7 @@ _PRESENT: ContextVar[Sweep | None] = ContextVar("present sweep", default=None)
 
 @contextlib.contextmanager
 def watched(sweep: Sweep) -> Iterator[None]:
-    """Let Hydra's callback find the sweep of this process."""
+    """Make a sweep available to Hydra's callback in this process."""
     token = _PRESENT.set(sweep)
     try:
         yield
@@ -263,7 +263,7 @@ class Watch(Callback):
         self.began = began
 
     def on_run_start(self, config: Any, **kwargs: Any) -> None:
-        """See to it that no other run has the folder of this one."""
+        """Lock the folder of the run."""
         try:
             place(config, "run")
             sweep = _PRESENT.get()
@@ -276,7 +276,7 @@ class Watch(Callback):
             raise _Stopped(cause) from None
 
     def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
-        """Begin watching; called before the first job is composed."""
+        """Start the progress display, before the first job is composed."""
         sweep = _PRESENT.get()
         if sweep is None:
             return

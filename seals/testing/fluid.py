@@ -87,7 +87,7 @@ class _FluidCheck:
         self.weight = 1000.0 * self.environment.gravity * EDGE**3
 
     def names(self) -> None:
-        """Ask for name and owned phenomena."""
+        """Check the name and the owned phenomena."""
         made = self.make()
         fit = isinstance(made, Fluid) and bool(made.name)
         require(
@@ -101,7 +101,7 @@ class _FluidCheck:
         )
 
     def opened(self, bodies: int) -> Any:
-        """Open a fluid with cubes and fill it."""
+        """Check opening and initialisation with cubes."""
         made = self.make()
         cube = Piece("box", (EDGE, EDGE, EDGE), np.zeros(3), np.eye(3))
         still = registry.get("wave", "still").load()()
@@ -111,7 +111,7 @@ class _FluidCheck:
         return made
 
     def held(self) -> tuple[float, float, float]:
-        """Hold a cube under water; compare lift, momentum balance and surface."""
+        """Check lift, momentum balance and surface with a cube held under water."""
         made = self.opened(1)
         lifts, gaps = [], []
         for k in range(150):
@@ -146,7 +146,7 @@ class _FluidCheck:
         return lift, gap, level
 
     def taken_up(self) -> float:
-        """Go on from a snapshot, and start over."""
+        """Check snapshots and reset."""
         made = self.opened(1)
         first = made.exchange(_held(1), 0.0, STEP)
         kept = made.snapshot()
@@ -167,7 +167,7 @@ class _FluidCheck:
         return apart
 
     def alone(self) -> None:
-        """Advance without any body."""
+        """Check steps without any body."""
         made = self.opened(0)
         none: Floats = made.exchange(_held(0), 0.0, STEP)
         places, velocities = made.particles()

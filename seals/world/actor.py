@@ -150,7 +150,7 @@ class Actor:
         self._before, self._now, self._due = None, None, None
 
     def load(self, time: float, step: float) -> None:
-        """Evaluate the effects into the ledger and hand the sum to the backend."""
+        """Evaluate the effects into the ledger, and pass the sum to the backend."""
         kinematics, moving = self._now or self.look()
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
         joints = _NO_JOINTS
@@ -188,7 +188,7 @@ class Actor:
         return self.immersion.states(self._due[0], middle, contact, self._assembly, step)
 
     def push(self, impulses: Floats, step: float) -> None:
-        """Hand the fluid's impulses (K, 6), with all other loads, to the backend."""
+        """Pass the fluid's impulses (K, 6), with all other loads, to the backend."""
         assert self.immersion is not None
         assert self._due is not None
         due, row = self._due

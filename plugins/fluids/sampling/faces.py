@@ -64,14 +64,14 @@ def face_edge(edge: float, spacing: float) -> float:
 
 
 def smaller_edge(edge: float, spacing: float, fine: float) -> float:
-    """Return the edge whose outer samples, ``fine`` apart, lie where those of ``edge`` do [m]."""
+    """Return the edge of a finer box whose outer samples coincide with those of ``edge`` [m]."""
     reach = face_edge(edge, spacing)
     count = round(reach / fine) + 1
     return reach * count / max(count - 1, 1)
 
 
 def smaller_radius(radius: float, spacing: float, fine: float) -> float:
-    """Return the radius whose outer shell lies where that of ``radius`` does [m]."""
+    """Return the radius of a finer sphere with the outer shell of ``radius`` [m]."""
     reach = max(radius - 0.5 * spacing, 0.0)
     shells = max(1, round(reach / fine + 0.5))
     return reach / (1.0 - 0.5 / shells)

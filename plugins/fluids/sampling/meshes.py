@@ -175,7 +175,7 @@ def sample_sheet(vertices: Floats, faces: Any, spacing: float) -> Samples:
 
 
 def _dense(corners: Floats, area: Floats, fine: float) -> tuple[Floats, Floats]:
-    """Points all over the faces, closer than wanted, and the area that each stands for."""
+    """Return oversampled points on the faces, and the area of each."""
     points, weights = [], []
     for (a, b, c), whole in zip(corners, area, strict=True):
         sides = (np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))

@@ -32,7 +32,7 @@ def local(
 
 
 def spheres(rays: tuple[Tensor, Tensor], centre: Tensor, half: Tensor, near: float) -> Tensor:
-    """Enter spheres, by the distance of their centres from the ray.
+    """Return entry distances of spheres.
 
     b^2 - 4 a c loses digits for small spheres far away; this form does not (Haines et al. 2019, Ray
     Tracing Gems, ch. 7).
@@ -52,7 +52,7 @@ def spheres(rays: tuple[Tensor, Tensor], centre: Tensor, half: Tensor, near: flo
 def boxes(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor, half: Tensor, near: float
 ) -> Tensor:
-    """Enter boxes: the last of three slabs, if it is entered before the first is left."""
+    """Return entry distances of boxes, by the slab method."""
     import torch
 
     along, start = local(rays, centre, turn)
@@ -70,7 +70,7 @@ def boxes(
 def cylinders(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor, half: Tensor, near: float
 ) -> Tensor:
-    """Enter cylinders: mantle and slab between the caps."""
+    """Return entry distances of cylinders: mantle and caps."""
     import torch
 
     (dx, dy, dz), (ox, oy, oz) = local(rays, centre, turn)
@@ -94,7 +94,7 @@ def hulls(
     planes: tuple[Tensor, Tensor],
     near: float,
 ) -> tuple[Tensor, Tensor]:
-    """Enter convex solids of P planes each; also the number of the plane, 0 to P - 1, (M, R, K).
+    """Return entry distances of convex solids of P planes, and the plane's number, (M, R, K).
 
     Args:
         rays: x and y of the rays.
@@ -122,7 +122,7 @@ def hulls(
 
 
 def levels(rays: tuple[Tensor, Tensor], up: Tensor, above: Tensor, near: float) -> Tensor:
-    """Meet level planes from above, shape (M, R, Kp).
+    """Return distances to level planes from above, shape (M, R, Kp).
 
     Args:
         rays: x and y of the rays.
@@ -140,7 +140,7 @@ def levels(rays: tuple[Tensor, Tensor], up: Tensor, above: Tensor, near: float) 
 
 
 def _apart(values: Tensor) -> Tensor:
-    """Values kept away from zero, sign as it was."""
+    """Return values clamped away from zero, signs kept."""
     import torch
 
     return torch.where(torch.abs(values) < SMALL, SMALL, values)
