@@ -71,7 +71,7 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
 
     wanted, before = int(config.episodes), _before(config)
     count = min(wanted, _BATCH) if "interval" in config.backend else 1
-    environment = batched_of(config, count=count, device=usable_device(str(config.device)))
+    environment: Any = batched_of(config, count=count, device=usable_device(str(config.device)))
     try:
         kept, tried = _kept(environment, config)
     finally:
