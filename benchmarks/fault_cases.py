@@ -263,7 +263,6 @@ CASES: dict[str, Case] = {
         words=("verify", "log=hidden_effect/flight_b", "model=models/found.yaml", "out=out"),
         judge=_verified,
         prepare=_model,
-        code=14,
     ),
 }
 """Every one by name."""
