@@ -23,8 +23,9 @@ import os
 import stat
 import struct
 from collections.abc import Iterable, Mapping
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -90,7 +91,7 @@ def _parts(text: bytes, arrays: Iterable[np.ndarray]) -> Iterable[bytes | memory
     for array in arrays:
         flat = np.ascontiguousarray(array.T if _order(array) == "F" else array)
         flat = flat.astype(flat.dtype.newbyteorder("<"), copy=False)
-        yield memoryview(flat.reshape(-1).view(np.uint8))
+        yield flat.reshape(-1).view(np.uint8).data
         yield bytes(_padded(array.nbytes) - array.nbytes)
 
 
@@ -127,7 +128,7 @@ class _Head(NamedTuple):
     arrays: int
 
 
-def open_regular(path: Path) -> BinaryIO:
+def open_regular(path: Path) -> BufferedReader:
     """Open an ordinary file; a link is not followed, and a pipe is not waited for.
 
     Raises:
@@ -161,7 +162,7 @@ def _read_head(raw: bytes, size: int) -> _Head:
     return _Head(raw, version, text, arrays)
 
 
-def _digest_of(head: _Head, file: BinaryIO) -> bytes:
+def _digest_of(head: _Head, file: BufferedReader) -> bytes:
     """Return the digest of what follows, piece by piece, and go back to where it stands."""
     found = hashlib.blake2b(head.raw, digest_size=_DIGEST)
     file.seek(_HEAD.size + _DIGEST)
@@ -171,7 +172,7 @@ def _digest_of(head: _Head, file: BinaryIO) -> bytes:
     return found.digest()
 
 
-def _read_2(file: BinaryIO, head: _Head, kind: str) -> Any:
+def _read_2(file: BufferedReader, head: _Head, kind: str) -> Any:
     about = json.loads(
         file.read(head.text).decode("ascii"),
         parse_constant=_refuse_number,
@@ -186,7 +187,7 @@ def _read_2(file: BinaryIO, head: _Head, kind: str) -> Any:
     return unpacked(about["state"], _arrays(about["arrays"], file, head.arrays))
 
 
-def _arrays(table: Any, file: BinaryIO, held: int) -> list[np.ndarray]:
+def _arrays(table: Any, file: BufferedReader, held: int) -> list[np.ndarray]:
     """Return the arrays; all declared sizes are added up before the first one is made."""
     declared = [_declared(row) for row in table]
     total = sum(_padded(size) for *_, size in declared)
@@ -214,7 +215,7 @@ _READERS = {2: _read_2}
 
 
 def _dtype(array: np.ndarray) -> str:
-    return array.dtype.newbyteorder("<").str
+    return str(array.dtype.newbyteorder("<").str)
 
 
 def _order(array: np.ndarray) -> str:
