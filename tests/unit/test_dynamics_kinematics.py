@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from seals.frames import exponential, matrix_of, multiply, normalised
 from seals.multibody.kinematics import Kinematics
+from seals.multibody.rows import link_motion
 from seals.multibody.tree import Tree, forward
 
 Floats = NDArray[np.float64]
@@ -124,3 +127,16 @@ def test_one_robot_moves_like_a_batch(fixed_base: bool) -> None:
             np.testing.assert_allclose(a, b[rows], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(one.bias(own), bias[rows], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(one.jacobian, all_rows.jacobian[rows], rtol=0.0, atol=1e-13)
+
+
+def test_times_of_a_batch_repeat_for_every_link() -> None:
+    """Rows run link by link: each of two links has the times of all three bodies."""
+    poses: Any = SimpleNamespace(
+        rotations=np.tile(np.eye(3), (3, 2, 1, 1)), origins=np.zeros((3, 2, 3))
+    )
+    moving: Any = SimpleNamespace(twists=np.zeros((3, 2, 6)))
+    bodies: Any = None
+    time = np.array([[0.1], [0.2], [0.3]])
+    found = link_motion(poses, moving, time, bodies).time
+    np.testing.assert_array_equal(found[:, 0], [0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
+    assert link_motion(poses, moving, time[:1], bodies).time.shape == (1, 1)
