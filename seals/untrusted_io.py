@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -10,8 +11,6 @@ import stat
 import zlib
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from seals.errors import ConfigError, LogError
 
@@ -151,9 +150,8 @@ def _measure_json(raw: bytes) -> None:
     marks = marks.translate(None, delete=bytes(set(range(256)) - set(b"[]{},")))
     if many or len(marks) > _MOST_JSON_NODES:
         raise ValueError(f"more than {_MOST_JSON_NODES:,} entries")
-    signs = np.frombuffer(marks, dtype=np.uint8)
-    down = np.isin(signs, list(b"[{")).astype(np.int32)
-    if np.cumsum(down - np.isin(signs, list(b"]}"))).max(initial=0) > _DEEPEST:
+    steps = (1 if mark in b"[{" else -1 for mark in marks.translate(None, delete=b","))
+    if max(itertools.accumulate(steps), default=0) > _DEEPEST:
         raise ValueError(f"nested deeper than {_DEEPEST} levels")
 
 
