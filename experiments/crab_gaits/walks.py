@@ -1,4 +1,4 @@
-"""One walk of an animal, measured: speed, cost, upright or fallen, which feet stand when."""
+"""Measured walk of an animal: speed, cost of transport, falls and footfall pattern."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FALLEN = 0.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Walk:
-    """What was measured.
+    """Measurements of a walk.
 
     Args:
         speed: along the wanted way, steady [m/s].

@@ -28,7 +28,7 @@ _LIMITS: dict[str, Any] = {
 
 @dataclass(kw_only=True)
 class SensorMisalignment(Effect):
-    """Sensors whose axes are turned by a rotation vector; the inertial ones at first.
+    """Misalignment of sensor axes by a rotation vector; by default of inertial sensors.
 
     Equation:
         Both readings: measured = Exp(r)^T true, before scale and bias.

@@ -1,4 +1,4 @@
-"""Keeps the state of a run on disk, so that one that was killed can be taken up where it was.
+"""Checkpoints of a run on disk, from which an interrupted run resumes.
 
 A checkpoint holds everything that changes: the world's snapshot, the ledgers and the rows recorded
 so far, as arrays and JSON (`seals.state_file`), and the rigid-body scene in the engine's own
@@ -39,7 +39,7 @@ MINUTE = 60.0
 
 
 class Checkpoints:
-    """Writes a checkpoint into a run's folder every now and then.
+    """Periodic checkpoints in a run's folder.
 
     Args:
         folder: of the run.
@@ -91,7 +91,7 @@ def interval_of(settings: RunSettings) -> float:
 
 
 def write_checkpoint(folder: Path, world: World, books: Any) -> None:
-    """Write the state of a run, whole or not at all; an earlier one gives way.
+    """Write the state of a run atomically, replacing an earlier one.
 
     At every moment a whole one stands at ``folder``, or the one before it stands beside.
 
@@ -157,7 +157,7 @@ def _before(folder: Path) -> Path:
 
 
 def take_up(kept: Path, world: World, *, most: int = MOST_BYTES) -> Any:
-    """Put a world into the state of a checkpoint.
+    """Restore a world from a checkpoint.
 
     Args:
         kept: folder of the checkpoint.
@@ -297,7 +297,7 @@ def checkpoint_of(run: Path) -> Path:
 
 
 def has_checkpoint(run: Path) -> bool:
-    """Return whether a run can be taken up."""
+    """Return whether a run can be resumed."""
     return (_last(run) / STATE).is_file()
 
 

@@ -1,4 +1,4 @@
-"""A polite kill acts like Ctrl-C, so that what a run has so far is kept."""
+"""Treat SIGTERM like Ctrl-C, so that the results of a run so far are written."""
 
 from __future__ import annotations
 

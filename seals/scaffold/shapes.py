@@ -86,7 +86,7 @@ def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]
 
 
 def extents_of(root: Element, folder: Path) -> Mapping[str, float]:
-    """Return the largest extent of what each link shows or touches with [m]."""
+    """Return the largest extent of the visual and collision shapes of each link [m]."""
     found: dict[str, float] = {}
     for link in root.findall("link"):
         for part in (*link.findall("collision"), *link.findall("visual")):

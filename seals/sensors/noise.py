@@ -12,7 +12,7 @@ from seals.arrays import Floats
 
 @dataclass(kw_only=True)
 class Noise:
-    """Errors of one quantity, in its unit; numbers, or one a component.
+    """Errors of one quantity, in its unit; numbers, or one per component.
 
     Equation:
         y = x (1 + gain) + bias + d + n, clipped to low and high, rounded to whole steps. n is white

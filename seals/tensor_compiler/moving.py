@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 
 
 def view(c: Columns, node: Node, x: Grid, shape: Any) -> Grid | None:
-    """The same entries in another shape."""
+    """Return the entries in another shape."""
     return reshaped(x, tuple(node.meta["val"].shape), c.batch)
 
 
 def permute(c: Columns, node: Node, x: Grid, dims: Any) -> Grid:
-    """Indices in another order."""
+    """Return a tensor with its indices permuted."""
     order = [d % x.entries.ndim for d in dims]
     axis = None if x.axis is None else order.index(x.axis)
     return x._replace(entries=x.entries.transpose(order), axis=axis)
 
 
 def unsqueeze(c: Columns, node: Node, x: Grid, dim: int) -> Grid:
-    """One more index, of one place."""
+    """Insert an index of size one."""
     at = dim % (x.entries.ndim + 1)
     axis = x.axis if x.axis is None or x.axis < at else x.axis + 1
     return x._replace(entries=np.expand_dims(x.entries, at), axis=axis)
 
 
 def squeeze(c: Columns, node: Node, x: Grid, dim: Any) -> Grid:
-    """Without some indices of one place."""
+    """Remove indices of size one."""
     if not x.entries.ndim:
         return x
     dims = {d % x.entries.ndim for d in ([dim] if isinstance(dim, int) else dim)}
@@ -48,7 +48,7 @@ def squeeze(c: Columns, node: Node, x: Grid, dim: Any) -> Grid:
 
 
 def select(c: Columns, node: Node, x: Grid, dim: int, index: int) -> Grid | None:
-    """One place of an index."""
+    """Select one position of an index."""
     at = dim % x.entries.ndim
     if at == x.axis:
         return None
@@ -63,7 +63,7 @@ def _at(dim: int, places: slice) -> tuple[Any, ...]:
 
 
 def cut(c: Columns, node: Node, x: Grid, *where: Any) -> Grid | None:
-    """Some places of an index; along the batch, whole blocks."""
+    """Slice an index; along the batch, in whole blocks."""
     usual: list[Any] = [0, None, None, 1]
     dim, start, end, step = [*where, *usual[len(where) :]]
     at = dim % x.entries.ndim
@@ -76,7 +76,7 @@ def cut(c: Columns, node: Node, x: Grid, *where: Any) -> Grid | None:
 
 
 def expand(c: Columns, node: Node, x: Grid, size: Any, **more: Any) -> Grid | None:
-    """The same for many places of an index."""
+    """Broadcast along an index."""
     shape = tuple(node.meta["val"].shape)
     more_places = len(shape) - x.entries.ndim
     axis = along(shape, c.batch) if x.axis is None else x.axis + more_places
@@ -87,7 +87,7 @@ def expand(c: Columns, node: Node, x: Grid, size: Any, **more: Any) -> Grid | No
 
 
 def cat(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
-    """Tensors one after the other."""
+    """Concatenate tensors."""
     # the empty tensor of one index has no part in it, whatever the others look like
     kinds = {x.kind for x in parts}
     parts = [x for x in parts if x.entries.shape != (0,)]
@@ -99,13 +99,13 @@ def cat(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
 
 
 def stack(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
-    """Tensors side by side along a new index."""
+    """Stack tensors along a new index."""
     at = dim % (parts[0].entries.ndim + 1)
     return cat(c, node, [unsqueeze(c, node, x, at) for x in parts], at)
 
 
 def unbind(c: Columns, node: Node, x: Grid, dim: int = 0) -> list[Grid | None] | None:
-    """All places of an index, one by one."""
+    """Split a tensor along an index."""
     at = dim % x.entries.ndim
     if at == x.axis:
         return None
@@ -113,7 +113,7 @@ def unbind(c: Columns, node: Node, x: Grid, dim: int = 0) -> list[Grid | None] |
 
 
 def filled(c: Columns, node: Node, *args: Any, **more: Any) -> Grid | None:
-    """One number everywhere, the last that is given; zeros or ones where the name says so."""
+    """Return a constant tensor; zeros or ones according to the operation's name."""
     import torch
 
     value, name = node.meta["val"], str(node.target)

@@ -31,7 +31,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
 def call_hook(
     effect: Effect, hook: str, instant: Instant, memory: Array | None, params: Parameters
 ) -> tuple[Any, Any]:
-    """Return output and new memory of one hook; hooks without memory hand it through."""
+    """Return output and new memory of one hook; without memory hooks, the memory as given."""
     law, now = getattr(effect, hook), instant
     plain = {
         "actuation": (now.drives, now.motion, now.medium, now.inputs),

@@ -1,4 +1,4 @@
-"""Typed settings of one session of looking."""
+"""Typed settings of a viewer session."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OWN = ("replay", "show", "sliders", "host", "port")
 
 @dataclass(kw_only=True)
 class ViewSettings(RunSettings):
-    """A run that is looked at.
+    """Settings of a viewed run.
 
     Args:
         replay: folder of a run that has been, in place of one that starts now.

@@ -1,4 +1,4 @@
-"""A central pattern generator: one phase oscillator a leg, coupled."""
+"""Central pattern generator: one coupled phase oscillator per leg."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Oscillators(Walker):
-    """Walks by coupled oscillators, whose order comes about by itself and may change as it goes.
+    """Walking controller of coupled oscillators: the gait emerges from their coupling.
 
     Equation:
         d phi_i / dt = f + (coupling / N) sum_j sin(2 pi (phi_j - phi_i - o_j + o_i)) / (2 pi), phi
