@@ -196,7 +196,7 @@ def _arrays(table: Any, file: BufferedReader, held: int) -> list[np.ndarray]:
     found = []
     for dtype, order, shape, size in declared:
         flat = np.empty(math.prod(shape), dtype)
-        file.readinto(flat.view(np.uint8))
+        file.readinto(memoryview(flat.view(np.uint8)))
         file.seek(_padded(size) - size, os.SEEK_CUR)
         found.append(flat.reshape(shape, order=order))
     return found

@@ -49,7 +49,7 @@ def hidden(folder: Path, kind: str, name: str, pattern: str = "sines") -> dict[s
 
 CASES = [
     ("auv", "sines", "sway_by_yaw", "sway_by_yaw", "derivative"),
-    ("aam", "wading", "paddling_arm", "paddle", "stroke"),
+    pytest.param(*("aam", "wading", "paddling_arm", "paddle", "stroke"), marks=pytest.mark.slow),
 ]
 """Vehicle, pattern, effect, its number in the generator and in the package."""
 
