@@ -196,7 +196,7 @@ def _arrays(table: Any, file: BufferedReader, held: int) -> list[np.ndarray]:
     found = []
     for dtype, order, shape, size in declared:
         flat = np.empty(math.prod(shape), dtype)
-        file.readinto(memoryview(flat.view(np.uint8)))
+        file.readinto(flat.view(np.uint8).data)
         file.seek(_padded(size) - size, os.SEEK_CUR)
         found.append(flat.reshape(shape, order=order))
     return found
