@@ -1,4 +1,4 @@
-"""Lists of an actuator's configuration as checked arrays, one row or number a drive."""
+"""Validation of an actuator's lists and conversion to arrays, one row or number per drive."""
 
 from __future__ import annotations
 

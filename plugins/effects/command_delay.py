@@ -1,4 +1,4 @@
-"""Commands that act late."""
+"""Delay between a command and the actuator."""
 
 from __future__ import annotations
 

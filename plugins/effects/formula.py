@@ -1,4 +1,4 @@
-"""A force without a name: a formula found in a log, as an effect."""
+"""Effect given by a formula that the diagnosis fitted to a residual force."""
 
 from __future__ import annotations
 

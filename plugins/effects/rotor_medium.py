@@ -1,4 +1,4 @@
-"""Rotors in air, in water, and between."""
+"""Rotor thrust and torque, scaled by the density at each disc (air, water, partly submerged)."""
 
 from __future__ import annotations
 

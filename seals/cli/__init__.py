@@ -1,1 +1,1 @@
-"""The command line: verbs, tables and two-line refusals."""
+"""The command line: verbs, tables and error messages of two lines."""

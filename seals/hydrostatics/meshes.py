@@ -1,4 +1,4 @@
-"""The door for meshes: files and arrays are checked here, and become hulls."""
+"""Validation of mesh files and arrays, and their conversion to hulls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Protocols of learning: hyper-parameters that start an agent, and the agent that learns.
+"""Protocols `Learner` (hyper-parameters, creates an agent) and `Agent` (acts and updates).
 
 A learner plug-in is a keyword-only dataclass of hyper-parameters. The agent that it starts decides
 when it updates: the trainer asks how many updates are due and makes them one by one, so that every

@@ -1,4 +1,4 @@
-"""Diagnosis of several runs of an experiment, and its written form."""
+"""Diagnosis of several runs of an experiment, and its output for `diagnosis.json`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turns a log led by a guide into a demonstration for learning: observations, actions, ends."""
+"""Conversion of the log of a guided run to a demonstration: observations, actions, episode ends."""
 
 from __future__ import annotations
 

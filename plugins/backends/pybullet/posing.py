@@ -1,4 +1,4 @@
-"""Poses of the links: from the engine for those that move, by composition for those that do not."""
+"""Link poses: read from PyBullet for moving links, composed from the carrier's for fixed ones."""
 
 from __future__ import annotations
 

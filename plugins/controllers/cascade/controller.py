@@ -1,4 +1,4 @@
-"""Velocity control over attitude control for vehicles that push along one axis and lean."""
+"""Cascaded velocity and attitude control for vehicles that tilt to direct their thrust."""
 
 from __future__ import annotations
 

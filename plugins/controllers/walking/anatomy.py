@@ -1,4 +1,4 @@
-"""Legs of three joints: where the toes stand, and the joint values that put them elsewhere."""
+"""Geometry of three-joint legs: toe positions in the stance, and inverse kinematics."""
 
 from __future__ import annotations
 

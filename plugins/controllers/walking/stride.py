@@ -1,4 +1,4 @@
-"""The way of the toes in one cycle, and how fast the legs must cycle for a speed."""
+"""Toe trajectory over one gait cycle, and the cycle frequency for a wanted velocity."""
 
 from __future__ import annotations
 

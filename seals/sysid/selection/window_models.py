@@ -1,4 +1,4 @@
-"""Models of one log in short windows, for the search: fitted along one trajectory."""
+"""Family of models for the search on one log: fitted to short windows along one trajectory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inertia of joint drives on a rigid-body engine that does not know it."""
+"""Inertia of joint drives (armature) for a rigid-body engine that does not model it."""
 
 from __future__ import annotations
 
