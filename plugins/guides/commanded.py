@@ -18,7 +18,7 @@ class Commanded:
 
     Example:
         >>> guide = Commanded()
-        >>> guide.tell(Aim(yaw=0.5))
+        >>> guide.tell(Reference(yaw=0.5))
         >>> guide.wanted.yaw
         0.5
     """

@@ -100,7 +100,7 @@ def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int
         ConfigError: there is no such name.
 
     Example:
-        >>> left(["target_x", "target_y", "height"], ["target"])
+        >>> remaining_columns(["target_x", "target_y", "height"], ["target"])
         [2]
     """
     hidden: set[int] = set()

@@ -44,7 +44,7 @@ class SensorEncoders(Instrument):
 
     Example:
         >>> sensor = SensorEncoders(resolution=0.01)
-        >>> sensor.bind(Outfit(joints=("hip", "knee")))
+        >>> sensor.bind(RobotEquipment(joints=("hip", "knee")))
         >>> sensor.channels()
         {'joint_position': 2}
     """

@@ -45,7 +45,7 @@ class SensorRotorSpeed(Instrument):
 
     Example:
         >>> sensor = SensorRotorSpeed()
-        >>> sensor.bind(Outfit(rotors=4))
+        >>> sensor.bind(RobotEquipment(rotors=4))
         >>> sensor.channels()
         {'rotor_speed': 4}
     """

@@ -126,7 +126,7 @@ class Reference(NamedTuple):
         manner: how a walking robot shall step, values by name over those of its gait.
 
     Example:
-        >>> Aim(velocity=np.array([1.0, 0.0, 0.0])).yaw
+        >>> Reference(velocity=np.array([1.0, 0.0, 0.0])).yaw
         0.0
     """
 

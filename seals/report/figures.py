@@ -152,7 +152,7 @@ def downsampled(line: Series, most: int = MOST_POINTS) -> Series:
     Example:
         >>> spike = np.zeros(100_000)
         >>> spike[77_777] = 1.0
-        >>> small = thinned(Series(name="a", x=np.arange(100_000.0), y=spike))
+        >>> small = downsampled(Series(name="a", x=np.arange(100_000.0), y=spike))
         >>> small.y.size <= MOST_POINTS, float(small.y.max())
         (True, 1.0)
     """

@@ -28,7 +28,7 @@ def subsampled(places: ArrayLike) -> NDArray[np.float32]:
         places: of particles [m], shape (n, 3).
 
     Example:
-        >>> len(thinned(np.zeros((30_000, 3))))
+        >>> len(subsampled(np.zeros((30_000, 3))))
         15000
     """
     found = np.asarray(places, dtype=np.float32)

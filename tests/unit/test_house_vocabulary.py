@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import doctest
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,8 +25,11 @@ def retired() -> dict[str, str]:
 
 
 def identifiers(tree: ast.AST) -> Iterator[str]:
-    """Every name that a module defines, imports, reads or passes by keyword."""
+    """Every name that a module defines, imports, reads or passes by keyword, examples included."""
     for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and ">>> " in node.value:
+            for example in doctest.DocTestParser().get_examples(node.value):
+                yield from identifiers(ast.parse(example.source))
         for field in ("id", "attr", "arg", "name", "asname"):
             value = getattr(node, field, None)
             if isinstance(value, str):
@@ -66,13 +70,16 @@ def test_the_list_gives_a_term_for_each_name_once() -> None:
 
 
 def test_the_rule_bites(tmp_path: Path) -> None:
-    """A class, a parameter, an import and a file of a retired name are found."""
+    """A class, a parameter, an import, an example and a file of a retired name are found."""
     (tmp_path / "room").mkdir()
     (tmp_path / "room" / "company.py").write_text(
-        "from seals.nests import x\nclass Felt: ...\ndef f(askew): ...\n", encoding="utf-8"
+        "from seals.nests import x\nclass Felt: ...\n"
+        'def f(askew):\n    """Do it.\n\n    >>> f(Outfit())\n    """\n',
+        encoding="utf-8",
     )
     assert breaches(tmp_path, ("room",)) == [
         "room/company.py: 'Felt' is now 'SensorInput'",
+        "room/company.py: 'Outfit' is now 'RobotEquipment'",
         "room/company.py: 'askew' is now 'axis_misalignment'",
         "room/company.py: 'company' is now 'object_recorder'",
         "room/company.py: 'nests' is now 'pytree'",

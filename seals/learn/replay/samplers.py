@@ -178,7 +178,7 @@ def as_torchrl_sampler(cls: type, **options: Any) -> Any:
     Example:
         >>> import pytest
         >>> samplers = pytest.importorskip("torchrl.data.replay_buffers.samplers")
-        >>> isinstance(made(Uniform, share=0.5), samplers.Sampler)
+        >>> isinstance(as_torchrl_sampler(Uniform, share=0.5), samplers.Sampler)
         True
     """
     return _bound_class(cls)(**options)
