@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,11 +37,12 @@ _UNITS: Mapping[str, tuple[float, float, float]] = {
 def default_additions(law: type[Effect], name: str, subject: Subject) -> list[Addition]:
     """Derive the candidates of an effect from its fields, hooks and `Identification`.
 
-    A field ``medium`` gives one variant for the class's own medium where the vehicle moves in it,
-    ``rotor`` one for each actuator, ``joint`` one for each joint. Parameters whose bounds hold zero
-    are strengths: zero switches them off, and they are fitted. Others are shapes and keep their
-    default unless ``identification.scales`` names them. An effect whose class cannot be built
-    without options, or that has no strength, is not a candidate.
+    A field ``rotor`` gives one variant for each actuator, ``joint`` one for each joint; with a
+    field ``medium`` they act in the class's own medium, where the vehicle moves in it.
+
+    Parameters whose bounds hold zero are strengths: zero switches them off, and they are fitted.
+    Others are shapes and keep their default unless ``identification.scales`` names them. An effect
+    whose class cannot be built without options, or that has no strength, is not a candidate.
 
     Args:
         law: class of the effect.
@@ -178,18 +180,17 @@ _HOOKS = (
 def _variants(
     fields: Mapping[str, Any], subject: Subject
 ) -> list[tuple[dict[str, Any], dict[str, float]]]:
-    """Options and the variant they stand for."""
+    """Options and the variant they stand for: each rotor with each joint, in the medium."""
+    shared: dict[str, Any] = {}
     if "medium" in fields:
         medium = fields["medium"].default
-        kinds = [medium] if medium in subject.media or medium.value == "any" else []
-        return [({"medium": m}, {}) for m in kinds]
-    if "rotor" in fields:
-        count = len(subject.lag)
-        return [({"rotor": k}, {"rotor": float(k)}) for k in range(1, count + 1)]
-    if "joint" in fields:
-        count = subject.robot.tree.joints
-        return [({"joint": k}, {"joint": float(k)}) for k in range(1, count + 1)]
-    return [({}, {})]
+        if medium not in subject.media and medium.value != "any":
+            return []
+        shared["medium"] = medium
+    counts = {"rotor": len(subject.lag), "joint": subject.robot.tree.joints}
+    places = {name: range(1, count + 1) for name, count in counts.items() if name in fields}
+    chosen = [dict(zip(places, given, strict=True)) for given in product(*places.values())]
+    return [({**shared, **one}, {name: float(k) for name, k in one.items()}) for one in chosen]
 
 
 def _held(law: type[Effect], effect: Effect, subject: Subject) -> Effect | None:

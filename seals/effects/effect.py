@@ -83,7 +83,7 @@ class Effect(EffectOptions):
     params`` (and ``drives``). Joints have a row for every row of the motion, or one for all. In
     ``joint_loads``, motion and medium are those of the links that the joints move, rows joint by
     joint (J N, k), whatever ``links`` says; `seals.motion.by_joint` turns a column of them into
-    (N, J). Arguments of other names are given by their order as above.
+    (N, J). Names that resemble none of these are given by their order as above.
 
     Hooks of other signatures, given with each:
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, nearest
 
 Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]
 """Picks the arguments of one hook out of all that are offered, in the order of `ARGUMENTS`."""
@@ -31,7 +31,11 @@ POSITIONAL: dict[str, tuple[str, ...]] = {
     "joint_loads": ("joints", "inputs", "memory", "params"),
     "drive_loads": ("drives", *_PLAIN),
 }
-"""What a hook gets whose arguments have other names, by their order."""
+"""What a hook gets whose arguments have other names, by their order.
+
+An offered name out of its place, or one that resembles an offered name of another place, is an
+error of the author: such a hook is refused.
+"""
 
 
 def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
@@ -42,8 +46,8 @@ def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
         hook: one of `ARGUMENTS`.
 
     Raises:
-        ConfigError: the hook names something else, and has another number of arguments than the
-            plain hook.
+        ConfigError: the hook names something else, and its arguments are not those of `POSITIONAL`
+            in their order under other names.
 
     Example:
         >>> class Shaft:
@@ -74,13 +78,24 @@ def _arguments(cls: type, hook: str) -> tuple[str, ...]:
     names = names[own:]
     if set(names) <= set(ARGUMENTS[hook]):
         return names
-    if len(names) == len(POSITIONAL[hook]):
-        return POSITIONAL[hook]
+    plain = POSITIONAL[hook]
+    if len(names) == len(plain) and all(
+        _may_stand_for(name, meant, hook) for name, meant in zip(names, plain, strict=True)
+    ):
+        return plain
     strange = next(n for n in names if n not in ARGUMENTS[hook])
+    meant = nearest(strange, ARGUMENTS[hook])
     raise ConfigError(
         f"{cls.__name__}.{hook} takes '{strange}', which no hook is given.\n"
-        f"Allowed, in any order: {', '.join(ARGUMENTS[hook])}."
+        + (f"Did you mean '{meant}'?  " if meant else "")
+        + f"Allowed, in any order: {', '.join(ARGUMENTS[hook])}."
     )
+
+
+def _may_stand_for(name: str, plain: str, hook: str) -> bool:
+    """Return true where a name is the plain argument's, or one that resembles no other's."""
+    meant = name if name in ARGUMENTS[hook] else nearest(name, ARGUMENTS[hook])
+    return meant in (None, plain)
 
 
 def pick_of(effect: object, hook: str) -> Pick:

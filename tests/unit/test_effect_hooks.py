@@ -8,7 +8,7 @@ import pytest
 
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
-from seals.effects.hooks import arguments_of, names_any, pick_of
+from seals.effects.hooks import POSITIONAL, arguments_of, names_any, pick_of
 from seals.errors import ConfigError
 
 
@@ -85,3 +85,43 @@ def test_a_strange_argument_is_refused_when_effects_are_bound() -> None:
     with pytest.raises(ConfigError, match=r"effects.odd: Strange.loads takes 'weather'") as found:
         bind_effects({"odd": Strange()}, ["base"])
     assert "joints, inputs, memory, params" in str(found.value)
+
+
+def misspelt(hook: str, *names: str) -> Any:
+    """Return an effect whose hook has arguments of some names."""
+    space: dict[str, Any] = {}
+    exec(f"def {hook}({', '.join(names)}): ...", space)
+    return type("Typo", (), {hook: staticmethod(space[hook])})()
+
+
+@pytest.mark.parametrize(
+    ("hook", "names", "wrong", "meant"),
+    [
+        ("joint_loads", ("joint", "medium", "memory", "params"), "joint", "joints"),
+        ("joint_loads", ("joints", "mediun", "memory", "params"), "mediun", "medium"),
+        ("loads", ("motion", "medium", "joint", "memory", "params"), "joint", "joints"),
+        ("loads", ("motion", "_joints", "inputs", "memory", "params"), "_joints", "joints"),
+        ("loads", ("moton", "params"), "moton", "motion"),
+    ],
+)
+def test_a_misspelt_argument_is_not_taken_by_its_place(
+    hook: str, names: tuple[str, ...], wrong: str, meant: str
+) -> None:
+    """As many arguments as the plain hook has do not hide a misspelt one."""
+    with pytest.raises(ConfigError, match=f"takes '{wrong}'.*\\n.*Did you mean '{meant}'"):
+        arguments_of(misspelt(hook, *names), hook)
+
+
+@pytest.mark.parametrize(
+    ("hook", "names"),
+    [
+        ("loads", ("motion", "medium", "_inputs", "memory", "params")),
+        ("loads", ("state", "fluid", "u", "kept", "values")),
+        ("joint_loads", ("q", "_", "memory", "p")),
+        ("joint_loads", ("joint", "inputs", "mem", "param")),
+        ("drive_loads", ("rotors", "motion", "medium", "u", "memory", "params")),
+    ],
+)
+def test_plain_arguments_may_have_names_of_their_own(hook: str, names: tuple[str, ...]) -> None:
+    """Names that resemble no argument of another place are given by their order."""
+    assert arguments_of(misspelt(hook, *names), hook) == POSITIONAL[hook]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,6 +59,20 @@ class Hinge(Effect):
     ) -> tuple[Array, Array]:
         """No torque."""
         return joints.velocity * 0.0, memory
+
+
+@dataclass(kw_only=True)
+class WetHinge(Hinge):
+    """A fault of each joint in a medium."""
+
+    medium: MediumKind = MediumKind.air
+
+
+@dataclass(kw_only=True)
+class Gust(Push):
+    """A force that goes with one rotor and a medium."""
+
+    rotor: int = 1
 
 
 @dataclass(kw_only=True)
@@ -142,6 +156,18 @@ def test_a_joint_gives_a_variant_each() -> None:
     found = default_additions(Hinge, "hinge", subject(joints=2))
     assert [a.instance for a in found] == ["hinge_change_1", "hinge_change_2"]
     assert [a.variant for a in found] == [{"joint": 1.0}, {"joint": 2.0}]
+
+
+def test_a_medium_beside_a_joint_or_rotor_keeps_a_variant_each() -> None:
+    """One candidate a joint or rotor, each in the class's medium; none without rotors."""
+    found = default_additions(WetHinge, "hinge", subject(joints=2))
+    assert [a.instance for a in found] == ["hinge_change_1", "hinge_change_2"]
+    effects: list[Any] = [a.effect for a in found]
+    assert [(e.joint, e.medium) for e in effects] == [(1, MediumKind.air), (2, MediumKind.air)]
+    flown = replace(subject(), lag=np.full(3, 0.05))
+    gusts = default_additions(Gust, "gust", flown)
+    assert [a.variant for a in gusts] == [{"rotor": 1.0}, {"rotor": 2.0}, {"rotor": 3.0}]
+    assert default_additions(Gust, "gust", subject()) == []
 
 
 @pytest.mark.parametrize(
