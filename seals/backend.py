@@ -64,8 +64,8 @@ class Dynamics(NamedTuple):
         joint_drive: what drives the joints beside ``joint_force``, for a body that takes it
             implicitly; None for nothing.
         armature: inertia of the drives on the joints [kg m^2 or kg], shape (J,); None for none.
-        sudden: whether the wrench may be unlike that of the last step, as a fluid's is: what the
-            joints felt then does not foretell what they feel now.
+        discontinuous: whether the wrench may be unlike that of the last step, as a fluid's is: what
+            the joints felt then does not foretell what they feel now.
     """
 
     kinematics: Kinematics
@@ -89,6 +89,14 @@ class BodyOptions:
         """Return the generalised velocity at the middle of the last step, shape (1, n), or None.
 
         None where it is not known: after a start or a contact, and in first-order steps.
+        """
+        return None
+
+    def joint_forces(self) -> Floats | None:
+        """Return the forces on the joints over the last step [N m or N], shape (J,), or None.
+
+        Those of drives and effects; contacts and stops are not among them. None where the body does
+        not keep them: what needs the power of the joints is refused then.
         """
         return None
 
@@ -134,18 +142,37 @@ class RigidBody(Protocol):
 
 
 class Backend(Protocol):
-    """A rigid-body engine: contacts, joints, many robots in one scene."""
+    """A rigid-body engine: contacts, joints, many robots in one scene.
+
+    Order of calls: `open` once, `add` for every robot, `RigidBody.reset` of every robot; then in
+    every step `RigidBody.apply` of every robot and one `advance`. Snapshots are taken and put back
+    between steps. An engine whose robots are `seals.coupling.CoupledBody` implements
+    `seals.coupling.EngineBody` instead of `RigidBody`.
+    """
 
     def open(self, environment: EnvironmentSettings, step: float) -> None:
-        """Start an empty scene with ground or bottom and the given step [s]."""
+        """Start an empty scene with ground or bottom and the given step [s].
+
+        What stands still, with friction and restitution, comes from
+        `seals.environment.ground.solids_of`. The engine applies no gravity: it acts as an effect.
+        """
         ...
 
     def add(self, robot: RobotModel) -> RigidBody:
-        """Add a robot to the scene."""
+        """Add a robot to the scene.
+
+        Links, masses, inertias and joints are those of the model; its masses may differ from those
+        of the URDF, and ``robot.surface``, if given, replaces the URDF's contact coefficients.
+        Engines with contacts stop joints at ``robot.lower`` and ``robot.upper``. The engine adds
+        no damping, no joint friction and no joint motors of its own.
+        """
         ...
 
     def advance(self) -> None:
-        """Advance the scene by one step."""
+        """Advance the scene by one step, under what was last applied to every robot.
+
+        Forces and wrenches act over this step alone.
+        """
         ...
 
     def snapshot(self) -> Any:

@@ -2,7 +2,9 @@
 
 An engine integrates rigid links under wrenches and joint forces with first-order steps. Added mass
 that is not isotropic, joint drives of any stiffness and second-order steps are put on top of it
-here, once for all engines: an engine needs the calls of `EngineBody` and nothing else.
+here, once for all engines: `CoupledBody` is the `seals.backend.RigidBody` of a robot, made from the
+calls of `EngineBody`. The backend opens the scene, steps the engine and calls
+`CoupledBody.after_step` of every robot after each step.
 """
 
 from seals.coupling.body import CoupledBody

@@ -23,6 +23,12 @@ from seals.robot.model import RobotModel
 class CoupledBody(BodyOptions):
     """A robot in an engine's scene; it takes joint drives implicitly.
 
+    Its backend makes one for every robot that is added, and has three duties: after every step of
+    the engine it calls `after_step` of every body, without which velocities and joint positions
+    stay those of `reset`; its snapshot holds `snapshot` of every body beside the engine's state;
+    and restoring puts back the engine's state first, then calls `restore` of every body. The order
+    of the engine's calls is in `seals.coupling.engine`.
+
     Args:
         engine: the robot in the engine.
         robot: its model.
@@ -128,12 +134,15 @@ class CoupledBody(BodyOptions):
         return self._contacts.normals()
 
     def snapshot(self) -> Any:
-        """Return what the engine does not keep."""
+        """Return what the engine does not keep: a part of the backend's snapshot."""
         kept = self._split.snapshot(), self._servo.snapshot(), self._motors.snapshot()
         return (self._speed, self._joints), self._contacts.snapshot(), self._given, kept
 
     def restore(self, kept: Any) -> None:
-        """Put back what the engine does not keep."""
+        """Put back what the engine does not keep, after the engine's own state.
+
+        It sets masses and motors of the engine where they differ.
+        """
         (self._speed, self._joints), contacts, self._given, (inertia, servo, motors) = kept
         self._servo.restore(servo)
         self._motors.restore(motors)
@@ -141,7 +150,7 @@ class CoupledBody(BodyOptions):
         self._split.restore(inertia)
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
-        """Set forces and joint torques for the next step."""
+        """Set forces and joint torques for the next step; called once before each step."""
         standing = self._stands(dynamics, step)
         wrench, joint_force = (self._pushed if standing else self._effort)(dynamics, step)
         rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
@@ -190,9 +199,17 @@ class CoupledBody(BodyOptions):
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time and move the pose as the middle velocity does.
 
+        The backend calls it once for every robot after each step of the engine.
+
         The engine moved the pose with the velocity after the kick, a step of first order. The
         middle velocity, half a kick earlier, makes it one of second order (leapfrog); the velocity
         at the new time is the middle one and half of the last kick.
+
+        Args:
+            step: h [s].
+
+        Raises:
+            PhysicsError: the motion is faster than the engine can follow, or not finite.
         """
         raw, joints = self.engine.state()
         self._motors.measure()
@@ -213,7 +230,7 @@ class CoupledBody(BodyOptions):
         shift = step * (middle - raw)
         self._joints = joints + shift[self._base :]
         if self._base:
-            self.engine.shift_base(shift.tolist()[:6])
+            self.engine.shift_base(shift[:6])
         self.engine.set_velocity(self._speed.now, self._joints)
 
     def _refuse_speed(self, fastest: float) -> None:

@@ -1,4 +1,16 @@
-"""Protocol of one robot inside a rigid-body engine: the calls that the coupling makes."""
+"""Protocol of one robot inside a rigid-body engine: the calls that the coupling makes.
+
+Order of calls in one step of the world, from t to t + h:
+
+1. `CoupledBody.apply`: `EngineBody.set_inertia` of the links whose added inertia has changed,
+   `mass_matrix` where joint drives need it, `apply_wrenches` once, then `set_motors` while motors
+   act and once to switch them off, and `apply_joint_forces` at most once.
+2. The backend steps the engine once for all robots.
+3. `CoupledBody.after_step`, called by the backend: `state`, `motor_forces` if motors act,
+   `contacts`; then in free motion `shift_base` (not of a fixed base) and `set_velocity`.
+
+Poses may be read between any two steps. `place` and `set_velocity` start an episode.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +21,9 @@ from seals.arrays import Floats
 
 class ContactPoints(Protocol):
     """Contacts of one robot in one step of an engine; forces are worked out when asked for.
+
+    They are read until the next call of `EngineBody.contacts`. The coupling takes the points about
+    the link origins at the start of the step, where an engine detects contacts.
 
     Args:
         links: row of the touched link at every contact, M of them.
@@ -35,10 +50,15 @@ class EngineBody(Protocol):
     and the joint velocities [rad/s or m/s], shape (n,); a fixed base has the joint velocities
     alone. The engine itself applies no gravity, no damping and no joint friction.
 
+    Wrenches and joint forces act over one step and are gone after it; masses and motors stay until
+    they are set anew. A snapshot of the backend holds the engine's own state: poses, velocities and
+    contacts. Masses and motors may be missing in it, for `CoupledBody` sets them anew.
+
     Args:
         reference: point of the base whose velocity the engine keeps, base axes [m], shape (3,):
             the centre of mass in PyBullet, zero for an engine that takes the link origin.
-        moments: principal moments of inertia of every link [kg m^2], shape (L, 3).
+        moments: principal moments of inertia of every link about its centre of mass, along the
+            engine's own principal axes in its own order, as loaded [kg m^2], shape (L, 3).
         top_speed: speed that the engine can follow [m/s, rad/s]; infinite for any.
         joint_speed_limit: of every joint [rad/s or m/s], shape (J,); infinite for none.
         contact_motors: whether the engine solves joint motors together with its contacts. Without
@@ -67,24 +87,41 @@ class EngineBody(Protocol):
         """Set the velocity, shape (n,), and the joint positions [rad or m], shape (J,)."""
         ...
 
-    def shift_base(self, displacement: list[float]) -> None:
-        """Move the base by a small displacement, world axes [m, rad], six numbers."""
+    def shift_base(self, displacement: Floats) -> None:
+        """Move the base by a small displacement, world axes, shape (6,).
+
+        Args:
+            displacement: of ``reference`` [m], then the rotation vector about it [rad]. Velocities
+                stay as they are; `set_velocity` follows.
+        """
         ...
 
     def state(self) -> tuple[Floats, Floats]:
-        """Return the velocity, shape (n,), and the joint positions [rad or m], shape (J,)."""
+        """Return the velocity, shape (n,), and the joint positions [rad or m], shape (J,).
+
+        Called once after each step of the engine, before `motor_forces` and `contacts`.
+        """
         ...
 
     def mass_matrix(self, joints: Floats) -> Floats:
-        """Return the generalised inertia at joint positions, base first, shape (n, n)."""
+        """Return the generalised inertia at joint positions, base first, shape (n, n).
+
+        Only the inertia that the joints feel with the base free is used,
+        M_jj - M_jb inv(M_bb) M_bj: any point and any axes of the base will do. Rows of joints are
+        those of the model. The state is left as it is.
+        """
         ...
 
     def set_inertia(self, link: int, mass: float, moments: Floats) -> None:
-        """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link."""
+        """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link.
+
+        They replace those of the link, about its centre of mass and in the order of ``moments``:
+        centre and principal axes stay. Never called for the base of a robot that is fixed.
+        """
         ...
 
     def apply_wrenches(self, wrenches: Floats, origins: Floats, rotations: Floats) -> None:
-        """Apply wrenches over the next step.
+        """Apply wrenches over the next step; they are held in world axes.
 
         Args:
             wrenches: about the link origins, link axes [N, N m], shape (L, 6).
@@ -94,7 +131,11 @@ class EngineBody(Protocol):
         ...
 
     def apply_joint_forces(self, forces: Floats) -> None:
-        """Apply forces on the joints over the next step [N m or N], shape (J,)."""
+        """Apply forces on the joints over the next step [N m or N], shape (J,).
+
+        They add to those of the motors. A step without joint forces may go without the call; they
+        are zero then.
+        """
         ...
 
     def set_motors(self, speed: Floats, force: Floats) -> None:
@@ -106,7 +147,10 @@ class EngineBody(Protocol):
         ...
 
     def motor_forces(self) -> Floats:
-        """Return the forces of the joint motors over the last step [N m or N], shape (J,)."""
+        """Return the forces of the joint motors over the last step [N m or N], shape (J,).
+
+        Called after `state`, and only in steps with motors.
+        """
         ...
 
     def contacts(self) -> ContactPoints | None:

@@ -122,7 +122,7 @@ class InertiaSplit:
             picked = slice(None) if rows is None else rows
             wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
         if self._robot.tree.fixed_base:
-            wanted[0] = 0.0  # the engine would let a base loose that is given a mass
+            wanted[0] = 0.0  # it does not move, and engines may let a base loose that has a mass
         far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
         if not far.any():
             return

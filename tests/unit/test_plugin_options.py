@@ -44,6 +44,7 @@ def test_a_stranger_gets_the_defaults_and_keeps_its_own() -> None:
     body = options_of(stranger, BodyOptions)
     assert not body.implicit
     assert body.middle_speed() is None
+    assert body.joint_forces() is None
 
 
 def test_a_stranger_among_controllers_has_no_form_over_a_batch() -> None:

@@ -106,13 +106,13 @@ class PybulletBody:
                 physicsClientId=self._client,
             )
 
-    def shift_base(self, displacement: list[float]) -> None:
-        """Move the base by a small displacement, world axes [m, rad]."""
-        p, client = self._p, self._client
+    def shift_base(self, displacement: Floats) -> None:
+        """Move the base by a small displacement, world axes [m, rad], shape (6,)."""
+        p, client, given = self._p, self._client, displacement.tolist()
         position, turn = p.getBasePositionAndOrientation(self.body, physicsClientId=client)
-        place = [x + d for x, d in zip(position, displacement[:3], strict=True)]
+        place = [x + d for x, d in zip(position, given[:3], strict=True)]
         p.resetBasePositionAndOrientation(
-            self.body, place, turned(turn, displacement[3:]), physicsClientId=client
+            self.body, place, turned(turn, given[3:]), physicsClientId=client
         )
 
     def state(self) -> tuple[Floats, Floats]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
+from seals.backend import BodyOptions
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, suggestion
+from seals.plugin_options import options_of
 from seals.world import Actor
 
 
@@ -42,6 +43,7 @@ class Facts:
             if name not in kinds:
                 raise ConfigError(f"no world knows '{name}'.\n{suggestion(name, list(kinds))}")
         self._actor, self._water = actor, environment.water_level
+        self._body = options_of(actor.body, BodyOptions)
         self._kinds = {name: kinds[name] for name in names}
         robot = actor.robot
         self._hands = list(robot.grippers.values())
@@ -67,11 +69,11 @@ class Facts:
         """Accumulate the facts of one step of the world."""
         self._steps += 1
         if "power" in self._kinds:
-            body: Any = self._actor.body
-            rates: Floats = body.read().joint_velocity
+            rates, forces = self._actor.body.read().joint_velocity, self._body.joint_forces()
+            assert forces is not None
             # a force held over a step does its work at the mean rate
             before = rates if self._rates is None else self._rates
-            self._power += 0.5 * float(np.abs(body.joint_forces() * (before + rates)).sum())
+            self._power += 0.5 * float(np.abs(forces * (before + rates)).sum())
             self._rates = rates
         if "slip" in self._kinds:
             self._slip += self._sliding()
@@ -89,7 +91,10 @@ class Facts:
             "touch": ("a gripper with tips", bool(self._tips)),
             "phase": ("legs", bool(self._feet)),
             "slip": ("legs", bool(self._feet)),
-            "power": ("backend=pybullet", hasattr(self._actor.body, "joint_forces")),
+            "power": (
+                "a backend whose bodies return joint forces, such as backend=pybullet",
+                self._body.joint_forces() is not None,
+            ),
             "level": ("water: environment.water_level", self._water is not None),
         }
         for name in self._kinds:
