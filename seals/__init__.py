@@ -19,10 +19,13 @@ if TYPE_CHECKING:
     from seals.api import make_batch as make_batch
     from seals.api import simulate as simulate
     from seals.arrays import Array as Array
+    from seals.arrays import columns as columns
+    from seals.arrays import namespace as namespace
     from seals.batch import BatchDynamics as BatchDynamics
     from seals.effects.effect import Effect as Effect
     from seals.effects.effect import MediumKind as MediumKind
     from seals.effects.effect import Parameters as Parameters
+    from seals.effects.identification import Identification as Identification
     from seals.errors import ConfigError as ConfigError
     from seals.errors import LogError as LogError
     from seals.errors import PhysicsError as PhysicsError
@@ -32,9 +35,11 @@ if TYPE_CHECKING:
     from seals.logs.log import Log as Log
     from seals.logs.native import write_native as write_log  # noqa: F401  listed in __all__
     from seals.motion import Inputs as Inputs
+    from seals.motion import Joints as Joints
     from seals.motion import Medium as Medium
     from seals.motion import Motion as Motion
     from seals.motion import Wrench as Wrench
+    from seals.motion import by_joint as by_joint
     from seals.robot.model import RobotModel as RobotModel
     from seals.schema import param as param
     from seals.sensors.instrument import Instrument as Instrument
@@ -71,9 +76,14 @@ _HOMES = {
     "check_sensor": "seals.testing.sensor",
     "MediumKind": "seals.effects.effect",
     "Parameters": "seals.effects.effect",
+    "Identification": "seals.effects.identification",
     "Array": "seals.arrays",
+    "namespace": "seals.arrays",
+    "columns": "seals.arrays",
     "Motion": "seals.motion",
     "Medium": "seals.motion",
+    "Joints": "seals.motion",
+    "by_joint": "seals.motion",
     "Inputs": "seals.motion",
     "Wrench": "seals.motion",
     "cross": "seals.frames",

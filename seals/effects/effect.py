@@ -82,7 +82,7 @@ class Effect(EffectOptions):
     These five take what they name, in any order, of ``motion, medium, joints, inputs, memory,
     params`` (and ``drives``). Joints have a row for every row of the motion, or one for all. In
     ``joint_loads``, motion and medium are those of the links that the joints move, rows joint by
-    joint (J N, k), whatever ``links`` says; `seals.motion.by_joint` turns a column of them into
+    joint (J N, k), whatever ``links`` says; `seals.by_joint` turns a column of them into
     (N, J). Names that resemble none of these are given by their order as above.
 
     Hooks of other signatures, given with each:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import seals
@@ -48,6 +49,15 @@ def test_a_public_name_is_there_and_documented(name: str) -> None:
         summary = (inspect.getdoc(found) or "").partition("\n")[0]
         assert summary[:1].isupper(), summary
         assert summary[-1] in ".:", summary
+
+
+def test_a_law_on_joints_needs_public_names_alone() -> None:
+    """What the laws of a stranger's package use is public, the joints among it."""
+    used = {"Joints", "by_joint", "Identification", "namespace", "columns", "Effect", "param"}
+    assert used <= set(seals.__all__)
+    still = np.zeros((2, 3))
+    column = np.arange(6.0)[:, None]
+    assert seals.by_joint(column, seals.Joints(still, still)).tolist() == [[0, 2, 4], [1, 3, 5]]
 
 
 def test_a_type_checker_sees_the_same_names() -> None:

@@ -5,10 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.arrays import Array, columns, namespace
-from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import Inputs, Joints, Medium, Motion, Reading, Wrench, by_joint
-from seals.schema import param
+from seals import (
+    Array,
+    Effect,
+    Inputs,
+    Joints,
+    Medium,
+    MediumKind,
+    Motion,
+    Parameters,
+    Wrench,
+    by_joint,
+    columns,
+    namespace,
+    param,
+)
+from seals.motion import Reading
 
 _SOURCE = "chosen: an example"
 
