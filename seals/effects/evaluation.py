@@ -19,6 +19,7 @@ from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
+from seals.errors import PhysicsError
 from seals.frames import cross, unrotate
 from seals.motion import (
     AddedInertia,
@@ -96,6 +97,7 @@ class Evaluator:
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
+        self._batch = batch
         self._joint_links = joint_links
         self._joint_rows = rows_of(joint_links, links, batch) if joint_links else slice(0, 0)
         self._picks = {
@@ -162,6 +164,7 @@ class Evaluator:
             beside = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
             given = (*beside, joints, inputs, memory.get(b.name), b.params)
             force, kept = b.hooks.joint_loads(*wanted.pick(given))
+            _check_joint_force(b, force, joints, self._batch)
             joint_loads.append((b, force))
             _keep(new, b, kept)
         return Evaluation(sample, loads, inertias, joint_loads, new, joint_drives, running)
@@ -317,6 +320,19 @@ class Evaluator:
             kept = self._bodies[links] = (motion.body, take(motion.body, rows))
         chosen = picked(motion[:-1], rows)
         return Motion._make((*chosen, kept[1])), take(sample, rows)
+
+
+def _check_joint_force(b: BoundEffect, force: Array, joints: Joints, batch: int) -> None:
+    """Refuse a generalised force that is not one number for each joint of each body."""
+    rows, count = joints.velocity.shape
+    shape = tuple(force.shape)
+    if len(shape) != 2 or shape[0] not in (1, rows, batch) or shape[1] not in (1, count):
+        raise PhysicsError(
+            f"effects.{b.name}: joint_loads of {type(b.effect).__name__} returns a force of shape "
+            f"{shape} for {max(rows, batch)} x {count} joints.\nAllowed: (N, J) for N bodies of J "
+            "joints: seals.by_joint(column, joints) turns a column of the motion or the medium "
+            "into (N, J)."
+        )
 
 
 class _Call(NamedTuple):

@@ -8,7 +8,7 @@ from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.hooks import pick_of
 from seals.motion import Drives, Joints, Reading, Timing
-from seals.testing.instants import Instant
+from seals.testing.instants import JOINTS, Instant
 
 DRIVEN = ("actuation", "drive_loads")
 """Hooks that need actuators on the link."""
@@ -82,6 +82,8 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
         return [((count, 3),), ((count, 3),), ((count,),), per_row, per_row, per_row]
     parts = tuple(output) if isinstance(output, tuple) else (output,)
     arrays = [x for x in parts if not isinstance(x, int | float)]
+    if hook == "joint_loads":
+        return [((1, 1), (rows, 1), (1, JOINTS), (rows, JOINTS))]
     widths = WIDTHS.get(hook)
     if widths is None:
         return [((1, *x.shape[1:]), (rows, *x.shape[1:])) for x in arrays]

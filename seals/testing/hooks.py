@@ -32,6 +32,12 @@ EQUAL = 1e-12
 PASSIVE = ("drag", "damping", "friction")
 """Words in a phenomenon that promise never to drive a body."""
 
+_AT_LINKS = "Use whole arrays of one row a link or sample, as seals.Effect states them."
+_AT_JOINTS = (
+    "Joints and the force have the shape (N, J), motion and medium J N rows, joint by joint: "
+    "seals.by_joint(column, joints) turns a column of them into (N, J)."
+)
+
 
 class HookCheck:
     """One effect with its parameters spread over a batch.
@@ -85,8 +91,14 @@ class HookCheck:
     def _call(
         self, hook: str, instant: Instant, memory: Array | None, params: Parameters
     ) -> tuple[Any, Any]:
-        """Output and new memory of one hook."""
-        return call_hook(self.effect, hook, instant, memory, params)
+        """Output and new memory of one hook; arrays that do not fit are refused by its name."""
+        try:
+            return call_hook(self.effect, hook, instant, memory, params)
+        except (ValueError, IndexError) as cause:
+            remedy = _AT_JOINTS if hook == "joint_loads" else _AT_LINKS
+            raise ContractError(
+                f"{self.name}: {hook} fails on arrays of {ROWS} rows: {cause}.\n{remedy}"
+            ) from cause
 
     def _memory(self, hook: str) -> Array | None:
         """Memory after three calls from zero, or None."""
@@ -114,7 +126,8 @@ class HookCheck:
             self._require(
                 fits,
                 f"{hook} returns an array of shape {getattr(leaf, 'shape', None)}, or not finite",
-                f"Allowed: {' or '.join(map(str, allowed))}.",
+                f"Allowed: {' or '.join(map(str, allowed))}."
+                + (f"\n{_AT_JOINTS}" if hook == "joint_loads" else ""),
             )
         size = self.effect.memory_size
         good = kept is None if size == 0 else kept is not None and tuple(kept.shape) == (ROWS, size)
@@ -208,7 +221,7 @@ class HookCheck:
         for library, like in likes.items():
             given, kept = converted(instant, like), converted(memory, like)
             try:
-                found = self._call(hook, given, kept, self._params(like))
+                found = call_hook(self.effect, hook, given, kept, self._params(like))
             except Exception as cause:  # whatever a library raises, the law asked for it
                 raise ContractError(
                     f"{self.name}: {hook} fails under {library}: {type(cause).__name__}: {cause}.\n"

@@ -12,7 +12,7 @@ import pytest
 from seals import registry
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import AddedInertia, Drives, Inputs, Medium, Motion, Wrench
+from seals.motion import AddedInertia, Drives, Inputs, Joints, Medium, Motion, Wrench
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.schema import param
 from seals.testing import ContractError, check_effect
@@ -249,6 +249,30 @@ def test_a_wrong_hook_is_refused(law: Callable[..., Any], more: dict[str, Any], 
     """Each breach of the rules for hooks is refused in words that name it."""
     with pytest.raises(ContractError, match=words):
         check_effect(hook(law, **more), **COARSE)  # type: ignore[arg-type]
+
+
+def unturned(joints: Joints, medium: Medium, memory: Any, params: Any) -> Any:
+    """Multiply rows joint by joint with rows body by body."""
+    return -params["push"] * medium.medium_fraction * joints.velocity, memory
+
+
+def unmoved(joints: Joints, medium: Medium, memory: Any, params: Any) -> Any:
+    """Return rows joint by joint instead of one row a body."""
+    return medium.medium_fraction * 1.0, memory
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (unturned, r"Wrong: joint_loads fails on arrays of 7 rows(.|\n)*seals\.by_joint"),
+        (unmoved, r"Wrong: joint_loads returns an array of shape \(21, 1\)(.|\n)*seals\.by_joint"),
+    ],
+)
+def test_rows_of_the_joints_links_are_refused_as_joints(law: Any, words: str) -> None:
+    """A column of the medium at the joints must go through ``by_joint``: the refusal says so."""
+    wrong: Any = type("Wrong", (Push,), {"joint_loads": staticmethod(law)})
+    with pytest.raises(ContractError, match=words):
+        check_effect(wrong, **COARSE)  # type: ignore[arg-type]
 
 
 def test_a_medium_of_one_row_must_stand_for_all() -> None:

@@ -13,6 +13,7 @@ from seals.arrays import Array, columns, namespace
 from seals.batch import BatchDynamics
 from seals.batch.holding import hold
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.errors import PhysicsError
 from seals.motion import Joints, Medium, Wrench, by_joint
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.backends.pybullet import BackendPybullet
@@ -134,6 +135,33 @@ def test_a_batch_of_arms_decays_each_at_its_own_rate(bench: Bench) -> None:
     rate = given[:, None] / INERTIA * np.array([0.5, 0.0, 1.0])
     expected = SPEED * np.exp(-rate * step * count)
     assert_allclose(state.joint_velocity, expected, atol=SPEED * (rate.max() * step) ** 4)
+
+
+@dataclass(kw_only=True)
+class Unturned(JointDrag):
+    """The same drag without `by_joint`: three joints make three rows of three forces."""
+
+    @staticmethod
+    def joint_loads(
+        medium: Medium, joints: Joints, params: Parameters, memory: Array
+    ) -> tuple[Array, Array]:
+        """Force of the wrong shape."""
+        return -params["viscous"] * medium.medium_fraction * joints.velocity, memory
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_force_of_the_wrong_shape_is_refused(bench: Bench, engine: str) -> None:
+    """The refusal names the effect and its class, both shapes and what to call."""
+    settings = bench.settings(
+        three_arms(bench),
+        {"drag": Unturned()},
+        duration=0.02,
+        weight=False,
+        environment={"water_level": 0.0},
+    )
+    words = r"effects\.drag: joint_loads of Unturned .*\(3, 3\) for 1 x 3(.|\n)*seals\.by_joint"
+    with pytest.raises(PhysicsError, match=words):
+        run_in(bench, engine, settings)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
