@@ -2,13 +2,26 @@
 
 Tank and moving domain know a solver through this protocol only. All arrays are NumPy float64,
 world axes east-north-up, SI units. Bodies are numbered 1..K; body 0 is everything static.
+
+What the domains assume of every solver:
+
+- A particle is ``spacing``^3 of water: its mass is density times spacing^3. Level control, wind and
+  the initial lattice count with it.
+- Boundary samples lie half a spacing inside of the surface that they stand for, and the first layer
+  of particles rests one spacing from them, half a spacing outside: the water then ends at that
+  surface. Walls of a tank are samples half a spacing behind their faces. Buoyancy depends on it.
+- Samples of thin parts are weighed by their ``volumes``, those of thick ones by area, see ``bulk``.
+- Motion of bodies within a step is the solver's: it moves them with the given velocities,
+  accelerations and mobilities. Its own poses are forgotten after the step.
+- What cannot be is refused with `seals.errors.PhysicsError`, in numbers and with what to change;
+  nothing is left out or clipped silently.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from dataclasses import Field, dataclass
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,11 +57,13 @@ class Exchange(NamedTuple):
 
     Args:
         impulses: impulse of the water on each body, force part then moment about its centre of
-            mass, world axes [N s, N m s], shape (K, 6).
+            mass, world axes [N s, N m s], shape (K, 6); bodies that are moved from outside, such
+            as a paddle, included.
         walls: impulse of the water on everything static [N s], shape (3,).
         gravity: impulse of gravity on the water [N s], shape (3,).
         external: change of the water's momentum not explained by the above [N s], shape (3,):
-            rounding, and terms that do not conserve momentum, such as vorticity confinement.
+            rounding, and terms that do not conserve momentum, such as vorticity confinement;
+            after - before = gravity - walls - sum of impulses + external.
         iterations: pressure iterations, mean over the substeps.
         mean_compression: mean of max(density / rest density - 1, 0) after the last substep [1].
         max_compression: its maximum [1].
@@ -68,7 +83,13 @@ class Exchange(NamedTuple):
 @state_record
 @dataclass(frozen=True)
 class Snapshot:
-    """State of a solver, to be handed to ``restore``."""
+    """State of a solver, to be handed to ``restore``.
+
+    Args:
+        arrays: copies, or arrays that the solver never writes to again, by name. Checkpoints write
+            them to disk, so they may hold what `seals.state_tree.packed` takes: NumPy arrays of
+            numbers, numbers, text, None, and tuples, lists and mappings of these.
+    """
 
     arrays: dict[str, Any]
 
@@ -77,7 +98,8 @@ class Snapshot:
 class ParticleSolver(Protocol):
     """A particle fluid with static boundaries and moving rigid bodies.
 
-    Particles keep their row: arrays are in the order in which particles were added.
+    Particles keep their row: arrays are in the order in which particles were added; removal keeps
+    the order of the others.
 
     Attributes:
         spacing: distance of particles at rest [m].
@@ -102,6 +124,9 @@ class ParticleSolver(Protocol):
         """Add particles at positions (n, 3) [m] with velocities (n, 3) [m/s], zero if None.
 
         ``trusted`` skips the search for overlaps.
+
+        Raises:
+            PhysicsError: more than the capacity, not finite, outside of the domain, or overlapping.
         """
         ...
 
@@ -138,12 +163,18 @@ class ParticleSolver(Protocol):
     ) -> None:
         """Add boundary samples of a body, in world axes (body 0) or body axes.
 
+        Axes of a body have their origin at the position that `place_bodies` gives. Further samples
+        of the same body are added to those it has.
+
         Args:
             body: 0 for static samples, 1..K for bodies.
             points: [m], shape (b, 3).
             convex: whether the samples lie under a convex surface; by default for bodies only.
             volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
             bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
+
+        Raises:
+            PhysicsError: unknown body, not finite, or more samples than the boundary capacity.
         """
         ...
 
@@ -165,15 +196,31 @@ class ParticleSolver(Protocol):
         """Set pose, twist, mobility and known acceleration of all bodies for the next step.
 
         Arguments are those of `seals.fluid.BodyStates`; a kinematic body has zero inverse mass.
+        Called before every `advance` if there are bodies. Positions are those at t, the start of
+        the step. Velocities are those at t - h/2 where the backend keeps half-step velocities and
+        knows the last one, else those at t; see `seals.fluid`. A kinematic body moves with the
+        given velocity.
+
+        Raises:
+            PhysicsError: a value is not finite, or there are not K of them.
         """
         ...
 
     def substeps(self, step: float) -> int:
-        """Return the number of substeps that ``step`` [s] requires for stability."""
+        """Return the number of substeps that ``step`` [s] requires for stability.
+
+        Users may set another number, which `advance` then gets.
+        """
         ...
 
     def advance(self, step: float, *, substeps: int) -> Exchange:
-        """Advance by ``step`` [s] in equal substeps; bodies move along within it."""
+        """Advance by ``step`` [s] in equal substeps; bodies move along within it.
+
+        Particles that leave the domain are removed and counted where the settings allow outflow.
+
+        Raises:
+            PhysicsError: a result is not finite, or particles left a domain without outflow.
+        """
         ...
 
     def momentum(self) -> Floats:
@@ -189,7 +236,14 @@ class ParticleSolver(Protocol):
         ...
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this solver."""
+        """Return to a snapshot of this solver: particles, origin and whatever it carries on.
+
+        Boundary samples are those that were added; bodies are placed, and moved samples moved, by
+        the domain before the next `advance`. A snapshot may come from a file.
+
+        Raises:
+            ValueError: the snapshot cannot be one of this solver, such as a count over capacity.
+        """
         ...
 
     def close(self) -> None:
@@ -203,9 +257,15 @@ class SolverSettings(Protocol):
     Attributes:
         density: rest density [kg/m^3].
         gravity: acceleration of free fall [m/s^2].
-        sound_speed: numerical speed of sound [m/s]; 0 lets the solver choose.
+        sound_speed: numerical speed of sound [m/s]. The tank passes 0 on, which lets the solver
+            choose. The moving domain gives a positive one, ten times the fastest long wave unless
+            it is set, and fills the water compressed by its own weight at that speed: strain
+            gravity / sound_speed^2 for each metre of depth, one per cent at the floor by default. A
+            solver that ignores it finds the water of the window compressed by that much.
         outflow: whether particles may leave the domain.
     """
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     density: float
     gravity: float

@@ -149,7 +149,7 @@ def states() -> BodyStates:
 def test_a_domain_runs_on_another_solver(kind: type[ParticleFluid]) -> None:
     """Filling, exchange, momentum of a free fall, snapshot and close by the protocol alone."""
     physics = FallingSettings()
-    fluid: Any = kind(spacing=0.05, size=[1.0, 1.0, 0.4], physics=physics, look=0.0)  # type: ignore[arg-type]
+    fluid: Any = kind(spacing=0.05, size=[1.0, 1.0, 0.4], physics=physics, look=0.0)
     environment = EnvironmentSettings(water_level=0.0, water_density=1000.0)
     fluid.open(Surrounding(environment, WaveStill(), (), STEP), [BALL])
     (solver,) = physics.built

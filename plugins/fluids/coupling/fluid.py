@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar
 
@@ -18,7 +18,7 @@ from seals.errors import ConfigError
 from seals.fluid import BodyStates, MomentumBalance
 from seals.plugins.fluids.coupling.simulation import Simulation
 from seals.plugins.fluids.sampling import Thin
-from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+from seals.plugins.fluids.solver import SolverSettings
 from seals.schema import param, vector
 
 _CHOSEN = "chosen"
@@ -52,7 +52,7 @@ class ParticleFluid:
     size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
     substeps: int = 0
-    physics: PbfSettings = field(default_factory=PbfSettings)
+    physics: SolverSettings
     device: Device = Device.cpu
     threads: int = 0
     most: int = 2_000_000
@@ -90,7 +90,7 @@ class ParticleFluid:
             raise ConfigError(f"fluid {self.name!r} is not open.\nIt opens with its world.")
         return self._simulation
 
-    def _physics(self, environment: EnvironmentSettings, **changes: Any) -> PbfSettings:
+    def _physics(self, environment: EnvironmentSettings, **changes: Any) -> SolverSettings:
         """Options of the solver with density and gravity of the environment."""
         e = environment
         column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)

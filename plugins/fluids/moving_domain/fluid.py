@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from seals.plugins.fluids.moving_domain.box import Box
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
 from seals.plugins.fluids.moving_domain.simulation import MovingDomain
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.schema import param, vector
 
 _CHOSEN = "chosen"
@@ -80,6 +81,7 @@ class FluidWindow(ParticleFluid):
 
     size: list[float] = vector((2.0, 1.6, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    physics: PbfSettings = field(default_factory=PbfSettings)
     ring: int = 5
     cell: int = 1
     rate: float = param(

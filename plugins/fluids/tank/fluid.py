@@ -13,6 +13,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.fluid import FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.tank.basin import Basin, build_basin, walls_of
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
@@ -81,6 +82,7 @@ class FluidParticles(ParticleFluid):
     """
 
     spacing: float = param(0.04, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    physics: PbfSettings = field(default_factory=PbfSettings)
     centre: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source=_CHOSEN)
     open_sides: list[str] = field(default_factory=list)
     maker: MakerSettings = field(default_factory=MakerSettings)
