@@ -66,24 +66,23 @@ _FORMER = {
 class Effect(EffectOptions):
     """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.
 
-    A hook is a static method ``hook(motion, medium, inputs, memory, params) -> (output, new
-    memory)``:
+    A hook is a static method that names what it takes, in any order, of ``motion, medium, joints,
+    inputs, memory, params`` and returns ``(output, new memory)``:
 
     - ``loads``: `Wrench` about the link origin, link axes [N, N m], each shape (N, 3).
     - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes,
       and its weight; the integrator makes the Coriolis and Munk terms from it, relative to the flow
       of the effect's medium.
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
+    - ``drive_loads``: `Wrench` of what the actuators cause; their `Drives` are named ``drives``.
+    - ``joint_loads``: generalised force on the joints [N m or N], shape (N, J).
 
-    - ``drive_loads``, with the actuators' `Drives` as first argument: `Wrench` of what they cause.
-    - ``joint_loads(joints, inputs, memory, params) -> (generalised force (N, J), new memory)`` acts
-      on the joints.
-
-    These five take what they name, in any order, of ``motion, medium, joints, inputs, memory,
-    params`` (and ``drives``). Joints have a row for every row of the motion, or one for all. In
-    ``joint_loads``, motion and medium are those of the links that the joints move, rows joint by
-    joint (J N, k), whatever ``links`` says; `seals.by_joint` turns a column of them into
-    (N, J). Names that resemble none of these are given by their order as above.
+    Joints have a row for every row of the motion, or one for all. In ``joint_loads``, motion and
+    medium are those of the links that the joints move, rows joint by joint (J N, k), whatever
+    ``links`` says; `seals.by_joint` turns a column of them into (N, J). Physical parameters and
+    `constants` are in ``params``. Arguments whose names resemble none of these are given by their
+    order: ``motion, medium, inputs, memory, params``, with ``drives`` before them in
+    ``drive_loads``, and ``joints, inputs, memory, params`` in ``joint_loads``.
 
     Hooks of other signatures, given with each:
 
@@ -149,7 +148,10 @@ class Effect(EffectOptions):
         return 1.0
 
     def constants(self) -> dict[str, Floats]:
-        """Return further arrays for ``params`` that are options rather than physical parameters."""
+        """Return further arrays for ``params``: options that are no physical parameters.
+
+        Shape (1, 1) for a number, so that it broadcasts along the rows: the index of a joint.
+        """
         return {}
 
     @classmethod
