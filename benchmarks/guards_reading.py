@@ -187,7 +187,11 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "merges of YAML": Guard(_YAML, 'if "<<" in text:', "if False:", READING, "hostile_yaml"),
     "depth of JSON": Guard(
-        _YAML, ".max(initial=0) > _DEEPEST:", ".max(initial=0) < 0:", READING, "hostile_json"
+        _YAML,
+        "(steps), default=0) > _DEEPEST:",
+        "(steps), default=0) < -9e9:",
+        READING,
+        "hostile_json",
     ),
     "entries of JSON": Guard(
         _YAML, "if many or len(marks) > _MOST_JSON_NODES:", "if False:", READING, "hostile_json"

@@ -69,8 +69,8 @@ def launcher() -> Any:
     return BasicLauncher
 
 
-VERBS = [("run", runs, "checkpoint/state.pkl", SHORT)]
-VERBS += [("run", runs, ".checkpoint.before/state.pkl", SHORT)]
+VERBS = [("run", runs, "checkpoint/state.bin", SHORT)]
+VERBS += [("run", runs, ".checkpoint.before/state.bin", SHORT)]
 VERBS += [("train", trainings, "checkpoint.bin", ["env=reach", "learner=sac"])]
 
 
@@ -111,7 +111,7 @@ def test_a_job_without_room_or_refused_goes_on(
     fault: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full disk and words that were refused are no faults of what was computed: it goes on."""
-    job = Job("checkpoint/state.pkl", fault)
+    job = Job("checkpoint/state.bin", fault)
     monkeypatch.setattr(runs, "execute", job)
     line = ["run", "-m", *SHORT, "seed=3", f"hydra.sweep.dir={tmp_path / 's'}"]
     assert main(line) != 0
@@ -123,7 +123,7 @@ def test_a_sweep_goes_on_after_a_full_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Without room for its line a job counts as cut off; with room again --resume does it."""
-    job = Job("checkpoint/state.pkl", KeyboardInterrupt())
+    job = Job("checkpoint/state.bin", KeyboardInterrupt())
     job.resumed.append(False)
     monkeypatch.setattr(runs, "execute", job)
     line = ["run", "-m", *SHORT, "seed=3", f"hydra.sweep.dir={tmp_path / 's'}"]
