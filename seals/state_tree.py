@@ -13,6 +13,7 @@ A state is a nest of tuples, lists, mappings, arrays, numbers, text, None, and r
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -61,7 +62,11 @@ class _Packer:
         if value is None or kind in (bool, int, str):
             return value
         if kind is float:
-            return value if math.isfinite(value) else {"f": repr(value)}
+            if not math.isfinite(value):
+                return {"f": repr(value)}
+            raw = struct.pack(">d", value)
+            # libraries of kernels make the processor flush subnormal numbers, as text is read too
+            return {"b": raw.hex()} if _is_subnormal(raw) else value
         if kind is np.ndarray or isinstance(value, np.generic):
             return {"a" if kind is np.ndarray else "s": self._number(value)}
         return self._packed(value, kind, depth + 1)
@@ -99,6 +104,20 @@ class _Packer:
         return found
 
 
+def _is_subnormal(raw: bytes) -> bool:
+    """Return whether the bits of a number are subnormal; no arithmetic, which might flush it."""
+    magnitude = int.from_bytes(raw, "big") & ((1 << 63) - 1)
+    return 0 < magnitude < 1 << 52
+
+
+def _number_of(bits: str) -> float:
+    """Return the number of sixteen hexadecimal digits."""
+    raw = bytes.fromhex(bits)
+    if len(raw) != 8:
+        raise ValueError(f"a number of {len(raw)} bytes")
+    return float(struct.unpack(">d", raw)[0])
+
+
 def unpacked(data: Any, arrays: Sequence[np.ndarray], depth: int = 0) -> Any:
     """Return the state that `packed` made data and arrays of.
 
@@ -121,8 +140,8 @@ def unpacked(data: Any, arrays: Sequence[np.ndarray], depth: int = 0) -> Any:
     ((mark, content),) = data.items()
     if mark in ("a", "s"):
         return _array(content, arrays, scalar=mark == "s")
-    if mark == "f":
-        return _NUMBERS[content]
+    if mark in ("f", "b"):
+        return _NUMBERS[content] if mark == "f" else _number_of(_all_of(str, content))
     return _container(mark, content, arrays, depth + 1)
 
 

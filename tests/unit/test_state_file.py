@@ -65,6 +65,16 @@ def same(one: Any, other: Any) -> bool:
     return repr(one) == repr(other)
 
 
+def test_subnormal_numbers_are_kept_as_bits() -> None:
+    """Their text is never read, since a processor that flushes such numbers would read zero."""
+    tiny = (1e-310, -5e-324, 2.2250738585072014e-308, 0.0, -0.0)
+    data, arrays = packed(tiny)
+    assert [type(part) for part in data["t"]] == [dict, dict, float, float, float]
+    assert repr(unpacked(data, arrays)) == repr(tiny)
+    with pytest.raises(ValueError, match="1 bytes"):
+        unpacked({"b": "00"}, [])
+
+
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """Write a whole state."""
