@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -39,10 +40,20 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
         return [work(item) for item in items]
     _jobs = work, items
     try:
-        with multiprocessing.get_context("fork").Pool(many) as pool:
+        with multiprocessing.get_context("fork").Pool(many, _leave_signals) as pool:
             return pool.map(_call, range(len(items)), chunksize=1)
     finally:
         _jobs = None
+
+
+def _leave_signals() -> None:
+    """Let SIGTERM end a child at once, and leave Ctrl-C to its parent.
+
+    A child inherits the parent's handlers, and the pool ends its children by SIGTERM: a handler
+    that raises would print a traceback of work that is already done.
+    """
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _call(number: int) -> Any:
