@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.validation.hidden import fly, references, sensors
+from tests.validation.hidden import fly, onsets, references, sensors
 from tests.validation.hidden.arm import ArmBody
 from tests.validation.hidden.body import Body
 from tests.validation.hidden.cases import SECONDS, Case
@@ -40,8 +40,11 @@ class Flight:
         self.without = take(stack([c.without for c in cases]), self.owner)
         self.skip = 0 if self.kind == "drop" else round(PREROLL / self.step)
         self._rng = np.random.default_rng(seed)
-        self.body = self.make(self.with_it)
-        self.track, self.sent = self._fly()
+        spans = [cases[i].active for i in self.owner]
+        before = self.skip * self.step
+        changes = onsets.schedule(spans, self.with_it, self.without, before, self.make)
+        self.body = changes[0][1]
+        self.track, self.sent = self._fly(changes[1:])
 
     def make(self, plant: Plant) -> Any:
         """Equations of motion under given parameters."""
@@ -50,7 +53,7 @@ class Flight:
             return ArmBody(plant, rotor=True, ground=first.ground, water=first.water)
         return Body(plant, rotor=first.rotor, ground=first.ground, water=first.water)
 
-    def _fly(self) -> tuple[Track, Commands]:
+    def _fly(self, changes: list[tuple[float, Any]]) -> tuple[Track, Commands]:
         seconds = SECONDS[self.kind] + self.skip * self.step
         control: Controller | None = None
         if self.kind == "drop":
@@ -71,6 +74,7 @@ class Flight:
             step=self.step,
             per_row=self.per_row,
             rng=self._rng,
+            changes=changes,
         )
 
     def _begun(self, wanted: references.Wanted) -> Array:

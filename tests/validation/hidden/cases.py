@@ -7,7 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from tests.validation.hidden import catalogue, levels, links, outsiders, plant, references, vehicles
+from tests.validation.hidden import (
+    catalogue,
+    levels,
+    links,
+    onsets,
+    outsiders,
+    plant,
+    references,
+    vehicles,
+)
 from tests.validation.hidden.catalogue import Hidden
 from tests.validation.hidden.plant import Plant
 from tests.validation.hidden.rotation import Array, from_angles
@@ -54,6 +63,7 @@ class Case:
     starts: list[dict[str, Array]] = field(default_factory=list)
     rng: np.random.Generator = field(default_factory=np.random.default_rng)
     found: dict[str, Any] = field(default_factory=dict)
+    active: onsets.Span = (None, None)
 
     @property
     def runs(self) -> int:
@@ -84,6 +94,8 @@ def build(spec: Spec) -> Case:
     else:
         for effect in hidden:
             effect.set_in(with_it)
+    onset = spec.level == "onset"
+    active = onsets.draw(rng, spec.effects[0], seconds) if onset else (None, None)
     lively = spec.pattern not in {"hover", "hold", "line", "slow"}
     dither = 0.4 if spec.body == "auv" else 8.0
     return Case(
@@ -96,6 +108,7 @@ def build(spec: Spec) -> Case:
         dither=dither if lively else 0.0,
         starts=_releases(rng) if spec.body == "drop" else [],
         rng=rng,
+        active=active,
     )
 
 

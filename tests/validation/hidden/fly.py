@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from tests.validation.hidden.commands import PAD, Commands
 from tests.validation.hidden.control import Controller
+from tests.validation.hidden.onsets import entered
 from tests.validation.hidden.plant import Plant
 from tests.validation.hidden.rotation import Array
 
@@ -73,8 +75,13 @@ def closed_loop(
     per_row: int,
     rng: np.random.Generator,
     gusts: bool = True,
+    changes: Sequence[tuple[float, Any]] = (),
 ) -> tuple[Track, Commands]:
-    """Fly a batch; rows are `step` apart, with `per_row` inner steps each."""
+    """Fly a batch; rows are `step` apart, with `per_row` inner steps each.
+
+    Bodies with other parameters take over at the times of the changes.
+    """
+    waiting = list(changes)
     rows = round(seconds / step)
     n, inner = body.size, step / per_row
     count = body.commands
@@ -94,6 +101,9 @@ def closed_loop(
             sent.send(k, wanted, body.band)
         for j in range(per_row):
             now = t + j * inner
+            while waiting and now >= waiting[0][0]:
+                after = waiting.pop(0)[1]
+                body, state = after, entered(body, after, state, np.full(n, now))
             if gusts:
                 body.gust = wind.advance()
             command = sent.arriving(every + k, here, j * inner, (j + 1) * inner, delay)

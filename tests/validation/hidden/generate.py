@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.validation.hidden import equivalents, gain, levels, writing
+from tests.validation.hidden import equivalents, gain, levels, onsets, writing
 from tests.validation.hidden.batch import Flight
 from tests.validation.hidden.cases import Case, Spec, build
 from tests.validation.hidden.vehicles import six
@@ -24,11 +24,13 @@ LEVELS = {
     "sensor_only": 6,
     "confounded": 6,
     "poor_excitation": 6,
+    "onset": 0,
 }
 TRIES = 6
 # excess of the loudest channel that a level asks for
 EXCESS = {
     "clear": (5.0, np.inf),
+    "onset": (5.0, np.inf),
     "pairs": (5.0, np.inf),
     "weak": (0.1, np.inf),
     "poor_excitation": (0.0, 0.05),
@@ -39,6 +41,7 @@ EXCESS = {
 # least and most gain beyond the tolerances, and the one to aim at after a miss
 GAIN = {
     "clear": (220.0, np.inf, 400.0),
+    "onset": (400.0, np.inf, 700.0),
     "pairs": (180.0, np.inf, 400.0),
     "weak": (55.0, 150.0, 95.0),
     "sensor_only": (150.0, np.inf, 260.0),
@@ -108,12 +111,16 @@ def _possible(
         other = {"quad": "low", "auv": "shallow"}.get(kind)
         rare = other is not None and rng.random() < 0.1
         return Spec(kind, level, str(other) if rare else usual, [], seed)
-    pool = {"out_of_library": levels.OUTSIDE, "sensor_only": dict.fromkeys(KINDS, levels.SENSOR)}
-    names = pool.get(level, levels.LIBRARY)[kind]
+    pool = {
+        "out_of_library": levels.OUTSIDE,
+        "onset": onsets.NAMES,
+        "sensor_only": dict.fromkeys(KINDS, levels.SENSOR),
+    }
+    names = pool.get(level, levels.LIBRARY).get(kind, [])
+    if not names or (effect is not None and effect not in names):
+        return None
     if level == "pairs":
         return _pair(rng, kind, names, effect, seed, usual)
-    if effect is not None and effect not in names:
-        return None
     name = effect or str(names[rng.integers(len(names))])
     return Spec(kind, level, levels.PATTERN.get(name, usual), [name], seed)
 

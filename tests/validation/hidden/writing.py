@@ -215,6 +215,7 @@ def truth(case: Case) -> dict[str, Any]:
                 k: {"value": v, "unit": unit_of(h.name, k)} for k, v in h.values.items()
             },
             "scored_groups": h.groups,
+            **_active(case),
             **h.facts,
         }
         for h in case.hidden
@@ -222,6 +223,14 @@ def truth(case: Case) -> dict[str, Any]:
     out["detectability"] = case.found.get("detectability", {"excess_max": 0.0})
     out["accepted_by_level_rule"] = case.found.get("accepted", True)
     return out
+
+
+def _active(case: Case) -> dict[str, Any]:
+    """First and last moment of the effect in the column t, where it does not act throughout."""
+    if case.active == (None, None):
+        return {}
+    first = case.found["first"]
+    return {"active": [None if x is None else round(first + x, 4) for x in case.active]}
 
 
 def table(flight: Flight, index: int, readings: dict[str, Array]) -> Any:
@@ -232,6 +241,7 @@ def table(flight: Flight, index: int, readings: dict[str, Array]) -> Any:
     rng = case.rng
     frames = []
     start = round(float(rng.uniform(0.0, 45.0)), 2)
+    case.found["first"] = start
     for segment, member in enumerate(np.flatnonzero(flight.owner == index)):
         rows = flight.track.rows.shape[0] - flight.skip
         columns: dict[str, Array] = {"t": start + np.arange(rows) * flight.step}
