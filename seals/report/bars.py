@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import isfinite, log10
 from typing import Any
 
-from seals.report.drawing import label_of, line_of
+from seals.report.drawing import marks_of
 from seals.report.figures import Mark
 from seals.report.style import CYCLE
 
@@ -68,53 +68,16 @@ class Bars:
 
 
 def drawn_bars(chart: Bars) -> dict[str, Any]:
-    """Return ``data`` and ``layout`` for plotly.js; a bar without a finite value has no length."""
+    """Return the bars for the page's script; a bar without a finite value has no length."""
     chart = _drawable(chart)
-    bars = list(chart.bars)
-    trace: dict[str, Any] = {
-        "type": "bar",
-        "orientation": "h",
-        # numbered, not named: two bars may carry one label
-        "y": list(range(len(bars))),
-        "x": [bar.value - bar.start for bar in bars],
-        "base": [bar.start for bar in bars],
-        "marker": {"color": [bar.colour for bar in bars]},
-        "width": 0.62,
-        "hovertext": [f"{bar.label}: {bar.text or format(bar.value, '.4g')}" for bar in bars],
-        "hoverinfo": "text",
-        "showlegend": False,
-    }
-    if any(bar.error is not None for bar in bars):
-        trace["error_x"] = {
-            "type": "data",
-            "array": [bar.error or 0.0 for bar in bars],
-            "thickness": 1.4,
-            "width": 4,
-            "color": "#3b444c",
-        }
-    x_axis: dict[str, Any] = {"title": {"text": chart.x_label, "standoff": 4}}
-    if chart.log:
-        # within two decades the figures 1, 2 and 5 are written, too
-        decades = log10(max(b.value for b in chart.bars)) - log10(min(b.value for b in chart.bars))
-        x_axis |= {"type": "log", "dtick": "D2" if decades < 2.0 else 1}
-    labels = {
-        "tickvals": list(range(len(bars))),
-        "ticktext": [bar.label for bar in bars],
-        "range": [len(bars) - 0.4, -0.9],
-        "fixedrange": True,
-        "showgrid": False,
-        "zeroline": False,
-    }
     return {
-        "data": [trace],
-        "layout": {
-            "xaxis": x_axis | {"range": _range(chart)},
-            "yaxis": labels,
-            "shapes": [line_of(mark, level=False) for mark in chart.marks],
-            "annotations": [*_figures(chart), *(_label(m, log=chart.log) for m in chart.marks)],
-            "hovermode": "closest",
-            "meta": {"time": False},
-        },
+        "title": chart.title,
+        "x": chart.x_label,
+        "y": "",
+        "log": chart.log,
+        "range": _range(chart),
+        "marks": marks_of(chart.marks),
+        "bars": [asdict(bar) for bar in chart.bars],
     }
 
 
@@ -149,29 +112,3 @@ def _range(chart: Bars) -> list[float]:
         return [first - 0.04 * span, last + 0.28 * span]
     span = max(high - low, 1e-9)
     return [low - 0.03 * span, high + 0.28 * span]
-
-
-def _figures(chart: Bars) -> list[dict[str, Any]]:
-    """The figure right of each bar, beyond its error bar."""
-    out = []
-    for k, bar in enumerate(chart.bars):
-        end = max(bar.start, bar.value + (bar.error or 0.0))
-        out.append(
-            {
-                "xref": "x",
-                "x": log10(max(end, 1e-12)) if chart.log else end,
-                "yref": "y",
-                "y": k,
-                "xanchor": "left",
-                "xshift": 6,
-                "text": bar.text,
-                "showarrow": False,
-                "font": {"size": 11.5},
-            }
-        )
-    return [item for item in out if item["text"]]
-
-
-def _label(mark: Mark, *, log: bool) -> dict[str, Any]:
-    at = log10(mark.at) if log else mark.at
-    return {**label_of(mark, level=False, at=at, colour="#59646e"), "xshift": 3}

@@ -63,7 +63,6 @@ class Chart:
         marks: instants and levels.
         equal: whether both axes have one scale, as in a view from above.
         note: one line below the chart.
-        single: whether numbers are kept in single precision, half as large in the file.
 
     Raises:
         SealsError: a series has coordinates of different shapes.
@@ -85,7 +84,6 @@ class Chart:
     marks: tuple[Mark, ...] = field(default=())
     equal: bool = False
     note: str = ""
-    single: bool = False
 
     def __post_init__(self) -> None:
         for line in self.series:

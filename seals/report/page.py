@@ -13,7 +13,7 @@ from typing import Any
 from seals.logs.atomic import write_text
 from seals.report.bars import Bars, drawn_bars
 from seals.report.blocks import Block, Choice, Fold, Section
-from seals.report.drawing import drawn
+from seals.report.drawing import Columns, drawn
 from seals.report.figures import Chart
 
 
@@ -52,8 +52,8 @@ def page(
             sections=sections,
             kind=lambda block: getattr(block, "kind", "chart"),
             number=lambda: next(numbers),
-            figures=_script_safe([_drawn(chart) for chart in charts]),
-            plotly=_plotly() if charts else "",
+            figures=_script_safe(_figures(charts)) if charts else "",
+            script=_text_of("charts.js") if charts else "",
         )
     )
 
@@ -83,8 +83,11 @@ def _charts(blocks: Sequence[Block]) -> Iterator[Chart | Bars]:
                 yield from _charts(group)
 
 
-def _drawn(chart: Chart | Bars) -> dict[str, Any]:
-    return drawn_bars(chart) if isinstance(chart, Bars) else drawn(chart)
+def _figures(charts: Sequence[Chart | Bars]) -> dict[str, Any]:
+    """All charts of a page, and the columns of numbers that they share."""
+    columns = Columns()
+    made = [drawn_bars(c) if isinstance(c, Bars) else drawn(c, columns) for c in charts]
+    return {"arrays": columns.texts, "charts": made}
 
 
 def _script_safe(value: Any) -> str:
@@ -97,14 +100,10 @@ def _script_safe(value: Any) -> str:
 def _template() -> Any:
     from jinja2 import Environment, StrictUndefined
 
-    text = (files("seals.report") / "page.html.jinja").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return environment.from_string(text)
+    return environment.from_string(_text_of("page.html.jinja"))
 
 
-@lru_cache(maxsize=1)
-def _plotly() -> str:
-    """The text of plotly.js as the installed plotly package holds it."""
-    from plotly.offline import get_plotlyjs
-
-    return str(get_plotlyjs())
+def _text_of(name: str) -> str:
+    """The text of a file beside this module."""
+    return (files("seals.report") / name).read_text(encoding="utf-8")

@@ -86,7 +86,7 @@ def test_import_is_quick_and_light() -> None:
     probe = (
         "import sys, time; start = time.perf_counter(); import seals, seals.registry;"
         "spent = time.perf_counter() - start;"
-        "heavy = {'torch', 'taichi', 'pybullet', 'plotly', 'pandas', 'hydra', 'numpy'};"
+        "heavy = {'torch', 'taichi', 'pybullet', 'pandas', 'hydra', 'numpy'};"
         "heavy &= set(sys.modules);"
         "assert not heavy, heavy; assert spent < 0.3, spent"
     )

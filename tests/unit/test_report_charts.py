@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seals.errors import MissingExtra, SealsError
-from seals.report.drawing import drawn
+from seals.report.drawing import Columns, drawn
 from seals.report.figures import MOST_POINTS, Chart, Mark, Series, downsampled, even, lines
 from seals.report.pictures import write_picture
 from seals.report.style import AXES, colours_of
@@ -83,14 +83,15 @@ def test_an_asymmetric_band_reaches_where_it_says() -> None:
     x = np.arange(5000.0)
     band = np.stack([np.full(5000, 0.25), np.full(5000, 2.0)])
     chart = Chart(title="A", y_label="1", series=(Series(name="a", x=x, y=x * 0.0, band=band),))
-    outline, line = (
-        np.frombuffer(base64.b64decode(part["y"]["bdata"]), dtype="<f8")
-        for part in drawn(chart)["data"]
+    columns = Columns()
+    line = drawn(chart, columns)["lines"][0]
+    low, high = (
+        np.frombuffer(base64.b64decode(columns.texts[line[end]][1:]), dtype="<f4")
+        for end in ("low", "high")
     )
-    assert len(outline) == 2 * len(line) < 5000
-    # the way there is the upper edge, the way back the lower one
-    assert set(outline[: len(line)]) == {2.0}
-    assert set(outline[len(line) :]) == {-0.25}
+    assert len(low) == len(high) < 5000
+    assert set(high) == {2.0}
+    assert set(low) == {-0.25}
 
 
 def test_missing_matplotlib_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

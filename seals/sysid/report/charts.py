@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from seals.report import Bar, Bars
 from seals.report.figures import Mark
 from seals.sysid.report.gains import Step
-from seals.sysid.report.table import NAMED, POSSIBLE, REJECTED, Entry
+from seals.sysid.report.table import NAMED, NOTHING, POSSIBLE, REJECTED, Entry
 
 COLOURS = {NAMED: "#12966f", POSSIBLE: "#c08a00", REJECTED: "#9aa4ad"}
 _LOG_FROM = 6.0
@@ -33,7 +33,7 @@ def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars
             value=e.gain or 0.0,
             error=e.error,
             colour=COLOURS[e.status],
-            text=f"{_signed(e.gain or 0.0)}" + (f" ± {e.error:.2g}" if e.error else ""),
+            text=_gain_text(e),
         )
         for e in shown
     ]
@@ -61,6 +61,14 @@ def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars
             "several values are free; the table says what decides."
         ),
     )
+
+
+def _gain_text(entry: Entry) -> str:
+    """Gain with its standard error; one within two errors of zero, or tiny, is none seen."""
+    gain, error = entry.gain or 0.0, entry.error or 0.0
+    if entry.status == REJECTED and abs(gain) <= max(2.0 * error, NOTHING):
+        return "none seen"
+    return _signed(gain) + (f" ± {error:.2g}" if error else "")
 
 
 def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
@@ -119,4 +127,4 @@ def _step_colour(*, sure: bool, worse: bool, added: bool) -> str:
 
 
 def _signed(value: float) -> str:
-    return f"{value:.3g}" if abs(value) >= 5e-4 else "0"
+    return f"{value:.3g}" if abs(value) > NOTHING else "0"

@@ -143,7 +143,6 @@ def _charts(
             title=f"{track.name}: measured and modelled",
             y_label=f"{track.name} [{unit}]" if unit else track.name,
             series=tuple(shown),
-            single=True,
         ),
         Chart(
             title=f"{track.name}: measured less modelled",
@@ -151,7 +150,6 @@ def _charts(
             series=(zero, *rest),
             marks=(Mark(at=0.0, label="", level=True),),
             note="A right model stays within the grey band and shows no pattern.",
-            single=True,
         ),
     )
 

@@ -32,7 +32,7 @@ from seals.sysid.residual_force import Localisation, locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PAGE, DATA = "report.html", "report.json"
-LARGEST = 6_000_000
+LARGEST = 1_000_000
 """Size of the page at most [byte]."""
 _TONES = {Verdict.named: "good", Verdict.nothing_missing: "good", Verdict.bad_data: "bad"}
 _FORCE = {

@@ -17,7 +17,7 @@ from seals.sysid.report.naming import candidate_words, figure, points
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
-_NOTHING = 5e-4
+NOTHING = 5e-4
 """Gain that is shown as none."""
 
 
@@ -60,7 +60,7 @@ def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
     base = search.nominal
     for k, tried in enumerate(search.rounds[: max(1, len(diagnosis.answer.claims))]):
         entries = [_entry(diagnosis, base, h, gain_over(base, h)) for h in tried]
-        entries.sort(key=lambda e: (_ORDER[e.status], -(e.gain or 0.0)))
+        entries.sort(key=lambda e: (_ORDER[e.status], -(e.score or 0.0)))
         out += entries
         following = [h for h in tried if {c.label for c in h.candidates} <= _best_labels(diagnosis)]
         if not following or k + 1 >= len(search.best.candidates):

@@ -50,7 +50,6 @@ def wrench_blocks(problem: Problem, before: Residual, after: Residual | None) ->
             y_label=f"{name} [{unit}]",
             series=tuple(_lines(k, before, first, then)),
             marks=(Mark(at=0.0, label="", level=True),),
-            single=True,
         )
         options[f"{name}: {loud[k]:.2g} × its doubt"] = (chart,)
     return [
