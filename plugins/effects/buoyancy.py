@@ -12,6 +12,7 @@ from seals.effects.identification import Addition, Comparison, Freed, Identifica
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.robot.model import RobotModel
 from seals.schema import param
 
 
@@ -94,6 +95,18 @@ class Buoyancy(Effect):
     ) -> tuple[str, Effect]:
         """Return the lift of the base's hull, the only one that a log states."""
         return name, cls(links=["root"])
+
+    @classmethod
+    def of_surroundings(
+        cls, name: str, robot: RobotModel, environment: EnvironmentSettings
+    ) -> dict[str, Effect]:
+        """Return the buoyancy of the base, and that of the other links."""
+        wet = [k for k, hull in enumerate(robot.hulls) if hull is not None]
+        if environment.water_level is None:
+            return {}
+        made: dict[str, Effect] = {name: cls(links=["root"])} if 0 in wet else {}
+        further = [robot.links[k] for k in wet if k]
+        return made | ({f"{name}_links": cls(links=further)} if further else {})
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

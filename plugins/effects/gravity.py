@@ -12,6 +12,7 @@ from seals.effects.identification import Identification
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
+from seals.robot.model import RobotModel
 
 
 @dataclass(kw_only=True)
@@ -60,6 +61,13 @@ class Gravity(Effect):
     ) -> tuple[str, Effect]:
         """Return the weight of all links; its strength is that of the log's environment."""
         return name, cls()
+
+    @classmethod
+    def of_surroundings(
+        cls, name: str, robot: RobotModel, environment: EnvironmentSettings
+    ) -> dict[str, Effect]:
+        """Return the weight of all links."""
+        return {name: cls()}
 
     def ambient(self) -> Effect | None:
         """Return the effect on every link of another body."""

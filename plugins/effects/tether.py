@@ -89,14 +89,47 @@ class Tether(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a cable of unknown anchor; its starting values come from the log."""
+        """Return a cable of unknown anchor, and the tolerances of known ones.
+
+        Starting values of the unknown one come from the log.
+        """
         parameters = {
             **{k: replace(v, bounds=_FREE) for k, v in along_axes("anchor", 0.0, 1.0).items()},
             "length": Freed(scale=1.0, bounds=(0.0, 1e3)),
             "stiffness": Freed(scale=3.0, bounds=(0.0, 1e4)),
         }
         order = (Stage.surroundings, 0, 0)
-        return [Addition(instance=name, effect=cls(length=0.0), parameters=parameters, order=order)]
+        missing = Addition(
+            instance=name, effect=cls(length=0.0), parameters=parameters, order=order
+        )
+        return [missing, *cls._stated(name, subject)]
+
+    @classmethod
+    def _stated(cls, name: str, subject: Subject) -> list[Addition]:
+        """Return the tolerances of the cables that the nominal model holds."""
+        found = []
+        for instance, own in subject.effects.items():
+            if not isinstance(own, cls):
+                continue
+            parameters = {
+                "stiffness": Freed(
+                    tolerance=subject.spread(f"{name}_stiffness") * own.stiffness,
+                    scale=own.stiffness,
+                    bounds=(-own.stiffness, math.inf),
+                ),
+                "length": Freed(
+                    tolerance=subject.spread(f"{name}_length"),
+                    scale=max(own.length, 1.0),
+                    bounds=(-own.length, math.inf),
+                ),
+            }
+            order = (Stage.surroundings, 0, 1)
+            found.append(
+                Addition(
+                    instance=instance, effect=None, parameters=parameters, named=(), order=order
+                )
+            )
+        return found
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, columns, namespace
 from seals.effects.discrepancy import WaveMoment
+from seals.effects.effect import Effect
 from seals.effects.identification import (
     Addition,
     Freed,
@@ -90,10 +91,16 @@ class WaveAiry:
             for k, v in cls.identification.scales.items()
         }
         sea = Addition(instance=cls.candidate, effect=None, parameters=parameters, order=order)
-        moment = Addition(
-            instance="wave_moment", effect=WaveMoment(), parameters={}, named=(), order=order
-        )
-        return [sea, moment]
+        found = [
+            Addition(instance=name, effect=effect, parameters={}, named=(), order=order)
+            for name, effect in cls.beside().items()
+        ]
+        return [sea, *found]
+
+    @staticmethod
+    def beside() -> dict[str, Effect]:
+        """Return what goes with the waves of a log by instance: their push acts on the origin."""
+        return {"wave_moment": WaveMoment()}
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:

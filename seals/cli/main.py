@@ -74,6 +74,7 @@ VERBS = {
         "  seals diagnose experiment=falling_balls       runs of a published measurement\n\n"
         "  log         log folder (log.parquet or log.csv, and meta.yaml), or a list of them:\n"
         "              [FLIGHT_1,FLIGHT_2], flights of one vehicle, fitted together\n"
+        "  robot       folder or name of the robot, where meta.yaml does not describe the vehicle\n"
         "  out         folder of diagnosis.json, report.html and report.json\n"
         "  plan        false: do not look for the flight that would settle what stays open\n"
         "  report      false: write diagnosis.json only\n"

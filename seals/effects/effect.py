@@ -32,6 +32,7 @@ from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to a
 
 if TYPE_CHECKING:
     from seals.environment.settings import EnvironmentSettings
+    from seals.robot.model import RobotModel
 
 Parameters: TypeAlias = Mapping[str, Array]
 """Parameter arrays: scalars of shape (1 or N, 1).
@@ -174,6 +175,19 @@ class Effect(EffectOptions):
         own = {} if medium is None or cls.medium is None else {"medium": MediumKind(medium)}
         options: dict[str, Any] = {**parameters, **own}
         return name if medium is None else f"{name}_{medium}", cls(**options)
+
+    @classmethod
+    def of_surroundings(
+        cls, name: str, robot: RobotModel, environment: EnvironmentSettings
+    ) -> dict[str, Effect]:
+        """Return the instances by which surroundings act on every robot, whatever its folder says.
+
+        Args:
+            name: under which the effect is installed.
+            robot: on which they act.
+            environment: air, water, ground.
+        """
+        return {}
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:

@@ -65,8 +65,9 @@ class Waves(Protocol):
 
     Waves that a diagnosis may find missing have besides: ``candidate``, the name under which it
     reports them; ``identification``; the class method ``additions(subject)``, whose addition
-    without an effect holds the parameters of the waves; and the methods ``guesses`` and
-    ``plausible``, each as those of `seals.effects.Effect`.
+    without an effect holds the parameters of the waves; ``beside()``, the effects by instance that
+    go with the waves of a log; and the methods ``guesses`` and ``plausible``, each as those of
+    `seals.effects.Effect`.
     """
 
     def at(self, position: Array, time: Array, level: float) -> Sea:

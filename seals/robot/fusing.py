@@ -14,17 +14,25 @@ from seals.multibody.tree import Tree, forward
 from seals.robot.model import RobotModel
 
 
-def fused(robot: RobotModel, joints: Sequence[float], keep: Collection[str] = ()) -> RobotModel:
-    """Return the robot with its joints held, links merged rigidly into those that remain.
+def fused(
+    robot: RobotModel,
+    joints: Sequence[float],
+    keep: Collection[str] = (),
+    *,
+    moving: Collection[str] = (),
+) -> RobotModel:
+    """Return the robot with joints held, links merged rigidly into those that remain.
 
     Mass, inertia and displaced water are those of the whole robot in that posture; contact
-    geometry, arms and grippers are left out.
+    geometry, arms, grippers and legs are left out.
 
     Args:
         robot: with a free base.
-        joints: held joint values [rad or m], J of them.
-        keep: links that stay links, for effects that act on them; the base always stays. All
-            others become part of the nearest link above them that is kept.
+        joints: held joint values [rad or m], J of them; zero for one that moves.
+        keep: links that stay links, for effects that act on them; the base and the links below
+            joints that move always stay. All others become part of the nearest link above them
+            that is kept.
+        moving: names of the joints that are not held; they keep their order.
 
     Raises:
         ConfigError: the number of joint values is wrong, or a kept link does not exist.
@@ -35,40 +43,45 @@ def fused(robot: RobotModel, joints: Sequence[float], keep: Collection[str] = ()
             f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
             f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
         )
-    held = np.asarray(joints, dtype=float)[None]
+    held = np.array([joints], dtype=float)
+    free = [j for j, name in enumerate(robot.joints) if name in moving]
+    held[:, free] = 0.0
     origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], held))
-    kept = [k for k, name in enumerate(robot.links) if k == 0 or name in keep]
+    above = [robot.tree.joint[k] for k in range(len(robot.links))]
+    kept = [k for k, name in enumerate(robot.links) if k == 0 or name in keep or above[k] in free]
     owner = _owners(robot.tree, kept)
     members = [[k for k in range(len(robot.links)) if owner[k] == top] for top in kept]
     groups = [
         _Group(robot, top, own, origins, turns) for top, own in zip(kept, members, strict=True)
     ]
     parents = [-1] + [kept.index(owner[robot.tree.parent[k]]) for k in kept[1:]]
-    above = [kept[p] for p in parents]
-    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in zip(kept, above, strict=True)]
+    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
+    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
+    drives = robot.tree.drive_inertia
     tree = Tree(
         parent=tuple(parents),
-        joint=(-1,) * len(kept),
-        prismatic=(),
-        axis=np.zeros((0, 3)),
+        joint=tuple(free.index(above[k]) if above[k] in free else -1 for k in kept),
+        prismatic=tuple(robot.tree.prismatic[j] for j in free),
+        axis=robot.tree.axis[free].reshape(-1, 3),
         origin=np.array([np.zeros(3), *places[1:]]),
-        rotation=np.array([turns[a].T @ turns[k] for k, a in zip(kept, above, strict=True)]),
+        rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
         fixed_base=robot.tree.fixed_base,
+        drive_inertia=tuple(drives[j] for j in free) if drives else (),
     )
     return RobotModel(
         name=robot.name,
         urdf=robot.urdf,
         links=tuple(robot.links[k] for k in kept),
-        joints=(),
+        joints=tuple(robot.joints[j] for j in free),
         tree=tree,
         mass=np.array([g.mass for g in groups]),
         centre=np.array([g.centre for g in groups]),
         inertia=np.array([g.inertia for g in groups]),
-        lower=np.zeros(0),
-        upper=np.zeros(0),
+        lower=robot.lower[free],
+        upper=robot.upper[free],
         hulls=tuple(g.hull for g in groups),
         has_collision=(False,) * len(kept),
-        held=True,
+        held=not free,
     )
 
 
@@ -108,6 +121,9 @@ class _Group:
         return total
 
     def _hull(self, robot: RobotModel) -> Hull | None:
-        hulls = [(robot.hulls[k], place) for k, place in self._places.items()]
-        parts = [Part(hull, *place) for hull, place in hulls if hull is not None]
+        hulls = [(k, robot.hulls[k], place) for k, place in self._places.items()]
+        parts = [Part(hull, *place) for _, hull, place in hulls if hull is not None]
+        own = [hull for k, hull, _ in hulls if hull is not None and k == next(iter(self._places))]
+        if len(parts) == 1 and own:
+            return own[0]
         return HullFused(parts) if parts else None

@@ -49,11 +49,19 @@ class UrdfJoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Urdf:
-    """Links in tree order (base first) and the joint above each but the base."""
+    """Links in tree order (base first) and the joint above each but the base.
+
+    Args:
+        name: of the robot.
+        links: base first.
+        joints: above each link but the base.
+        listed: names of the movable joints in the order of the file.
+    """
 
     name: str
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
+    listed: tuple[str, ...] = ()
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -75,6 +83,7 @@ def read_urdf(path: Path) -> Urdf:
         name=str(robot.name or path.stem),
         links=tuple(links[name] for name in order),
         joints=tuple(above[name] for name in order[1:]),
+        listed=tuple(joint.name for joint in joints if joint.moves),
     )
 
 

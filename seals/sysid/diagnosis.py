@@ -15,6 +15,7 @@ from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import reported_values, with_interval
 from seals.sysid.data.join import join_logs
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
@@ -115,6 +116,7 @@ class Diagnosis:
 def diagnose(
     logs: Log | Sequence[Log],
     *,
+    robot: RobotDescription | None = None,
     policy: DecisionPolicy | None = None,
     processes: int = 1,
     tell: Callable[[int], None] | None = None,
@@ -124,6 +126,7 @@ def diagnose(
     Args:
         logs: one log or several of one vehicle, in the native format with all of ``meta.yaml``; the
             runs of all of them are fitted together.
+        robot: of a robot folder; left out, the metadata describe the vehicle.
         policy: thresholds of the decisions; the standard ones when left out.
         processes: that share the fits.
         tell: called with the number of stages done.
@@ -133,7 +136,7 @@ def diagnose(
     """
     begin = time.perf_counter()
     say = tell or (lambda stage: None)
-    problem = prepare(join_logs(logs), policy=policy)
+    problem = prepare(join_logs(logs), policy=policy, robot=robot)
     say(1)
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)

@@ -65,15 +65,50 @@ def test_a_log_cut_in_two_is_put_together_again() -> None:
     joined = join_logs(halves)
     assert np.array_equal(joined.segment, whole.segment)
     assert all(np.array_equal(joined.columns[k], v) for k, v in whole.columns.items())
-    assert joined.meta == whole.meta
+    assert {k: v for k, v in joined.meta.items() if k != "logs"} == whole.meta
 
 
-def test_logs_of_other_vehicles_or_channels_are_refused() -> None:
-    """Another mass and another channel are said; another name of the vehicle does not matter."""
+def test_logs_of_other_vehicles_are_refused() -> None:
+    """Another mass is said; another name of the vehicle does not matter."""
     one = log("a", 1)
     with pytest.raises(LogError, match="state different vehicle"):
         join_logs([one, log("b", 1, vehicle={"name": "b", "mass": 2.1})])
-    with pytest.raises(LogError, match="different columns: velocity_x"):
-        join_logs([one, log("b", 1).with_columns({"velocity_x": np.zeros(5)})])
     with pytest.raises(LogError, match="no log is given"):
         join_logs([])
+
+
+def test_a_channel_that_one_log_lacks_has_no_samples_there() -> None:
+    """The rows of the log without a velocity hold no number of it."""
+    both = join_logs([log("a", 1), log("b", 1).with_columns({"velocity_x": np.ones(5)})])
+    assert np.isnan(both.columns["velocity_x"][:5]).all()
+    assert (both.columns["velocity_x"][5:] == 1.0).all()
+
+
+def test_what_differs_between_logs_is_kept_for_each() -> None:
+    """Waves and noise are those of each log; rows and one clock tell the logs apart."""
+    waves = [
+        [{"name": "waves", "parameters": {"amplitude": 0.1, "period": 2.0, "phase": phase}}]
+        for phase in (0.0, 1.0)
+    ]
+    logs = [
+        log(
+            name,
+            1,
+            baseline=sea,
+            sensors={"channels": {"depth": {"sigma": sigma}}},
+            vehicle={"mass": 2.0},
+        )
+        for name, sea, sigma in zip("ab", waves, (0.01, 0.02), strict=True)
+    ]
+    parts = join_logs(logs).meta["logs"]
+    assert [p["baseline"] for p in parts] == waves
+    assert [p["sigma"]["depth"] for p in parts] == [0.01, 0.02]
+    assert [p["rows"] for p in parts] == [5, 5]
+    assert parts[1]["begin"] > parts[0]["begin"] + 0.04
+
+
+def test_other_currents_are_refused() -> None:
+    """Of the surroundings only waves may differ from log to log."""
+    drift = [{"name": "current", "medium": "water", "parameters": {"velocity_x": 0.1}}]
+    with pytest.raises(LogError, match="state different baseline"):
+        join_logs([log("a", 1), log("b", 1, vehicle={"mass": 2.0}, baseline=drift)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -178,6 +178,7 @@ class Collector:
     def __init__(self, effects: Mapping[str, Effect]) -> None:
         """Start from the nominal model."""
         self.effects: dict[str, Effect] = dict(effects)
+        self._nominal = frozenset(effects)
         self.parameters: dict[str, Parameter] = {}
         self.candidates: list[Candidate] = []
 
@@ -190,6 +191,9 @@ class Collector:
             addition: one way in which it may be missing.
         """
         if addition.effect is not None:
+            if addition.instance in self._nominal:
+                # beside one of the nominal model
+                addition = replace(addition, instance=f"{addition.instance}_change")
             addition.effect.correction = True
             self.effects[addition.instance] = addition.effect
         for parameter, known_size in addition.parameters.items():

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from seals import registry
 from seals.arrays import Floats
 from seals.effects.discrepancy import SurfaceForce
 from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
-from seals.errors import BrokenPlugin, MissingExtra, UnknownPlugin
+from seals.errors import UnknownPlugin
 from seals.sysid.candidates.parameters import CandidateSet, Collector, Waves
+from seals.sysid.data.installed import loaded
+from seals.sysid.data.known_sea import sea_laws
 from seals.sysid.data.vehicle import Vehicle
 
 _SURFACE = 0.04
@@ -37,7 +37,8 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
         found += [(name, known, a) for a in law.additions(name, subject)]
     found += [("", Identification(), a) for a in _structure(subject)]
     made, waves = Collector(vehicle.effects), dict[str, Waves]()
-    for law in wave_laws():
+    # waves that are known leave no room for others
+    for law in () if vehicle.sea is not None else wave_laws():
         additions = law.additions(subject)
         beside = tuple(a.instance for a in additions if a.effect is not None)
         waves |= {a.instance: Waves(law=law, beside=beside) for a in additions if a.effect is None}
@@ -49,7 +50,7 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
 
 def wave_laws() -> list[Any]:
     """Return the classes of the waves that may be missing, see `seals.environment.waves`."""
-    return [law for law in _loaded("wave").values() if hasattr(law, "candidate")]
+    return list(sea_laws().values())
 
 
 def installed() -> dict[str, type[Effect]]:
@@ -57,20 +58,8 @@ def installed() -> dict[str, type[Effect]]:
 
     One that lacks an optional dependency cannot act in any model and is left out.
     """
-    laws = _loaded("effect").items()
+    laws = loaded("effect").items()
     return {n: law for n, law in laws if isinstance(law, type) and issubclass(law, Effect)}
-
-
-def _loaded(kind: str) -> dict[str, Any]:
-    found = {}
-    for name, plugin in registry.plugins(kind).items():
-        try:
-            found[name] = plugin.load()
-        except MissingExtra:
-            continue
-        except BrokenPlugin as broken:
-            warnings.warn(f"'{name}' is not a candidate: {broken}", stacklevel=3)
-    return found
 
 
 def formula_effect() -> str:

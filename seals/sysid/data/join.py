@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
+from seals.sysid.data.known_sea import GAP, sea_laws
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
@@ -20,12 +22,16 @@ _LABELS = ("name", "description", "notes", "date")
 def join_logs(logs: Log | Sequence[Log]) -> Log:
     """Return one log with the runs of all of them, in order; a single log is returned as it is.
 
+    What the logs know of their surroundings, figures of their sensors and the level of their gusts
+    may differ: the entry ``logs`` of the metadata keeps those of each. A channel that one log lacks
+    has no samples in its rows.
+
     Args:
-        logs: of one vehicle, with the same channels.
+        logs: of one vehicle.
 
     Raises:
-        LogError: there is none, their channels differ, or they state different vehicles,
-            surroundings, sensors or tolerances.
+        LogError: there is none, or they state different vehicles, environments, sensors or
+            tolerances.
     """
     every = [logs] if isinstance(logs, Log) else list(logs)
     if not every:
@@ -36,12 +42,25 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     for other in every[1:]:
         _compare(first, other)
     parts = [part for log in every for part in log.segments()]
-    columns = {k: np.concatenate([p.columns[k] for p in parts]) for k in first.columns}
+    names = dict.fromkeys(name for log in every for name in log.columns)
+    columns = {k: np.concatenate([_column(p, k) for p in parts]) for k in names}
     segment = np.concatenate([np.full(p.rows, k, dtype=np.int64) for k, p in enumerate(parts)])
     own = {k: _listed(k, every) for k in _OWN if all(k in log.meta for log in every)}
     meta = {k: v for k, v in first.meta.items() if k not in _OWN} | own
+    meta |= {"logs": _each(every)}
+    if any("sensors" in log.meta for log in every):
+        meta["sensors"] = _sensors(every)
+    if any("disturbance" in log.meta for log in every):
+        meta["disturbance"] = max(
+            (dict(log.meta.get("disturbance") or {}) for log in every),
+            key=lambda gust: float(gust.get("force_sigma", 0.0)),
+        )
     name = f"{first.name} and {len(every) - 1} more"
     return replace(first, name=name, columns=columns, segment=segment, meta=meta)
+
+
+def _column(log: Log, name: str) -> Floats:
+    return log.columns.get(name, np.full(log.rows, np.nan))
 
 
 def _listed(key: str, logs: Sequence[Log]) -> list[Any]:
@@ -49,28 +68,64 @@ def _listed(key: str, logs: Sequence[Log]) -> list[Any]:
     return [entry for log in logs for entry in list(log.meta[key])[: len(log.segments())]]
 
 
+def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
+    """What differs between the logs: name, rows, place on one clock, surroundings, sensors."""
+    found: list[dict[str, Any]] = []
+    begin = 0.0
+    for log in logs:
+        first = float(log.time.min())
+        found.append(
+            {
+                "name": log.name,
+                "rows": log.rows,
+                "begin": begin,
+                "shift": begin - first,
+                "baseline": log.meta.get("baseline") or [],
+                "sigma": {k: float(v["sigma"]) for k, v in _channels(log).items()},
+            }
+        )
+        begin += float(log.time.max()) - first + GAP
+    return found
+
+
+def _channels(log: Log) -> Mapping[str, Any]:
+    channels: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
+    return channels
+
+
+def _sensors(logs: Sequence[Log]) -> dict[str, Any]:
+    """Sensors of the first log, with the channels of all."""
+    channels: dict[str, Any] = {}
+    for log in reversed(logs):
+        channels |= _channels(log)
+    return {**(logs[0].meta.get("sensors") or {}), "channels": channels}
+
+
 def _compare(first: Log, other: Log) -> None:
     """Raise where two logs cannot be fitted together."""
-    if set(first.columns) != set(other.columns):
-        lacking = sorted(set(first.columns) ^ set(other.columns))
-        raise LogError(
-            f"logs '{first.name}' and '{other.name}' have different columns: "
-            f"{', '.join(lacking[:6])}.\nGive logs with the same channels."
-        )
-    keys = sorted((set(first.meta) | set(other.meta)) - {*_OWN, *_LABELS})
-    differ = [k for k in keys if _plain(first.meta.get(k)) != _plain(other.meta.get(k))]
+    keys = sorted((set(first.meta) | set(other.meta)) - {*_OWN, *_LABELS, "disturbance"})
+    differ = [k for k in keys if _plain(k, first.meta.get(k)) != _plain(k, other.meta.get(k))]
     if differ:
         raise LogError(
             f"logs '{first.name}' and '{other.name}' state different {', '.join(differ)}.\n"
-            "Logs that are fitted together are of one vehicle with one set of sensors, tolerances "
-            "and surroundings; diagnose the others on their own."
+            "Logs that are fitted together are of one vehicle with one set of sensors and "
+            "tolerances, in one medium; diagnose the others on their own."
         )
 
 
-def _plain(value: Any) -> Any:
+def _plain(key: str, value: Any) -> Any:
+    """Facts without what names them only, and without what may differ from log to log."""
+    if key == "baseline":
+        return [_bare(entry) for entry in value or [] if entry.get("name") not in sea_laws()]
+    if key == "sensors" and isinstance(value, Mapping):
+        return _bare({k: v for k, v in value.items() if k != "channels"})
+    return _bare(value)
+
+
+def _bare(value: Any) -> Any:
     """Facts without what names them only."""
     if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items() if k not in _LABELS}
+        return {k: _bare(v) for k, v in value.items() if k not in _LABELS}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [_bare(v) for v in value]
     return value

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +21,25 @@ _UNEVEN = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
+class LogSpan:
+    """Rows of one log among those of all.
+
+    Args:
+        name: of the log.
+        first: row.
+        last: row after its last one.
+        shift: common clock less the log's own time [s].
+        sigma: white noise of its channels, 1-sigma; those left out are the vehicle's.
+    """
+
+    name: str
+    first: int
+    last: int
+    shift: float = 0.0
+    sigma: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Samples:
     """Rows of one or more runs of a vehicle, one after the other.
 
@@ -32,6 +52,7 @@ class Samples:
         command: of the actuators, shape (T, n).
         voltage: of the battery [V], shape (T, 1); None when not known.
         joint_command: [rad], shape (T, J).
+        logs: spans of the logs; empty for one.
     """
 
     time: Floats
@@ -41,6 +62,27 @@ class Samples:
     command: Floats
     voltage: Floats | None
     joint_command: Floats
+    logs: tuple[LogSpan, ...] = ()
+
+    @cached_property
+    def clock(self) -> Floats:
+        """Time on the clock that all logs share [s], shape (T,); one log follows the other."""
+        clock: Floats = self.time.copy()
+        for log in self.logs:
+            clock[log.first : log.last] += log.shift
+        return clock
+
+    def noise(self, channel: str, sigma: float) -> Floats:
+        """White noise of a channel at every row, 1-sigma, shape (T,).
+
+        Args:
+            channel: its name.
+            sigma: where no log states its own.
+        """
+        spread = np.full(self.rows, sigma)
+        for log in self.logs:
+            spread[log.first : log.last] = log.sigma.get(channel, sigma)
+        return spread
 
     @property
     def rows(self) -> int:
@@ -88,6 +130,10 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
             "A diagnosis needs an inertial sensor or a measured pose."
         )
     joints = vehicle.robot.tree.joints
+    if joints and vehicle.columns and "joint_position" in channels:
+        channels["joint_position"] = channels["joint_position"][:, list(vehicle.columns)]
+    if not joints:
+        channels.pop("joint_position", None)
     return Samples(
         time=used.time.copy(),
         step=step,
@@ -95,8 +141,34 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
         channels=channels,
         command=_held(used, vehicle.commands, len(vehicle.lag)),
         voltage=None if voltage is None else _smooth(voltage[:, :1], step),
-        joint_command=_held(used, "joint_position_cmd" if joints else "", joints),
+        joint_command=_joint_commands(used, vehicle),
+        logs=_spans(log),
     )
+
+
+def _joint_commands(log: Log, vehicle: Vehicle) -> Floats:
+    """Commands to the joints in their order, shape (T, J); none for joints without servos."""
+    joints = vehicle.robot.tree.joints
+    command = _held(log, "joint_position_cmd" if joints and vehicle.servo else "", joints)
+    return command[:, list(vehicle.columns)] if command.size and vehicle.columns else command
+
+
+def _spans(log: Log) -> tuple[LogSpan, ...]:
+    """Spans of the logs of which one was joined; their rows follow each other."""
+    spans, first = [], 0
+    for part in log.meta.get("logs") or ():
+        last = first + int(part["rows"])
+        spans.append(
+            LogSpan(
+                name=str(part["name"]),
+                first=first,
+                last=last,
+                shift=float(part["shift"]),
+                sigma=part["sigma"],
+            )
+        )
+        first = last
+    return tuple(spans)
 
 
 def _held(log: Log, channel: str, count: int) -> Floats:

@@ -98,6 +98,7 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
     rotation = matrix_of(turn)
     if "angular_velocity" in seen:
         spin = local_polynomial(seen["angular_velocity"], step, bandwidth=max(0.02, 1.2 * step))[0]
+        spin = spin @ vehicle.imu_turn
     else:
         spin = 2.0 * multiply(turn * np.array([-1.0, -1.0, -1.0, 1.0]), slope)[:, :3]
     velocity = np.einsum("tji,tj->ti", rotation, ground)

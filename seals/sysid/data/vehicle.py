@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,9 @@ from seals.hydrostatics import Hull, HullBox, HullCapsule, HullCompound, HullCyl
 from seals.multibody.tree import Tree
 from seals.registry import get
 from seals.robot.model import RobotModel
+from seals.sysid.data.known_sea import known_sea, sea_laws
+from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.robot_vehicle import parts_of
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Names in the baseline that stand for actuators."""
@@ -41,6 +44,9 @@ class Vehicle:
         imu_turn: from body to sensor axes, shape (3, 3).
         initial_state: of each segment, when stated.
         servo: gains of the joint servos, shape (J,) each; empty without an arm.
+        columns: for each joint the index of its column in the log; empty for their own order.
+        written: key in ``robot.yaml`` of each effect that stands there.
+        sea: known waves; None for calm water.
     """
 
     name: str
@@ -58,6 +64,9 @@ class Vehicle:
     imu_turn: Floats
     initial_state: tuple[Mapping[str, Any], ...] = ()
     servo: Mapping[str, Floats] = field(default_factory=dict)
+    columns: tuple[int, ...] = ()
+    written: Mapping[str, str] = field(default_factory=dict)
+    sea: Any = None
 
     @property
     def hull(self) -> Hull | None:
@@ -75,31 +84,32 @@ class Vehicle:
         return float(self.robot.mass.sum())
 
 
-def read_vehicle(meta: Mapping[str, Any]) -> Vehicle:
-    """Build the nominal model from the metadata of a log.
+def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None) -> Vehicle:
+    """Build the nominal model from the metadata of a log, and the robot's folder where given.
+
+    Args:
+        meta: of the log, or of several joined ones.
+        robot: of the folder; it replaces the entry ``vehicle`` of the metadata.
 
     Raises:
         LogError: something needed is missing or of an unknown kind.
     """
-    spec, around = _part(meta, "vehicle"), _part(meta, "environment")
-    environment = _environment(around)
-    arm = spec.get("arm")
-    robot = _robot(spec, arm)
-    actuators, lag, commands = _actuators(spec)
-    effects: dict[str, Effect] = {}
-    for entry in meta.get("baseline", []):
-        effects |= _effect(entry, actuators, environment, arm)
+    environment = _environment(_part(meta, "environment"))
+    entries = list(meta.get("baseline") or [])
+    entries = [entry for entry in entries if entry["name"] not in sea_laws()]
+    made = (
+        _of_meta(meta, environment, entries)
+        if robot is None
+        else _of_robot(meta, environment, entries, robot)
+    )
+    sea, beside = known_sea(meta, environment)
+    made["effects"] = {**made["effects"], **beside}
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
     return Vehicle(
-        name=str(spec.get("name", "vehicle")),
-        robot=robot,
-        effects=effects,
+        **made,
         environment=environment,
-        lag=lag,
-        commands=commands,
-        full_voltage=(spec.get("battery") or {}).get("full_voltage"),
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
@@ -107,8 +117,54 @@ def read_vehicle(meta: Mapping[str, Any]) -> Vehicle:
         imu_position=np.asarray(imu.get("position", [0.0, 0.0, 0.0]), dtype=float),
         imu_turn=_turn(imu.get("orientation", [1.0, 0.0, 0.0, 0.0])),
         initial_state=tuple(meta.get("initial_state", ())),
-        servo={} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
+        sea=sea,
     )
+
+
+def _of_meta(
+    meta: Mapping[str, Any], environment: EnvironmentSettings, entries: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Model of the vehicle that the metadata describe."""
+    spec = _part(meta, "vehicle")
+    arm = spec.get("arm")
+    robot = _robot(spec, arm)
+    actuators, lag, commands = _actuators(spec)
+    effects: dict[str, Effect] = {}
+    for entry in entries:
+        effects |= _effect(entry, actuators, environment, arm)
+    return {
+        "name": str(spec.get("name", "vehicle")),
+        "robot": robot,
+        "effects": effects,
+        "lag": lag,
+        "commands": commands,
+        "full_voltage": (spec.get("battery") or {}).get("full_voltage"),
+        "servo": {} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
+    }
+
+
+def _of_robot(
+    meta: Mapping[str, Any],
+    environment: EnvironmentSettings,
+    entries: Sequence[Mapping[str, Any]],
+    description: RobotDescription,
+) -> dict[str, Any]:
+    """Model of the vehicle that a robot's folder describes; the metadata may add flows."""
+    parts = parts_of(description, environment, meta)
+    effects = dict(parts.effects)
+    for entry in entries:
+        effects |= _effect(entry, {}, environment, None)
+    return {
+        "name": parts.robot.name,
+        "robot": parts.robot,
+        "effects": effects,
+        "lag": parts.lag,
+        "commands": parts.commands[0] if parts.commands else "",
+        "full_voltage": (meta.get("battery") or {}).get("full_voltage"),
+        "servo": parts.servo,
+        "columns": parts.columns,
+        "written": parts.written,
+    }
 
 
 READ = (

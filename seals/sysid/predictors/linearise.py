@@ -15,6 +15,7 @@ from seals.frames import exponential, matrix_of, multiply
 from seals.motion import Reading
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.sensor_place import add_centripetal, at_sensor, skew
 from seals.sysid.predictors.trajectory_cache import (
     ExpansionPoint,
     TrajectoryCache,
@@ -180,7 +181,8 @@ def dynamics_along(
         change = (rates - base) / _NUDGE
         state_matrix[:, 6:12, k] = change[:, :6]
         state_matrix[:, 12 + joints :, k] = change[:, 9:]
-        output_matrix[:, :, k] = change[:, 6:9]
+        output_matrix[:, :, k] = at_sensor(plant.vehicle, change)
+    add_centripetal(output_matrix, plant.vehicle, trajectory.angular_velocity)
     _kinematics(state_matrix, trajectory)
     rate, feedthrough = _wrench_columns(cache, used)
     transition, integral = discrete(state_matrix, plant.samples.step)
@@ -225,7 +227,7 @@ def _with_friction(
     for k, moved in zip(rates, found, strict=True):
         change = (moved - base) / _NUDGE
         out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
-        output_matrix[:, :, k] = change[:, 6:9]
+        output_matrix[:, :, k] = at_sensor(plant.vehicle, change)
     return out
 
 
@@ -240,8 +242,10 @@ def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
     acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
     laws = [type(plant.candidate_set.effects[n]) for n in acting & set(plant.candidate_set.effects)]
     # laws of strangers may know where they are, too
-    if acting & set(plant.candidate_set.waves) or any(
-        law.identification.placed or not law.__module__.startswith("seals.") for law in laws
+    if (
+        plant.vehicle.sea is not None
+        or acting & set(plant.candidate_set.waves)
+        or any(law.identification.placed or not law.__module__.startswith("seals.") for law in laws)
     ):
         return (0, 1, 2)
     around = plant.vehicle.environment
@@ -309,11 +313,8 @@ def _sensed(
 
 def _reading_change(plant: Plant, change: Floats) -> Floats:
     """Change of the inertial readings by accelerations and specific force, shape (T, 6)."""
-    arm, turn = plant.vehicle.imu_position, plant.vehicle.imu_turn
-    force = change[:, 6:9]
-    if np.any(arm):
-        force = force + np.cross(change[:, 3:6], arm)
-    return np.concatenate([np.zeros_like(force), force @ turn.T], axis=1)
+    force = at_sensor(plant.vehicle, change)
+    return np.concatenate([np.zeros_like(force), force], axis=1)
 
 
 def discrete(state_matrix: Floats, step: float) -> tuple[Floats, Floats]:
@@ -411,27 +412,19 @@ def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[
     rate, feedthrough = np.zeros((count, size, 6)), np.zeros((count, 3, 6))
     for i, change in enumerate(changes):
         rate[:, 6:12, i], rate[:, 12 + joints :, i] = change[:, :6], change[:, 9:]
-        feedthrough[:, :, i] = change[:, 6:9]
+        feedthrough[:, :, i] = at_sensor(cache.plant.vehicle, change)
     return rate, feedthrough
 
 
 def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
     """Fill in the kinematic rows: position and attitude by the other state errors."""
     rotation, joints = matrix_of(trajectory.quaternion), trajectory.joints.shape[1]
-    state_matrix[:, :3, 3:6] = -np.matmul(rotation, _skew(trajectory.velocity))
+    state_matrix[:, :3, 3:6] = -np.matmul(rotation, skew(trajectory.velocity))
     state_matrix[:, :3, 6:9] = rotation
-    state_matrix[:, 3:6, 3:6] = -_skew(trajectory.angular_velocity)
+    state_matrix[:, 3:6, 3:6] = -skew(trajectory.angular_velocity)
     state_matrix[:, 3:6, 9:12] = np.eye(3)
     for k in range(joints):
         state_matrix[:, 12 + k, 12 + joints + k] = 1.0
-
-
-def _skew(vector: Floats) -> Floats:
-    out = np.zeros((len(vector), 3, 3))
-    x, y, z = vector.T
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
-    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
-    return out
 
 
 def _stacked(reading: Reading) -> Floats:

@@ -79,7 +79,7 @@ class Plant:
         self._nominal = tuple(vehicle.effects)
         self._sets: dict[frozenset[str], EffectSet] = {}
         self._drives: dict[tuple[float, float], Drive] = {}
-        self.waves = get("wave", "still").load()()
+        self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
@@ -219,7 +219,7 @@ class Plant:
         self, twin: BatchDynamics, state: TwinState, rows: Any, drive: Floats | None
     ) -> Rates:
         """Rates at rows of the log (repeats allowed)."""
-        time = self.samples.time[rows][:, None]
+        time = self.samples.clock[rows][:, None]
         return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
 
     def advance(
@@ -246,7 +246,7 @@ class Plant:
         step = self.samples.step / self.parts
         first: Rates | None = None
         for part in range(self.parts):
-            time = self.samples.time[rows][:, None] + part * step
+            time = self.samples.clock[rows][:, None] + part * step
             at = []
             for i in range(3):
                 inputs = (

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.logs.log import Log
 from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
@@ -17,7 +19,7 @@ from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 from seals.sysid.predictors.linearise import Dynamics, dynamics_along, predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import simulated_trajectory, start_states
-from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import Fitter
@@ -72,10 +74,10 @@ class Problem:
         """Limits of the search."""
         return self.plant.candidate_set.budget
 
-    @property
+    @cached_property
     def impact(self) -> bool:
         """True where the vehicle falls into water without actuators."""
-        return self.vehicle.has_water and not len(self.vehicle.lag)
+        return enters(self.plant, self.fitter.trajectory)
 
 
 def prepare(
@@ -84,19 +86,21 @@ def prepare(
     window: float = WINDOW,
     gusts: float = GUSTS,
     policy: DecisionPolicy | None = None,
+    robot: RobotDescription | None = None,
 ) -> Problem:
     """Read a log, find its trajectory, and linearise the model along it.
 
     Args:
-        log: in the native format.
+        log: in the native format, or several joined ones.
         window: length of the windows [s].
         gusts: factor on the stated disturbance.
         policy: thresholds of the decisions; the standard ones when left out.
+        robot: of a robot folder; left out, the metadata describe the vehicle.
 
     Raises:
         LogError: the log cannot be used.
     """
-    vehicle = read_vehicle(log.meta)
+    vehicle = read_vehicle(log.meta, robot)
     samples = read_samples(log, vehicle)
     parts = max(1, round(samples.step / 0.01))
     if vehicle.has_water and not vehicle.commands:
@@ -233,8 +237,7 @@ def refined(plant: Plant, trajectory: Trajectory, *, window: float) -> Trajector
     """
     vehicle = plant.vehicle
     weight = vehicle.mass * vehicle.environment.gravity
-    impact = vehicle.has_water and not len(vehicle.lag)
-    level = weight * (_IMPACT if impact else _LOOSE)
+    level = weight * (_IMPACT if enters(plant, trajectory) else _LOOSE)
     for _ in range(2 if vehicle.has_water else 1):
         dynamics = dynamics_along(plant, trajectory, {})
         windows = Windows(

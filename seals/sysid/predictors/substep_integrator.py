@@ -240,4 +240,7 @@ def finer(samples: Samples, parts: int) -> Samples:
         channels={},
         command=np.repeat(samples.command, parts, axis=0),
         joint_command=np.repeat(samples.joint_command, parts, axis=0),
+        logs=tuple(
+            replace(log, first=log.first * parts, last=log.last * parts) for log in samples.logs
+        ),
     )

@@ -58,10 +58,11 @@ def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelErr
 def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
     """Compute the measured specific force without the lift, as a force [N], shape (T,).
 
-    On a vehicle that drives itself the thrust hides an impact, and is known: nothing.
+    On a vehicle that drives itself the thrust hides an impact, and is known: nothing. Nothing
+    either on one that floats.
     """
     vehicle, samples = plant.vehicle, plant.samples
-    if "specific_force" not in samples.channels or len(vehicle.lag):
+    if "specific_force" not in samples.channels or not enters(plant, trajectory):
         return np.zeros(samples.rows)
     up = matrix_of(trajectory.quaternion)[:, 2, :]
     felt = filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
@@ -86,10 +87,18 @@ def filled(samples: Samples, name: str) -> Floats:
     return values
 
 
+def enters(plant: Plant, trajectory: Trajectory) -> bool:
+    """Return true where a vehicle that nothing drives falls into the water, rather than floats."""
+    if not plant.vehicle.has_water or len(plant.vehicle.lag):
+        return False
+    share = submersion(plant, trajectory)
+    return bool((share < _DRY).any() and (share > _DRY).any())
+
+
 def submersion(plant: Plant, trajectory: Trajectory) -> Floats:
     """Submerged share of the hull along a trajectory, shape (T,)."""
     rows = plant.samples.rows
-    state, time = trajectory.state(np.arange(rows)), plant.samples.time[:, None]
+    state, time = trajectory.state(np.arange(rows)), plant.samples.clock[:, None]
     sample = plant.twin({}, rows).posture(state, time).sample
     assert sample is not None
     # rows link by link, the base first

@@ -50,7 +50,7 @@ class TrajectoryCache:
         self.plant, self.trajectory = plant, trajectory
         self.rows = np.arange(plant.samples.rows)
         self.state: TwinState = trajectory.state(self.rows)
-        self.time: Floats = plant.samples.time[:, None]
+        self.time: Floats = plant.samples.clock[:, None]
         self._posture = plant.twin({}, len(self.rows)).posture(self.state, self.time)
         self._responses: dict[Any, Response] = {}
         self._expansion_points: dict[Any, ExpansionPoint] = {}

@@ -117,7 +117,7 @@ class Windows:
             if name in seen:
                 table[name] = (None, seen[name])
         for name, (first, residual) in table.items():
-            spread = np.full(self.samples.rows, sigma[name] * np.sqrt(_QUANTISED))
+            spread = self.samples.noise(name, sigma[name]) * np.sqrt(_QUANTISED)
             if name == "specific_force" and blur is not None:
                 spread = np.hypot(spread, blur)
             for k in range(residual.shape[1]):
@@ -225,9 +225,12 @@ class Windows:
             if r is not None:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
         force = np.matmul(self._output, states)
+        spin = states[:, :, 9:12]
+        if not np.allclose(self.vehicle.imu_turn, np.eye(3)):
+            spin = np.matmul(self.vehicle.imu_turn, spin)
         for i in self._inertial:
             axis = self._axis(i)
-            seen = states[:, :, 9 + axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
+            seen = spin[:, :, axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
             axis += 0 if _gyro(self.channel_of[i]) else 3
             out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
         if self.delay:

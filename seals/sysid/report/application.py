@@ -13,6 +13,7 @@ from seals.logs import refuse_if_bad
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.sysid.data.join import join_logs
+from seals.sysid.data.robot_description import RobotDescription, described
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
@@ -48,12 +49,13 @@ def execute(config: Any) -> int:
     for place in places:
         if not place.exists():
             raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
+    robot = described(config)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     _folder(out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
             log = join_logs([_read(config, place) for place in places])
-            found = _found(config, log, places, lambda stage: tell(stage * _STEP))
+            found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
@@ -108,9 +110,15 @@ def _tell_time(log: Log) -> None:
         print(f"log '{log.name}': {log.rows:,} rows; {words} or more.", file=sys.stderr, flush=True)
 
 
-def _found(config: Any, log: Log, places: Sequence[Path], tell: Callable[[int], None]) -> Diagnosis:
+def _found(
+    config: Any,
+    log: Log,
+    robot: RobotDescription | None,
+    places: Sequence[Path],
+    tell: Callable[[int], None],
+) -> Diagnosis:
     """Diagnose a log and propose the flight that would settle an open question."""
-    found = diagnose(log, processes=config.processes or cores(), tell=tell)
+    found = diagnose(log, robot=robot, processes=config.processes or cores(), tell=tell)
     found = replace(found, source=_sources(places))
     if not config.plan:
         return found

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+from seals.robot.settings import RobotSettings
 
 
 @dataclass(kw_only=True)
@@ -18,6 +20,11 @@ class DiagnoseSettings:
         processes: that share the work; 0 for one per core.
         plan: whether to look for the flight that would settle what stays open.
         report: whether to write the page.
+        robot: folder or name of the robot, where the log does not describe its vehicle.
+        effects: of the robot, by instance name.
+        sensors: of the robot; the log's own metadata rule.
+        actuators: of the robot, by instance name.
+        controller: of the robot, which a diagnosis has no use for.
     """
 
     name: str = "diagnose"
@@ -27,3 +34,8 @@ class DiagnoseSettings:
     processes: int = 0
     plan: bool = True
     report: bool = True
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.sysid.predictors.problem import LOOSE, WINDOW, stated_starts, transient_rows
-from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import Fitter
 
@@ -33,7 +33,7 @@ class FreeWindows(Windows):
         surface_error = surface_model_error(plant, trajectory)
         extra = None if surface_error is None else surface_error.push
         level = LOOSE * fitter.windows.gusts
-        if vehicle.has_water and not len(vehicle.lag):
+        if enters(plant, trajectory):
             weight = vehicle.mass * vehicle.environment.gravity
             level = max(level, _IMPACT * weight / max(float(vehicle.gust[0]), 1e-9))
         super().__init__(

@@ -55,4 +55,4 @@ def free_force(problem: Problem, base: EvidenceHypothesis) -> tuple[Floats, Floa
     rows = fitter.windows.rows[:, ::_EVERY].ravel()
     trajectory = fitter.trajectory
     force = rotate(matrix_of(trajectory.quaternion[rows]), wrench[:, ::_EVERY, :3].reshape(-1, 3))
-    return trajectory.position[rows], force, problem.samples.time[rows]
+    return trajectory.position[rows], force, problem.samples.clock[rows]

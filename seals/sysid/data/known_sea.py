@@ -1,0 +1,107 @@
+"""Known waves of one log or several: each log has its own, on its own time."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.effects.derived import strengths_of
+from seals.effects.effect import Effect
+from seals.environment.settings import EnvironmentSettings
+from seals.environment.waves import Sea
+from seals.sysid.data.installed import loaded
+
+GAP = 10.0
+"""Time between two logs on the clock of all of them [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeaOfLogs:
+    """Waves of several logs, one after the other on one clock.
+
+    Args:
+        law: waves whose fields hold one number for each log.
+        begins: clock at the first row of each log [s], increasing, shape (n,).
+        shift: clock less the time of each log [s], shape (n,).
+    """
+
+    law: Any
+    values: Mapping[str, Floats]
+    begins: Floats
+    shift: Floats
+
+    def at(self, position: Array, time: Array, level: float) -> Sea:
+        """Return the sea at points, each in the waves of the log to which its time belongs."""
+        clock = np.broadcast_to(np.asarray(time), (len(position), 1))
+        log = log_of(self.begins, clock[:, 0])
+        here = copy.copy(self.law)
+        for name, value in self.values.items():
+            setattr(here, name, value[log])
+        found: Sea = here.at(position, clock - self.shift[log][:, None], level)
+        return found
+
+
+def log_of(begins: Floats, clock: Floats) -> Any:
+    """Index of the log to which each time of the common clock belongs, shape (N,)."""
+    # a step may look a little past the last row of a log
+    return np.clip(np.searchsorted(begins - 0.5 * GAP, clock, side="right") - 1, 0, None)
+
+
+def sea_laws() -> dict[str, Any]:
+    """Return the classes of waves by the name under which a log states them."""
+    laws = (law for law in loaded("wave").values() if hasattr(law, "candidate"))
+    return {str(law.candidate): law for law in laws}
+
+
+def known_sea(
+    meta: Mapping[str, Any], environment: EnvironmentSettings
+) -> tuple[Any, dict[str, Effect]]:
+    """Return the waves that the metadata state, and the effects that go with them.
+
+    Args:
+        meta: of a log, or of several joined ones with their entry ``logs``.
+        environment: of the logs.
+    """
+    parts = meta.get("logs") or [{"baseline": meta.get("baseline"), "begin": 0.0, "shift": 0.0}]
+    laws = sea_laws()
+    stated = [_waves(part.get("baseline") or [], laws) for part in parts]
+    name = next((name for name, _ in stated if name), "")
+    if not name or environment.water_level is None:
+        return None, {}
+    law = laws[name]
+    off = dict.fromkeys(strengths_of(law), 0.0)
+    each = [law(**{**off, **given}, **_gravity(law, environment)) for _, given in stated]
+    beside: dict[str, Effect] = law.beside()
+    if len(each) == 1:
+        return each[0], beside
+    numeric = [f.name for f in fields(law) if isinstance(getattr(each[0], f.name), float)]
+    return (
+        SeaOfLogs(
+            law=each[0],
+            values={n: np.array([getattr(one, n) for one in each]) for n in numeric},
+            begins=np.array([float(part["begin"]) for part in parts]),
+            shift=np.array([float(part["shift"]) for part in parts]),
+        ),
+        beside,
+    )
+
+
+def _gravity(law: Any, environment: EnvironmentSettings) -> dict[str, float]:
+    """Gravity of the environment, for waves that ask for it."""
+    return {f.name: environment.gravity for f in fields(law) if f.name == "gravity"}
+
+
+def _waves(
+    entries: Sequence[Mapping[str, Any]], laws: Mapping[str, Any]
+) -> tuple[str, dict[str, float]]:
+    """Name and parameters of the waves among the entries of a nominal model."""
+    for entry in entries:
+        if str(entry["name"]) in laws:
+            given = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
+            return str(entry["name"]), given
+    return "", {}

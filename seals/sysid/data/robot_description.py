@@ -1,0 +1,80 @@
+"""A robot as its folder describes it: links, effects, actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from seals.effects.effect import Effect
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+from seals.robot.urdf import read_urdf
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotDescription:
+    """A robot as its folder describes it.
+
+    Args:
+        robot: links, joints, hulls.
+        effects: of ``robot.yaml`` by instance name.
+        actuators: of ``robot.yaml`` by instance name.
+        listed: names of the movable joints in the order in which the URDF lists them.
+    """
+
+    robot: RobotModel
+    effects: Mapping[str, Effect]
+    actuators: Mapping[str, Effect]
+    listed: tuple[str, ...] = ()
+
+
+def described(config: Any) -> RobotDescription | None:
+    """Return the robot of a composed verb, or None where none was given.
+
+    Args:
+        config: composed configuration with ``robot``, ``effects`` and ``actuators``.
+
+    Raises:
+        SealsError: the robot, an effect or an actuator cannot be used.
+    """
+    from omegaconf import OmegaConf
+
+    from seals.config.build import build
+    from seals.config.refusal import refusals
+    from seals.schema import check_tree
+
+    if not config.robot.folder:
+        return None
+    with refusals(()):
+        settings: Any = OmegaConf.to_object(config.robot)
+    check_tree(settings, where="robot")
+    made = {
+        section: {
+            str(n): build(node, where=f"{section}.{n}") for n, node in config[section].items()
+        }
+        for section in ("effects", "actuators")
+    }
+    return RobotDescription(
+        robot=build_robot(settings),
+        effects=made["effects"],
+        actuators=made["actuators"],
+        listed=read_urdf(settings.urdf_path).listed,
+    )
+
+
+def describe_robot(robot: str, overrides: Sequence[str] = ()) -> RobotDescription:
+    """Return the description of a robot by its name or folder.
+
+    Args:
+        robot: installed name, or path of a robot folder.
+        overrides: changes of its values, such as ``effects.water_drag.coefficient_x=20``.
+
+    Raises:
+        SealsError: there is no such robot, or it cannot be used.
+    """
+    from seals.config.compose import compose
+
+    found = described(compose([f"robot={robot}", *overrides], root="diagnose"))
+    assert found is not None
+    return found

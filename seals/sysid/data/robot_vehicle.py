@@ -1,0 +1,193 @@
+"""Nominal model of a vehicle from the folder of its robot."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch.holding import EVERYWHERE
+from seals.config.plugin_lookup import plugin_name
+from seals.effects.binding import has_hook
+from seals.effects.effect import Actuated, Effect, Inertia, JointDriven, JointLoads, Loads
+from seals.environment.settings import EnvironmentSettings
+from seals.errors import LogError
+from seals.robot.fusing import fused
+from seals.robot.model import RobotModel
+from seals.sysid.data.installed import loaded
+from seals.sysid.data.robot_description import RobotDescription
+
+_GAINS = ("kp", "kd", "torque_limit", "armature")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotParts:
+    """The nominal model of a robot, as a diagnosis needs it.
+
+    Args:
+        robot: fixed links merged into their parents.
+        effects: by the instance names of a diagnosis, actuators among them.
+        written: key in ``robot.yaml`` of each instance that stands there, such as
+            ``effects.water_drag``.
+        lag: first-order time constants of the drives [s], shape (n,).
+        commands: channels of the drives' commands, one for each kind, in their order.
+        servo: gains of the joint servos, shape (J,) each; empty without servos.
+        columns: for each joint the index of its column in the log.
+    """
+
+    robot: RobotModel
+    effects: Mapping[str, Effect]
+    written: Mapping[str, str]
+    lag: Floats
+    commands: tuple[str, ...]
+    servo: Mapping[str, Floats]
+    columns: tuple[int, ...]
+
+
+def parts_of(
+    description: RobotDescription, environment: EnvironmentSettings, meta: Mapping[str, Any]
+) -> RobotParts:
+    """Return the nominal model of a robot in the surroundings of a log.
+
+    Fixed links, and all others where the log measures no joints, become part of their parents;
+    links that effects name stay.
+
+    Args:
+        description: of the robot folder.
+        environment: of the log.
+        meta: of the log.
+
+    Raises:
+        LogError: the robot is bolted down.
+    """
+    robot = description.robot
+    if robot.tree.fixed_base:
+        raise LogError(
+            f"robot '{robot.name}' is bolted to the world.\n"
+            "A diagnosis needs a vehicle with a free base: take out fixed_base."
+        )
+    measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
+    moving = robot.joints if measured else ()
+    effects = {**description.effects, **description.actuators}
+    if not moving:
+        of_joints = (JointLoads, JointDriven)
+        effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
+    model = fused(robot, _stowed(robot), _named(effects, robot), moving=moving)
+    servo, model = _servo(effects, model)
+    made, written = _instances(description, effects, model, environment)
+    made |= _surroundings(made, model, environment)
+    actuators = [e for e in effects.values() if has_hook(e, Actuated)]
+    actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
+    lags = [e.lag for e in actuators]  # type: ignore[attr-defined]  # of actuators
+    return RobotParts(
+        robot=model,
+        effects=made,
+        written=written,
+        lag=np.concatenate(lags) if lags else np.zeros(0),
+        commands=tuple(dict.fromkeys(_channel(e) for e in actuators)),
+        servo=servo,
+        columns=_columns(description, model, meta),
+    )
+
+
+def _stowed(robot: RobotModel) -> Floats:
+    """Joint values at rest [rad or m], shape (J,): those of stowed arms and open grippers."""
+    values: Floats = np.clip(np.zeros(robot.tree.joints), robot.lower, robot.upper)
+    for arm in robot.arms.values():
+        values[list(arm.joints)] = arm.stowed
+    for gripper in robot.grippers.values():
+        values[list(gripper.joints)] = gripper.open
+    return values
+
+
+def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:
+    """Links that effects act on by name, and all where a force acts on each link by itself."""
+    found = {link for e in effects.values() for link in e.links if link not in EVERYWHERE}
+    spread = [e for e in effects.values() if "*" in e.links and e.ambient() is None]
+    if any(has_hook(e, Loads) or has_hook(e, Inertia) for e in spread):
+        found |= set(robot.links)
+    return found
+
+
+def _servo(
+    effects: Mapping[str, Effect], robot: RobotModel
+) -> tuple[dict[str, Floats], RobotModel]:
+    """Gains of the servos, and the robot with the inertia of their motors."""
+    driven = [e for e in effects.values() if has_hook(e, JointDriven)]
+    joints = robot.tree.joints
+    if not driven or not joints:
+        return {}, robot
+    one: Any = driven[0]
+    gains = {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS}
+    tree = replace(robot.tree, drive_inertia=tuple(gains["armature"].tolist()))
+    return gains, replace(robot, tree=tree)
+
+
+def _instances(
+    description: RobotDescription,
+    effects: Mapping[str, Effect],
+    robot: RobotModel,
+    environment: EnvironmentSettings,
+) -> tuple[dict[str, Effect], dict[str, str]]:
+    """Effects by the names that a diagnosis uses, and their keys in ``robot.yaml``."""
+    made: dict[str, Effect] = {}
+    written: dict[str, str] = {}
+    for name, effect in effects.items():
+        actuator = name in description.actuators
+        if actuator:
+            own = plugin_name("actuator", type(effect))
+        else:
+            own = _instance(name, effect, robot, environment)
+        own = name if own in made else own
+        made[own] = copy.copy(effect)
+        written[own] = f"{'actuators' if actuator else 'effects'}.{name}"
+    return made, written
+
+
+def _instance(
+    name: str, effect: Effect, robot: RobotModel, environment: EnvironmentSettings
+) -> str:
+    """Name under which effects look for a nominal one of their kind: that of an entry of a log."""
+    on_base = set(effect.links) <= {"root", robot.links[0]} or "*" in effect.links
+    if effect.correction or not on_base:
+        return name
+    law = type(effect)
+    medium = None if effect.medium is None else effect.medium.value
+    return law.of_log(plugin_name("effect", law), {}, medium, environment)[0]
+
+
+def _surroundings(
+    effects: Mapping[str, Effect], robot: RobotModel, environment: EnvironmentSettings
+) -> dict[str, Effect]:
+    """Weight and buoyancy, where the robot's folder leaves them to its surroundings."""
+    made: dict[str, Effect] = {}
+    for name, law in loaded("effect").items():
+        if issubclass(law, Effect) and not any(
+            isinstance(effect, law) for effect in effects.values()
+        ):
+            made |= law.of_surroundings(name, robot, environment)
+    return made
+
+
+def _channel(actuator: Effect) -> str:
+    """Channel of the commands to an actuator: rotors are told a speed, others a force."""
+    rotor = "reaction_coefficient" in actuator.constants()
+    return "rotor_speed_cmd" if rotor else "thruster_cmd"
+
+
+def _columns(
+    description: RobotDescription, robot: RobotModel, meta: Mapping[str, Any]
+) -> tuple[int, ...]:
+    """Column of each joint: as the log lists them, else in the order of the URDF."""
+    order: Sequence[str] = meta.get("joints") or description.listed or robot.joints
+    lost = [name for name in robot.joints if name not in order]
+    if lost:
+        raise LogError(
+            f"meta.yaml lists the joints {', '.join(map(str, order))}, but not '{lost[0]}' of "
+            f"robot '{robot.name}'.\nList all movable joints in the order of their columns."
+        )
+    return tuple(list(order).index(name) for name in robot.joints)
