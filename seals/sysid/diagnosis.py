@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
@@ -19,14 +18,12 @@ from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
+from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
-
-FOLDS = 5
-"""Parts of the log that are held out in turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +63,7 @@ class Diagnosis:
         return {
             "verdict": answer.verdict.value,
             "effects": effects,
+            "fitted": self.fitted(),
             "ambiguous_with": sets,
             "next_experiment": self.next_experiment,
             "held_out_error": dict(self.held_out),
@@ -80,6 +78,20 @@ class Diagnosis:
             "log": dict(self.source),
             "seconds": self.seconds,
         }
+
+    def fitted(self) -> list[dict[str, Any]]:
+        """Effects of the best model, the named ones and those too uncertain to be named."""
+        best = self.search.best
+        named = {claim.candidate.label for claim in self.answer.claims}
+        return [
+            {
+                "name": c.name,
+                **_place(c),
+                "named": c.label in named,
+                "parameters": parameters(c, best.fit, best),
+            }
+            for c in best.candidates
+        ]
 
     def tried(self) -> list[dict[str, Any]]:
         """Effects of the first round with their scores, best first."""
@@ -155,27 +167,6 @@ def diagnose(
     )
 
 
-def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
-    """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
-    return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
-
-
-def held_out_by_window(hypothesis: EvidenceHypothesis) -> Floats:
-    """Held-out misfit of every window, shape (W,); each is predicted by a fit to other blocks."""
-    fit, count = hypothesis.fit, hypothesis.fitter.windows.count
-    fold = np.arange(count) * min(FOLDS, count) // count
-    at = np.array([fit.values[k] for k in fit.keys])
-    out = np.empty(count)
-    for part in range(int(fold.max()) + 1):
-        test = fold == part
-        matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
-        gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
-        step = solve_scaled(matrix, gradient)
-        inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
-        out[test] = fit.misfit[test] - 2.0 * fit.right[test] @ step + inner
-    return out
-
-
 def _effect(claim: Claim[EvidenceHypothesis]) -> dict[str, Any]:
     candidate = claim.candidate
     return {
@@ -220,7 +211,7 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -
         candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.joint_velocity
     )
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        value, spread = values[key], fit.spread(key)
+        value, spread = values[key], fit.robust_spread(key)
         effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
         meta = parameters_of(effect) if effect is not None else {}
         parameter = candidate_set.parameters[key].parameter

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -56,3 +57,14 @@ class Answer(Generic[H]):
     verdict: Verdict
     claims: tuple[Claim[H], ...]
     reasons: tuple[str, ...] = ()
+
+
+def verdict_of(claims: Sequence[Claim[H]]) -> Verdict:
+    """Return ambiguous where every claim has rivals that explain the measurements as well.
+
+    One claim that stands alone makes the answer a name; the rivals of the others are its sets.
+
+    Args:
+        claims: effects of the answer, one at least.
+    """
+    return Verdict.ambiguous if all(claim.rivals for claim in claims) else Verdict.named

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision.answer import Answer, Claim
+from seals.sysid.decision.answer import Answer, Claim, verdict_of
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.scores.cross_validation import Margin, ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch
@@ -44,9 +44,8 @@ def decide(found: RunsSearch) -> RunsAnswer:
         if claim.rivals:
             others += close
     claims.sort(key=lambda c: -c.confidence)
-    significant = any(not c.rivals for c in claims)
     return RunsAnswer(
-        verdict=Verdict.named if significant else Verdict.ambiguous,
+        verdict=verdict_of(claims),
         claims=tuple(claims),
         gain=gain,
         reasons=tuple(words for c in claims for words in _words(found, c)),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision.answer import Answer, Claim
+from seals.sysid.decision.answer import Answer, Claim, verdict_of
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
@@ -41,44 +42,67 @@ def decide(
     """Decide on the result of a search; the processes share the fits of the rivals."""
     best, policy = search.best, problem.policy
     left = disturbance_level(best)
-    floor = policy.noise_floor * float(best.fitter.windows.observed)
-    before = search.nominal.fit.cost
-    share = (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
-    least = policy.disturbance_evidence * (1.0 if problem.samples.posed else policy.unposed)
-    restless = left.level > policy.disturbance_refused and left.gain > least
-    if restless and share < policy.explained:
-        words = f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
-        return EvidenceAnswer(
-            verdict=Verdict.none_of_these,
-            claims=(),
-            disturbance_level=left,
-            explained=share,
-            reasons=(words,),
-        )
-    if not best.candidates:
+    share = explained_share(search)
+    refusal = _refusal(problem, search, left, share)
+    if not refusal and not best.candidates:
         return _quiet(search, left)
-    if _unexcited(problem, search, best):
+    if not refusal and _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
-    if _between_powers(best):
-        words = "a drag that grows neither with the first nor with the second power of the speed"
+    if not refusal and _between_powers(best):
+        refusal = "a drag that grows neither with the first nor with the second power of the speed"
+    if refusal:
         return EvidenceAnswer(
             verdict=Verdict.none_of_these,
             claims=(),
             disturbance_level=left,
             explained=share,
-            reasons=(words,),
+            reasons=(refusal,),
         )
     temperature = evidence_temperature(problem)
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
+    if misfit_of(best) > policy.misfit_trusted:
+        claims = [replace(c, confidence=c.confidence * share) for c in claims]
     claims.sort(key=lambda c: -c.confidence)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
-    doubtful = len(claims) == 1 and bool(claims[0].rivals)
     return EvidenceAnswer(
-        verdict=Verdict.ambiguous if doubtful else Verdict.named,
+        verdict=verdict_of(claims),
         claims=tuple(claims),
         disturbance_level=left,
         explained=share,
     )
+
+
+def misfit_of(hypothesis: EvidenceHypothesis) -> float:
+    """Misfit of a hypothesis per degree of freedom; 1 is the noise floor."""
+    return float(hypothesis.fit.misfit.sum() / hypothesis.fitter.windows.observed)
+
+
+def explained_share(search: Search[EvidenceHypothesis]) -> float:
+    """Share of the excess misfit of the nominal model that the chosen one explains."""
+    best, before = search.best, search.nominal.fit.cost
+    policy = best.fitter.candidate_set.policy
+    floor = policy.noise_floor * float(best.fitter.windows.observed)
+    return (before - best.fit.cost) / max(before - min(floor, best.fit.cost), 1e-9)
+
+
+def _refusal(
+    problem: Problem, search: Search[EvidenceHypothesis], left: DisturbanceLevel, share: float
+) -> str:
+    """Return why no effect may be named although something is missing; empty where one may."""
+    best, policy = search.best, problem.policy
+    least = policy.disturbance_evidence * (1.0 if problem.samples.posed else policy.unposed)
+    restless = left.level > policy.disturbance_refused and left.gain > least
+    if restless and share < policy.explained:
+        return f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
+    floors = misfit_of(best)
+    if not floors <= math.exp(2.0 * policy.gross_error):
+        return f"the best model leaves a misfit of {floors:.3g} times the noise floor"
+    if floors > policy.misfit_trusted and share < policy.explained:
+        return (
+            f"the best model leaves a misfit of {floors:.3g} times the noise floor and explains "
+            f"{100.0 * share:.0f} % of the excess"
+        )
+    return ""
 
 
 def _between_powers(best: EvidenceHypothesis) -> bool:

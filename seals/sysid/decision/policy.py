@@ -100,6 +100,11 @@ class DecisionPolicy:
     explained: float = threshold(
         0.9, "1", "share of the excess misfit that the named effects must explain"
     )
+    misfit_trusted: float = threshold(
+        1.5,
+        "1",
+        "misfit per degree of freedom above which an effect must explain more than is left over",
+    )
     noise_floor: float = threshold(
         0.985, "1", "misfit of noise alone per number observed: rounding lowers it by 1 to 2 %"
     )

@@ -52,6 +52,13 @@ class Fit:
         k = self.keys.index(key)
         return float(np.sqrt(self.covariance[k, k]))
 
+    def robust_spread(self, key: str) -> float:
+        """1-sigma of one parameter, widened where windows scatter more than noise makes them."""
+        if key in self.known:
+            return float(self.known[key])
+        k = self.keys.index(key)
+        return float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+
 
 def posterior_covariance(information: Floats, precision: Floats) -> Floats:
     """Compute the covariance of a Gaussian posterior; positive also for an indefinite inverse.
@@ -88,6 +95,49 @@ def posterior_covariance(information: Floats, precision: Floats) -> Floats:
         factor = (vectors / np.sqrt(1.0 + np.maximum(values, 0.0))).T
     covariance: Floats = (factor.T @ factor) * width[:, None] * width[None, :]
     return covariance
+
+
+def sandwich_covariance(fit: Fit) -> Floats:
+    """Compute the covariance of a fit from the scatter of its windows, with an inexact model.
+
+    Equation:
+        C (sum over windows of (g - mean g) (g - mean g)^T W / (W - 1) + P) C, with the posterior
+        covariance C, the right side g of each of W windows, and the prior precision P (Huber 1967,
+        White 1980, by windows). It is C itself where the misfit is the noise that was stated.
+
+    Args:
+        fit: at its minimum.
+
+    Returns:
+        Covariance, shape (p, p); zeros of one window, which has no scatter.
+
+    Example:
+        >>> right = np.array([[3.0], [-3.0]])
+        >>> fit = Fit(
+        ...     free=("a.b",),
+        ...     keys=("a.b",),
+        ...     values={"a.b": 0.0},
+        ...     cost=18.0,
+        ...     misfit=np.array([9.0, 9.0]),
+        ...     normal=np.ones((2, 1, 1)),
+        ...     right=right,
+        ...     precision=np.full(1, 1e-12),
+        ...     centre=np.zeros(1),
+        ...     penalty=0.0,
+        ... )
+        >>> sandwich_covariance(fit)
+        array([[9.]])
+    """
+    count = len(fit.right)
+    if count < 2:
+        return np.zeros((len(fit.keys), len(fit.keys)))
+    scatter = fit.right - fit.right.mean(axis=0)
+    movable = np.isfinite(fit.precision)
+    prior = np.diag(np.where(movable, fit.precision, 0.0))
+    covariance = fit.covariance
+    inner = scatter.T @ scatter * (count / (count - 1.0)) + prior
+    out: Floats = covariance @ inner @ covariance
+    return out
 
 
 def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[Floats, float]:

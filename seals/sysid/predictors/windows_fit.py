@@ -24,6 +24,8 @@ _AGAIN = 2
 """Times that a fit is repeated about exact steps at its own values."""
 _ROUGH = 1e-2
 """Share of the excess misfit that a step must gain about an expansion point that will move."""
+_ROUNDING = 1e-6
+"""Share of the largest misfit of a window by which rounding may put another below zero."""
 _WIDE = 1.5
 """Prior width of a free parameter in units of its plausible size."""
 
@@ -312,8 +314,9 @@ class Fitter:
             free=tuple(free),
             keys=tuple(keys),
             values=dict(values),
-            # a prediction that ran out of digits is never the best one; NaN would compare as such
-            cost=cost if np.isfinite(cost) else np.inf,
+            # a prediction that ran out of digits is never the best one: NaN would compare as such,
+            # and a misfit below zero is the difference of two products that are both too large
+            cost=cost if np.isfinite(cost) and is_determined(level) else np.inf,
             misfit=level,
             normal=normal,
             right=right,
@@ -414,6 +417,12 @@ class _Descent:
     def keep(self, task: _WindowTask, outcome: _Point) -> None:
         """Move to a point and find its equations."""
         task.fit = self.fitter.with_free(outcome.fit, outcome.misfit)
+
+
+def is_determined(misfit: Floats) -> bool:
+    """Return true where the misfits of all windows are finite, none below zero beyond rounding."""
+    largest = float(np.abs(misfit).max())
+    return bool(np.isfinite(largest) and misfit.min() >= -_ROUNDING * largest)
 
 
 def _silence(normal: Floats, right: Floats, held: int) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.sysid.diagnosis import held_out_by_window, held_out_misfit
+from seals.sysid.scores.held_out import held_out_by_window, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.search import Search
 

@@ -20,14 +20,20 @@ def sentence(found: Diagnosis) -> str:
         return f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
     if verdict is Verdict.cannot_tell:
         return f"Cannot tell: {'; '.join(answer.reasons)}. Move the vehicle more."
+    beside = [
+        f"  fitted, too uncertain to be named: {effect['name']}"
+        for effect in table["fitted"]
+        if not effect["named"]
+    ]
     if verdict is Verdict.none_of_these:
-        return f"None of the effects in the library: {'; '.join(answer.reasons)}."
+        refused = f"None of the effects in the library: {'; '.join(answer.reasons)}."
+        return "\n".join([refused, *beside])
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
         lines.append(f"  {effect['name']}, confidence {100 * effect['confidence']:.0f} %")
         lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
-    return "\n".join([*lines, fall])
+    return "\n".join([*lines, *beside, fall])
 
 
 def _value(name: str, p: dict[str, Any]) -> str:

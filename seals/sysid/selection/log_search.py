@@ -34,7 +34,10 @@ def search_log(
         # readings of an impact alone do not hold two effects apart
         return search(models, SearchStages(effects=1), tell=lambda done: tell(1 + done))
     stages = SearchStages(
-        effects=problem.budget.effects, second=Refinement.pairs, further=Refinement.exchange
+        effects=problem.budget.effects,
+        second=Refinement.pairs,
+        further=Refinement.exchange,
+        last=(Refinement.backward,),
     )
     found = search(WindowModels(problem, processes=processes), stages, tell=tell)
     own = search_own_trajectories(problem, found, asked=unposed, processes=processes)

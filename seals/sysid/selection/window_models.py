@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
@@ -25,6 +27,7 @@ from seals.sysid.predictors.problem import (
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
+from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.search import Refinement, Search
@@ -65,6 +68,8 @@ class WindowModels:
     ) -> EvidenceHypothesis | None:
         """Return the best extension where its evidence is strong enough."""
         candidate_set, policy = self.problem.plant.candidate_set, self.problem.policy
+        if self._within_noise(base):
+            return None
         tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
         if self.problem.vehicle.servo:
             tried.sort(key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm))
@@ -76,6 +81,17 @@ class WindowModels:
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
         return None if best.score - calm < least else best
+
+    def _within_noise(self, base: EvidenceHypothesis) -> bool:
+        """Return true where a model errs by less than the stated noise alone would make it.
+
+        What is left is then no noise, such as the steps of a simulator, and proves nothing. Gusts,
+        stated to a factor of two, may lower a misfit as well.
+        """
+        seen = float(base.fitter.windows.observed)
+        spread = self.problem.policy.standard_errors * math.sqrt(2.0 * seen)
+        least = self.problem.policy.noise_floor * seen - spread
+        return not self.problem.vehicle.gust.any() and base.fit.cost < least
 
     def _asked(self, base: EvidenceHypothesis, best: EvidenceHypothesis) -> float:
         """Evidence asked of one effect more."""
@@ -91,7 +107,12 @@ class WindowModels:
     def refined(
         self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Try pairs or exchanges; a model with more evidence replaces the best one."""
+        """Try pairs or exchanges; a model with more evidence replaces the best one.
+
+        Backward: the same without one of its effects, where that one does not pay.
+        """
+        if step is Refinement.backward:
+            return self._without_superfluous(best)
         pairs = step is Refinement.pairs
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
         fitter = self.nominal.fitter if pairs else best.fitter
@@ -100,6 +121,31 @@ class WindowModels:
             if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
         return best, tried
+
+    def _without_superfluous(
+        self, best: EvidenceHypothesis
+    ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
+        """Leave out effects that held-out windows do not bear out, one after the other."""
+        tried: list[EvidenceHypothesis] = []
+        while len(best.candidates) > 1:
+            jobs: list[Job] = [
+                (rest, {k: best.fit.values[k] for k in keys_of(rest)})
+                for rest in combinations(best.candidates, len(best.candidates) - 1)
+            ]
+            smaller = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
+            tried += smaller
+            spare = [h for h in smaller if not self._bears_out(h, best)]
+            if not spare:
+                break
+            best = max(spare, key=lambda h: h.score)
+        return best, tried
+
+    def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
+        """Return true where held-out windows ask for the effect that ``larger`` has more."""
+        policy, fall = self.problem.policy, held_out_fall(smaller, larger)
+        left = (held_out_misfit(larger) - 1.0) * larger.fitter.windows.observed
+        inexact = held_out_misfit(larger) > policy.misfit_trusted
+        return fall > (left if inexact else 0.0)
 
     def _pairs(self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
         """Combine the likeliest effects in pairs: a pair may hide behind a third effect.

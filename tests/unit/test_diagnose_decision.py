@@ -1,0 +1,275 @@
+"""Decision on one log: names, sets and refusals, on models whose fits are written down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.sysid import diagnosis
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+from seals.sysid.decision import evidence
+from seals.sysid.decision.answer import Claim, verdict_of
+from seals.sysid.decision.evidence import EvidenceAnswer, decide
+from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.decision.verdict import Verdict
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.windows_fit import is_determined
+from seals.sysid.report.sentence import sentence
+from seals.sysid.scores.disturbance_level import DisturbanceLevel
+from seals.sysid.scores.held_out import held_out_fall
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.search import Search
+from seals.sysid.selection.window_models import WindowModels
+
+OBSERVED = 1000
+NAMES = ("wind", "payload", "tether", "buoyancy")
+POLICY = DecisionPolicy()
+
+
+def model(names: Sequence[str], *, misfit: float, score: float) -> EvidenceHypothesis:
+    """A model with a misfit per number observed, and its score against the nominal one."""
+    keys = {f"{n}.size": Parameter(key=f"{n}.size") for n in NAMES}
+    candidates = tuple(Candidate(name=n, keys=(f"{n}.size",)) for n in NAMES)
+    fit = Fit(
+        free=(),
+        keys=(),
+        values={},
+        cost=misfit * OBSERVED,
+        misfit=np.full(10, misfit * OBSERVED / 10.0),
+        normal=np.zeros((10, 0, 0)),
+        right=np.zeros((10, 0)),
+        precision=np.zeros(0),
+        centre=np.zeros(0),
+        penalty=0.0,
+    )
+    fitter: Any = SimpleNamespace(
+        windows=SimpleNamespace(observed=OBSERVED, count=10),
+        candidate_set=CandidateSet(effects={}, parameters=keys, candidates=candidates),
+    )
+    chosen = tuple(c for n in names for c in candidates if c.name == n)
+    return EvidenceHypothesis(candidates=chosen, fit=fit, fitter=fitter, score=score)
+
+
+@pytest.fixture(autouse=True)
+def calm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gusts as stated, and a log that shows everything."""
+    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
+    monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
+    monkeypatch.setattr(evidence, "expected_gains", lambda base: dict.fromkeys(NAMES, 1e3))
+
+
+def answer(
+    best: EvidenceHypothesis,
+    *,
+    nominal: float,
+    others: Sequence[EvidenceHypothesis] = (),
+) -> EvidenceAnswer:
+    """Decide on a search whose nominal model has a given misfit."""
+    base = model((), misfit=nominal, score=0.0)
+    rounds = (tuple(sorted((best, *others), key=lambda h: -h.score)),)
+    found = Search(nominal=base, best=best, rounds=rounds if best.candidates else ())
+    problem: Any = SimpleNamespace(
+        policy=POLICY, impact=False, samples=SimpleNamespace(posed=True), vehicle=None
+    )
+    return decide(problem, found)
+
+
+def test_an_effect_far_ahead_is_named() -> None:
+    """Fifty points ahead of every other."""
+    best = model(["wind"], misfit=1.0, score=200.0)
+    said = answer(best, nominal=1.3, others=[model(["tether"], misfit=1.06, score=150.0)])
+    assert said.verdict is Verdict.named
+    assert [c.name for c in said.claims] == ["wind"]
+    assert said.claims[0].confidence > 0.99
+    assert said.claims[0].alike == ()
+
+
+def test_a_rival_within_the_gap_makes_a_set_of_both() -> None:
+    """Two points between them: odds of e to one, and neither is named alone."""
+    best = model(["payload"], misfit=1.0, score=200.0)
+    rival = model(["buoyancy"], misfit=1.0, score=198.0)
+    said = answer(best, nominal=1.3, others=[rival])
+    assert said.verdict is Verdict.ambiguous
+    assert said.claims[0].rivals == ("buoyancy",)
+    assert said.claims[0].confidence == pytest.approx(math.e / (1.0 + math.e))
+
+
+def test_a_rival_beyond_the_gap_is_mentioned_beside_the_name() -> None:
+    """Six points: told apart, and listed as similar."""
+    best = model(["payload"], misfit=1.0, score=200.0)
+    said = answer(best, nominal=1.3, others=[model(["buoyancy"], misfit=1.0, score=194.0)])
+    assert said.verdict is Verdict.named
+    assert said.claims[0].rivals == ()
+    assert said.claims[0].alike == ("buoyancy",)
+
+
+def test_a_set_holds_four_names_at_most() -> None:
+    """A set that names everything says nothing."""
+    best = model(["payload"], misfit=1.0, score=200.0)
+    others = [model([n], misfit=1.0, score=199.0) for n in NAMES if n != "payload"]
+    assert len({"payload", *answer(best, nominal=1.3, others=others).claims[0].rivals}) == 4
+
+
+@pytest.mark.parametrize(
+    ("rivals", "verdict"),
+    [
+        ([(), ()], Verdict.named),
+        ([("tether",), ()], Verdict.named),
+        ([("tether",), ("payload",)], Verdict.ambiguous),
+    ],
+)
+def test_one_tie_rule_for_one_log_and_for_several(
+    rivals: list[tuple[str, ...]], verdict: Verdict
+) -> None:
+    """Ambiguous where no claim stands alone; evidence and cross-validation share the rule."""
+    from seals.sysid.decision import cross_validation
+
+    best = model(["wind", "buoyancy"], misfit=1.0, score=200.0)
+    claims = [
+        Claim(hypothesis=best, index=k, confidence=0.5, rivals=r) for k, r in enumerate(rivals)
+    ]
+    assert verdict_of(claims) is verdict
+    assert evidence.verdict_of is cross_validation.verdict_of is verdict_of
+
+
+def test_no_name_while_many_floors_of_misfit_remain() -> None:
+    """A buoy in waves: an effect ten thousands of points ahead at 7,350 floors explains nothing."""
+    best = model(["payload"], misfit=7350.0, score=5e4)
+    said = answer(best, nominal=99600.0)
+    assert said.verdict is Verdict.none_of_these
+    assert not said.claims
+    assert "7.35e+03 times the noise floor" in said.reasons[0]
+
+
+def test_an_error_without_any_effect_is_not_nothing_missing() -> None:
+    """Where no effect is accepted the misfit itself decides."""
+    assert answer(model((), misfit=1.02, score=0.0), nominal=1.02).verdict is (
+        Verdict.nothing_missing
+    )
+    assert answer(model((), misfit=20.0, score=0.0), nominal=20.0).verdict is Verdict.none_of_these
+
+
+def test_an_inexact_model_bounds_the_confidence() -> None:
+    """At two floors a name stands only where it explains nine tenths, and no surer than that."""
+    sure = answer(model(["wind"], misfit=2.0, score=1e5), nominal=41.0)
+    share = (41.0 - 2.0) / (41.0 - POLICY.noise_floor)
+    assert sure.verdict is Verdict.named
+    assert sure.claims[0].confidence == pytest.approx(share)
+    poor = answer(model(["wind"], misfit=2.0, score=1e5), nominal=4.0)
+    assert poor.verdict is Verdict.none_of_these
+    assert "explains 66 % of the excess" in poor.reasons[0]
+
+
+def linear(columns: np.ndarray, measured: np.ndarray, windows: int) -> EvidenceHypothesis:
+    """Least squares of unit noise on columns, in windows of equal length."""
+    count = columns.shape[1]
+    precision = np.full(count, 1e-6)
+    value = np.linalg.solve(columns.T @ columns + np.diag(precision), columns.T @ measured)
+    rest = (measured - columns @ value).reshape(windows, -1)
+    parts = columns.reshape(windows, -1, count)
+    keys = tuple(f"k.{i}" for i in range(count))
+    fit = Fit(
+        free=keys,
+        keys=keys,
+        values=dict(zip(keys, value.tolist(), strict=True)),
+        cost=float((rest**2).sum()),
+        misfit=(rest**2).sum(axis=1),
+        normal=np.einsum("wki,wkj->wij", parts, parts),
+        right=np.einsum("wki,wk->wi", parts, rest),
+        precision=precision,
+        centre=np.zeros(count),
+        penalty=0.0,
+    )
+    windows_of: Any = SimpleNamespace(observed=measured.size, count=windows)
+    fitter: Any = SimpleNamespace(windows=windows_of)
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+
+
+def test_held_out_windows_tell_an_effect_from_what_one_stretch_resembles() -> None:
+    """A slope acts throughout; a force in one window only is followed by a free one there."""
+    rng = np.random.default_rng(5)
+    windows, rows = 10, 40
+    slope, guess = rng.standard_normal((2, windows * rows))
+    burst = np.zeros(windows * rows)
+    burst[:rows] = 6.0 * guess[:rows]
+    measured = 0.5 * slope + burst + rng.standard_normal(windows * rows)
+    without = linear(guess[:, None] * 0.0, measured, windows)
+    alone = linear(slope[:, None], measured, windows)
+    both = linear(np.stack([slope, guess], axis=1), measured, windows)
+    assert held_out_fall(without, alone) > 30.0
+    assert alone.fit.cost - both.fit.cost > 100.0
+    assert held_out_fall(alone, both) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("misfit", "sound"),
+    [((5.0, 0.0), True), ((1e9, -1e-3), True), ((5.0, -1.0), False), ((np.inf, 1.0), False)],
+)
+def test_a_misfit_below_zero_is_no_fit(misfit: tuple[float, float], sound: bool) -> None:
+    """A window whose squares come out negative has run out of digits, and never wins."""
+    assert is_determined(np.array(misfit)) is sound
+
+
+def family(gust: float) -> WindowModels:
+    """A family of models of a log with some level of gusts."""
+    made = WindowModels.__new__(WindowModels)
+    vehicle = SimpleNamespace(gust=np.array([gust, 0.0]))
+    made.problem = SimpleNamespace(policy=POLICY, vehicle=vehicle)  # type: ignore[assignment]
+    return made
+
+
+def test_errors_below_the_stated_noise_prove_no_effect() -> None:
+    """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
+    quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))
+    assert family(0.0)._within_noise(quiet)
+    assert not family(0.0)._within_noise(noisy)
+    # gusts that are weaker than stated lower a misfit as well
+    assert not family(0.2)._within_noise(quiet)
+
+
+def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:
+    """Gradients of the windows three times as large as noise makes them: three times as wide."""
+    rng = np.random.default_rng(7)
+    column = rng.standard_normal(4000)
+    factor = np.repeat(rng.standard_normal(40) * 3.0, 100)
+    wrong = linear(column[:, None], factor * column * 0.1, 40)
+    right = linear(column[:, None], rng.standard_normal(4000), 40)
+    key = "k.0"
+    assert right.fit.robust_spread(key) == pytest.approx(right.fit.spread(key), rel=0.3)
+    # each window has a value of its own, 0.3 from that of the others
+    assert wrong.fit.robust_spread(key) == pytest.approx(0.3 / math.sqrt(40.0), rel=0.3)
+    assert wrong.fit.robust_spread(key) > 2.0 * wrong.fit.spread(key)
+
+
+def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A third effect that is too uncertain to be named stands in the answer and on the console."""
+    monkeypatch.setattr(diagnosis, "parameters", lambda *given: {})
+    best = model(["wind", "payload", "tether"], misfit=1.0, score=200.0)
+    claims = tuple(Claim(hypothesis=best, index=k, confidence=0.9) for k in range(2))
+    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
+    base = model((), misfit=1.3, score=0.0)
+    found = diagnosis.Diagnosis(
+        problem=SimpleNamespace(),  # type: ignore[arg-type]
+        search=Search(nominal=base, best=best),
+        answer=EvidenceAnswer(
+            verdict=Verdict.named, claims=claims, disturbance_level=level, explained=1.0
+        ),
+        held_out={"before": 1.3, "after": 1.0, "noise_floor": 1.0},
+        seconds=1.0,
+    )
+    monkeypatch.setattr(diagnosis.Diagnosis, "nominal", lambda self: {})
+    table = found.to_dict()
+    assert [(e["name"], e["named"]) for e in table["fitted"]] == [
+        ("wind", True),
+        ("payload", True),
+        ("tether", False),
+    ]
+    assert "too uncertain to be named: tether" in sentence(found)
+    refused = replace(found, answer=replace(found.answer, verdict=Verdict.none_of_these, claims=()))
+    assert sentence(refused).count("too uncertain to be named") == 3
