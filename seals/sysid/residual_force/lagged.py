@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -65,14 +66,14 @@ def following(found: Evidence, around: Conditions, left: Residual) -> Following 
     if around.drive is None or around.drive_rate is None:
         return None
     step = float(np.median(np.diff(around.time[: found.knots])))
-    even = np.arange(around.time[0], around.time[-1], step)
+    runs = [run for run in _runs(around.time) if np.ptp(around.time[run]) >= 4 * _LAGS * step]
     wrench = np.concatenate([left.force, left.torque], axis=1)
     best: tuple[float, Floats, float, int] | None = None
     for axis in range(6):
-        drive = np.interp(even, around.time, around.drive[:, axis])
-        if np.std(drive) < 1e-6 * (1.0 + np.abs(drive).max()) or len(even) < 4 * _LAGS:
+        drive = around.drive[:, axis]
+        if not runs or np.std(drive) < 1e-6 * (1.0 + np.abs(drive).max()):
             continue
-        curve, band = _correlation(np.interp(even, around.time, wrench[:, axis]), drive)
+        curve, band = _pooled(around.time, wrench[:, axis], drive, runs, step)
         stands = float(np.abs(curve).max()) / band
         if best is None or stands > best[0]:
             best = stands, curve, band, axis
@@ -103,6 +104,27 @@ def _share(found: Evidence, basis: Floats) -> tuple[float, float, float]:
     table = Table(found, basis)
     won = gain(found.before, table.held_out([0]), found)
     return float(table.solve([0])[0]), float(np.sqrt(table.covariance([0])[0, 0])), won.share
+
+
+def _runs(time: Floats) -> list[slice]:
+    """Stretches of rising time: logs that are read together have clocks of their own."""
+    cuts = [0, *(np.flatnonzero(np.diff(time) <= 0.0) + 1).tolist(), len(time)]
+    return [slice(first, last) for first, last in itertools.pairwise(cuts)]
+
+
+def _pooled(
+    time: Floats, x: Floats, y: Floats, runs: list[slice], step: float
+) -> tuple[Floats, float]:
+    """Correlation and band of all runs together, each weighted by its length."""
+    curve, variance, total = np.zeros(2 * _LAGS + 1), 0.0, 0
+    for run in runs:
+        even = np.arange(time[run][0], time[run][-1], step)
+        seen, driven = np.interp(even, time[run], x[run]), np.interp(even, time[run], y[run])
+        own, band = _correlation(seen, driven)
+        curve += len(even) * own
+        variance += (len(even) * band) ** 2
+        total += len(even)
+    return curve / total, float(np.sqrt(variance)) / total
 
 
 def _correlation(x: Floats, y: Floats) -> tuple[Floats, float]:
