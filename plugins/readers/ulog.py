@@ -32,12 +32,13 @@ class ReaderUlog:
     Channels:
         ``sensor_combined`` (else ``vehicle_angular_velocity``, ``vehicle_acceleration``),
         ``vehicle_attitude``, ``vehicle_local_position``, ``battery_status``, ``actuator_motors``,
-        ``esc_status``, ``vehicle_magnetometer``; others by ``columns``.
+        ``actuator_outputs``, ``esc_status``, ``vehicle_magnetometer``; others by ``columns``.
     Units:
         Body forward-right-down and world north-east-down become FLU and ENU; gauss, rpm and
         microseconds become SI. The velocity is turned into body axes with the attitude of the log.
     Limitations:
-        ``motor_pwm`` is the wanted share of thrust that ``actuator_motors`` holds, not the pulse.
+        ``motor_pwm`` is the wanted share of thrust that ``actuator_motors`` holds; of firmware
+        before 1.13 the pulse widths of ``actuator_outputs``. A robot's rotors make speeds of them.
         Pose and velocity are those of the autopilot's own filter, with its lag. The body origin is
         that of the autopilot's frame: state the centre of gravity in ``meta``.
 
@@ -84,9 +85,9 @@ class ReaderUlog:
             columns = {key: value for key, value in stream.columns.items() if key not in taken}
             streams.append(Stream(name=stream.name, stamps=stream.stamps, columns=columns))
             taken |= columns.keys()
-        return [
-            finished(streams, Path(given), meta=self.meta, name=self.name, licence=self.licence)
-        ]
+        shares = {"motor_command": "thrust_share"} if "actuator_motors" in samples else {}
+        meta = shares | self.meta
+        return [finished(streams, Path(given), meta=meta, name=self.name, licence=self.licence)]
 
     def _mapped(self, topic: str, samples: Samples, fields: dict[str, str]) -> Stream:
         columns = {}
@@ -224,6 +225,13 @@ def _numbered(stem: str, pattern: str, scale: float = 1.0) -> Callable[..., list
     return make
 
 
+def _outputs(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
+    """Pulse widths, unless newer firmware tells the shares of thrust that they were made of."""
+    if "actuator_motors" in all_samples:
+        return []
+    return _numbered("motor_pwm", "output[{}]")(topic, all_samples)
+
+
 _TOPICS: dict[str, Callable[..., list[Stream]]] = {
     "sensor_combined": _combined,
     "vehicle_angular_velocity": _body("angular_velocity", "xyz"),
@@ -232,6 +240,7 @@ _TOPICS: dict[str, Callable[..., list[Stream]]] = {
     "vehicle_local_position": _place,
     "battery_status": _battery,
     "actuator_motors": _numbered("motor_pwm", "control[{}]"),
+    "actuator_outputs": _outputs,
     "esc_status": _numbered("rotor_speed", "esc[{}].esc_rpm", _RPM),
     "vehicle_magnetometer": _body("magnetic_field", "magnetometer_ga", _GAUSS),
 }

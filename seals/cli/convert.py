@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, SealsError
+from seals.logs.axes import with_axes
 from seals.logs.check import check_log
 from seals.logs.finding import Severity
 from seals.logs.log import Log
+from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
+from seals.logs.resample import even_rows
 from seals.logs.suffixes import foreign_reader_of
 from seals.untrusted_io import read_bytes, read_yaml
 
 _QUOTES = "'\""
+_HEAD = ("format", "format_version")
 _MOST_URDF = 1 << 24
 _MOST_FINDINGS = 12
 
@@ -74,13 +80,17 @@ def execute(config: Any) -> int:
     out = Path(str(config.out))
     _refuse_target(out, replace=config.replace)
     reader = build(_with_map(config), where="reader")
-    meta = read_yaml(config.meta) if config.meta else {}
+    given = read_yaml(config.meta) if config.meta else {}
+    meta = {key: value for key, value in given.items() if key not in _HEAD}
     urdf = _urdf(config.urdf)
     logs: list[Log] = reader.read(str(config.log))
+    sheet, vehicle = _robot(config.robot)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
-        whole = _described(log, meta)
-        _tell(whole)
+        whole, said = adapted(replace(log, meta=sheet | log.meta | meta), config, vehicle)
+        for words in said:
+            print(f"recognised: {words}")
+        _tell(whole, vehicle)
         write_native(whole, place, urdf=urdf, table=str(config.table), replace=config.replace)
         print(f"{place}: {whole.rows} rows, {', '.join(whole.channels())}")
     return 0
@@ -125,20 +135,65 @@ def _urdf(path: str | None) -> str | None:
         raise ConfigError(f"urdf={path} is not UTF-8 text ({error.reason}).") from error
 
 
-def _described(log: Log, meta: dict[str, Any]) -> Log:
-    from dataclasses import replace
+def _robot(robot: str | None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the data sheet in a robot's folder, and the vehicle that the folder describes."""
+    if not robot:
+        return {}, {}
+    from seals.run.robot_metadata import datasheet_of, vehicle_of
 
-    rest = {key: value for key, value in meta.items() if key not in ("format", "format_version")}
-    return replace(log, meta={**log.meta, **rest}) if rest else log
+    sheet = datasheet_of(str(robot))
+    return {key: value for key, value in sheet.items() if key not in _HEAD}, vehicle_of(str(robot))
 
 
-def _tell(log: Log) -> None:
+def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:
+    """Return a log in ENU and FLU, with rotor speeds and even rows, and what was recognised.
+
+    Args:
+        log: as the reader gives it, with what is known of the vehicle in its metadata.
+        config: composed configuration of a conversion: ``span``, ``axes``, ``motors``, ``late``,
+            ``rate``.
+        vehicle: of the robot; empty without one.
+
+    Raises:
+        LogError: a channel that is needed is not there, or its values cannot be understood.
+    """
+    from omegaconf import OmegaConf
+
+    log, said = with_axes(_cut(log, list(config.span)), OmegaConf.to_object(config.axes))
+    stated = {k: v for k, v in OmegaConf.to_container(config.motors).items() if v is not None}
+    curve = motor_curve({**(log.meta.get("motors") or {}), **stated})
+    rotors = vehicle.get("rotors") or (log.meta.get("vehicle") or {}).get("rotors") or []
+    if log.has("motor_pwm") and not log.has("rotor_speed_cmd"):
+        if rotors:
+            log, words = with_rotor_speeds(log, curve, rotors)
+            said += words
+        else:
+            said.append("motor commands, kept as they are: robot=FOLDER turns them into speeds")
+    late = {str(key): float(value) for key, value in config.late.items()}
+    log = even_rows(log, float(config.rate), late)
+    said += [f"{stem} was late by {shift:g} s" for stem, shift in late.items()]
+    return log, said
+
+
+def _cut(log: Log, span: list[float]) -> Log:
+    if not span:
+        return log
+    if len(span) != 2 or not span[0] < span[1]:
+        raise ConfigError(f"span={span} is not allowed.\nAllowed: [first,last], in seconds of t")
+    kept = (log.time >= span[0]) & (log.time <= span[1])
+    if not kept.any():
+        first, last = log.time.min(), log.time.max()
+        raise ConfigError(f"span={span} holds no row.\nThe log runs from {first:g} to {last:g} s.")
+    return log.select(kept)
+
+
+def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
     """Print what the check of the log finds; refuse what no verb could use.
 
     Raises:
         SealsError: the log cannot be used.
     """
-    found = check_log(log)
+    found = check_log(log, vehicle)
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
         raise SealsError(f"log '{log.name}' cannot be used: {grave[0].message}")

@@ -2,8 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+from seals.logs.axes import AxesSettings
+
+
+@dataclass(kw_only=True)
+class MotorSettings:
+    """Motor curve by which commands become rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
+
+    What is left out comes from ``motors`` in the data sheet, else from the values themselves.
+    """
+
+    command: str | None = None
+    range: list[float] | None = None
+    thrust_factor: float | None = None
+    points: list[list[float]] | None = None
+    full_voltage: float | None = None
+    voltage_power: float | None = None
+    order: list[int] | None = None
 
 
 @dataclass(kw_only=True)
@@ -18,6 +36,13 @@ class ConvertSettings:
         map: YAML file with fields of the reader, such as ``columns`` and ``units``.
         meta: YAML file with what is known of vehicle and sensors.
         urdf: description of the vehicle, which goes into the log folder.
+        robot: robot folder whose rotors turn motor commands into speeds; its ``datasheet.yaml``
+            says what is known of motors and sensors.
+        axes: in which the log stands.
+        motors: from motor commands to rotor speeds.
+        late: channel -> time by which its stamps are late [s].
+        span: first and last time of the rows that are kept [s]; empty for all.
+        rate: of even rows [Hz]; zero keeps the times of the log.
         table: ``log.parquet`` or ``log.csv``.
         replace: whether a log folder already there may be replaced.
     """
@@ -29,5 +54,11 @@ class ConvertSettings:
     map: str | None = None
     meta: str | None = None
     urdf: str | None = None
+    robot: str | None = None
+    axes: AxesSettings = field(default_factory=AxesSettings)
+    motors: MotorSettings = field(default_factory=MotorSettings)
+    late: dict[str, float] = field(default_factory=dict)
+    span: list[float] = field(default_factory=list)
+    rate: float = 0.0
     table: str = "log.parquet"
     replace: bool = False

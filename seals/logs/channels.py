@@ -63,7 +63,7 @@ _TABLE = (
         numbered=True,
         command=True,
         unit="1",
-        meaning="motor pulse width, share of full",
+        meaning="motor command as an autopilot logs it: share of full, pulse width, DShot",
     ),
     Channel(
         stem="aim_velocity",

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from seals.errors import LogError
+from seals.logs.check_filled import check_filled
 from seals.logs.check_frames import check_frames
 from seals.logs.check_meta import check_meta
+from seals.logs.check_motion import check_motion
+from seals.logs.check_thrust import check_thrust
 from seals.logs.check_time import check_time
 from seals.logs.check_units import check_units
 from seals.logs.check_values import check_values
@@ -14,11 +20,16 @@ from seals.logs.finding import LARGEST, Finding, Severity
 from seals.logs.log import Log
 
 _GRAVEST_FIRST = {Severity.REFUSE: 0, Severity.WARN: 1, Severity.NOTE: 2}
+_TURNED = ("attitude_convention", "frame_down", "quaternion_norm", "unit_acceleration", "filled")
 _BROKEN = ("too_few_rows", "time_not_finite")
 
 
-def check_log(log: Log) -> list[Finding]:
+def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:
     """Return everything noteworthy about a log, the gravest first.
+
+    Args:
+        log: the log.
+        vehicle: mass and rotors, as in ``meta.yaml``; left out, those of the log itself.
 
     Example:
         >>> import numpy as np
@@ -33,7 +44,19 @@ def check_log(log: Log) -> list[Finding]:
     if not any(finding.code in _BROKEN for finding in found):
         finite = _without_infinities(log)
         found += [*check_values(log), *check_units(finite), *check_frames(finite)]
+        weighed = check_thrust(finite, vehicle or _vehicle(log))
+        # the weight tells the unit of rotor speeds surer than their size
+        found = [f for f in found if not (weighed and f.code == "unit_rotor_speed")]
+        found += [*check_filled(finite), *weighed]
+        # wrong axes of the attitude are told once, by the gyroscope or by gravity
+        if not any(finding.code in _TURNED for finding in found):
+            found += check_motion(finite)
     return sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity])
+
+
+def _vehicle(log: Log) -> Mapping[str, Any]:
+    stated = log.meta.get("vehicle")
+    return stated if isinstance(stated, Mapping) else {}
 
 
 def _without_infinities(log: Log) -> Log:
@@ -46,13 +69,13 @@ def _without_infinities(log: Log) -> Log:
     return log.with_columns(spoilt) if spoilt else log
 
 
-def refuse_if_bad(log: Log) -> list[Finding]:
-    """Return the findings of a usable log.
+def refuse_if_bad(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:
+    """Return the findings of a usable log; see `check_log`.
 
     Raises:
         LogError: the log cannot be used; the message holds every reason.
     """
-    found = check_log(log)
+    found = check_log(log, vehicle)
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
         reasons = "\n".join(f"- {finding.channel or 'log'}: {finding.message}" for finding in grave)

@@ -15,11 +15,13 @@ _SURE = 0.9
 _UNSURE = 0.7
 _CONVENTIONS = {
     "w, x, y, z": "",
-    "x, y, z, w": "the quaternion's order looks like x, y, z, w.\nRename the columns.",
+    "x, y, z, w": "the quaternion's order looks like x, y, z, w.\n"
+    "Convert it with axes.quaternion=xyzw",
     "inverse": "the quaternion looks inverted: it turns world vectors into body vectors.\n"
-    "Turn the sign of its x, y, z.",
+    "Convert it with axes.inverse=true",
     "flipped": "gyroscope and attitude disagree in the sign of y and z: one has body axes with z "
-    "down (FRD).\nTurn y and z of that one.",
+    "down (FRD).\nConvert it with axes.imu=frd; where the attitude is the wrong one, with "
+    "axes.body=frd axes.imu=flu",
 }
 
 
@@ -147,7 +149,7 @@ def _gravity(log: Log) -> list[Finding]:
     text = (
         f"turned into the world, the accelerometer reads {upward:.3g} m/s^2 upwards, +9.81 is "
         "meant: the axes look like FRD and NED (z down).\n"
-        "Convert body axes to FLU and the world to ENU."
+        "Convert it with axes.world=ned axes.body=frd"
     )
     return [_finding("frame_down", "specific_force", text, refuse=True, count=int(good.sum()))]
 

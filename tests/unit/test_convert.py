@@ -80,3 +80,58 @@ def test_a_log_that_no_verb_could_use_is_not_written(
     assert main(["convert", "log=tank.csv", "map=map.yaml", "out=tank"]) == 2
     assert "backwards" in capsys.readouterr().err
     assert not (bench / "tank").exists()
+
+
+def _pulses(place: Path) -> None:
+    """A table of four pulse widths at ragged times, full battery, and a map of it."""
+    stamps = [5 * k + (k * 7) % 3 for k in range(400)]
+    rows = [f"{t},1500,1250,1750,1000,4.2" for t in stamps]
+    (place / "flight.csv").write_text("ms,m1,m2,m3,m4,volt\n" + "\n".join(rows) + "\n")
+    motors = ", ".join(f"m{k}: motor_pwm_{k}" for k in (1, 2, 3, 4))
+    (place / "flight.yaml").write_text(
+        f"reader: csv\ncolumns: {{ms: t, volt: battery_voltage, {motors}}}\nunits: {{ms: ms}}\n"
+    )
+
+
+def test_pulse_widths_become_rotor_speeds_of_a_robot(
+    bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """PWM of 1000 to 2000 us is recognised and said; the robot's rotors give the full speed."""
+    _pulses(bench)
+    words = ["convert", "log=flight.csv", "map=flight.yaml", "robot=crazyflie", "rate=100"]
+    assert main([*words, "out=a"]) == 0
+    said = capsys.readouterr().out
+    assert "recognised: motor commands are pwm of 1000 to 2000; full is 3053 rad/s" in said
+    log = read_native(bench / "a")
+    assert log.channel("rotor_speed_cmd")[7] == pytest.approx(
+        [3053 * share for share in (0.5, 0.25, 0.75, 0.0)]
+    )
+    assert log.time[:3].tolist() == pytest.approx([0.0, 0.01, 0.02])
+    other = ["motors.range=[1000,3000]", "motors.order=[3,1,2,4]", "span=[0.1,0.9]"]
+    assert main([*words, *other, "out=b"]) == 0
+    log = read_native(bench / "b")
+    assert log.columns["rotor_speed_cmd_1"][7] == pytest.approx(3053 * 0.375)
+    assert log.time[-1] <= 0.9
+    assert main([*words, "motors.command=pvm", "out=c"]) == 2
+    assert "pwm" in capsys.readouterr().err
+
+
+def test_a_data_sheet_in_the_robot_folder_goes_into_the_log(bench: Path) -> None:
+    """What datasheet.yaml says of motors and sensors is taken; meta= goes before it."""
+    from seals.cli.main import main as seals
+
+    _pulses(bench)
+    import shutil
+
+    from seals import robots
+
+    shutil.copytree(Path(robots.__path__[0]) / "crazyflie", bench / "mine")
+    (bench / "mine" / "datasheet.yaml").write_text(
+        "format: robot-datasheet\nmotors: {command: pwm, full_voltage: 8.4}\nvehicle: {name: x}\n"
+    )
+    words = ["convert", "log=flight.csv", "map=flight.yaml", "robot=mine", "meta=facts.yaml"]
+    assert seals([*words, "rate=100", "out=d"]) == 0
+    log = read_native(bench / "d")
+    # half of the full voltage: half the speed
+    assert log.columns["rotor_speed_cmd_1"][7] == pytest.approx(3053 * 0.25)
+    assert log.meta["vehicle"]["name"] == "raft"

@@ -1,0 +1,210 @@
+"""Motor commands of an autopilot as rotor speeds: shares, pulse widths, DShot, rpm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.logs.log import Log
+
+COMMANDS: dict[str, tuple[float, float]] = {
+    "thrust_share": (0.0, 1.0),
+    "speed_share": (0.0, 1.0),
+    "percent": (0.0, 100.0),
+    "pwm": (1000.0, 2000.0),
+    "dshot": (48.0, 2047.0),
+    "share_16_bit": (0.0, 65535.0),
+    "rpm": (0.0, math.inf),
+    "rad/s": (0.0, math.inf),
+}
+"""Kinds of motor commands, and the range that runs from standstill to full."""
+_SPEEDS = {"rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0}
+_SHARES_THRUST = "thrust_share"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorCurve:
+    """From a motor command to the speed of its rotor.
+
+    Equation:
+        u = (command - low) / (high - low) within 0 and 1. Of a share of thrust: w = w_max sqrt(u);
+        of any other share: w = w_max (f u^2 + (1 - f) u)^(1/2) with the thrust factor f, for f = 1
+        w = w_max u. Points take the place of the equation. The speed is then multiplied by
+        (V / V_full)^power.
+
+    Args:
+        command: kind of the command, one of `COMMANDS`; empty to recognise it by its values.
+        range: command at standstill and at full; empty for that of the kind.
+        thrust_factor: share of the square in thrust by command, f [1]; 1 for thrust by the square.
+        points: pairs of u and rotor speed [rad/s], rising; empty for the equation.
+        full_voltage: of the battery [V]; zero where the voltage does not matter.
+        voltage_power: of the speed in the voltage [1].
+        order: number of the motor in the log that drives each rotor of the robot; empty for the
+            order of the log.
+    """
+
+    command: str = ""
+    range: Sequence[float] = ()
+    thrust_factor: float = 1.0
+    points: Sequence[Sequence[float]] = ()
+    full_voltage: float = 0.0
+    voltage_power: float = 1.0
+    order: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what no motor can have."""
+        if self.command and self.command not in COMMANDS:
+            raise LogError(
+                f"motors.command={self.command} is not allowed.\n"
+                + suggestion(self.command, COMMANDS)
+            )
+        span = [float(x) for x in self.range]
+        if span and (len(span) != 2 or not span[0] < span[1]):
+            raise LogError(f"motors.range={span} is not allowed.\nAllowed: [low,high]")
+        if not 0.0 <= self.thrust_factor <= 1.0:
+            raise LogError(f"motors.thrust_factor={self.thrust_factor} is not allowed: 0 to 1.")
+        curve = np.asarray([list(p) for p in self.points], dtype=float)
+        if curve.size and (
+            curve.ndim != 2
+            or curve.shape[1] != 2
+            or len(curve) < 2
+            or np.any(np.diff(curve, axis=0) <= 0)
+        ):
+            raise LogError(
+                "motors.points is not a rising curve.\nWrite: [[0, 0], [0.5, 600], [1, 900]], "
+                "share of the range and rotor speed [rad/s]"
+            )
+
+
+def motor_curve(entry: Mapping[str, Any] | None) -> MotorCurve:
+    """Return the motor curve that a mapping states.
+
+    Raises:
+        LogError: an entry is unknown or of the wrong kind.
+    """
+    given = {k: v for k, v in (entry or {}).items() if v is not None}
+    known = [field.name for field in fields(MotorCurve)]
+    for key in given:
+        if key not in known:
+            raise LogError(f"motors has no entry '{key}'.\n{suggestion(key, known)}")
+    try:
+        return MotorCurve(**given)
+    except (TypeError, ValueError) as error:
+        raise LogError(f"motors: an entry is of the wrong kind ({error}).") from error
+
+
+def recognised(values: Floats, stated: str = "") -> str:
+    """Return the kind of motor commands by their values.
+
+    Args:
+        values: commands of all motors, shape (rows, motors), NaN where there is none.
+        stated: what the file itself says of them, which decides where the values allow it.
+
+    Raises:
+        LogError: they fit no kind, or several.
+
+    Example:
+        >>> recognised(np.array([[1000.0, 1480.0], [1550.0, 1620.0]]))
+        'pwm'
+    """
+    finite = values[np.isfinite(values)]
+    high = float(finite.max()) if finite.size else 0.0
+    moving = finite[finite > 0.02 * high]
+    low = float(moving.min()) if moving.size else 0.0
+    if stated and high <= 1.05 * COMMANDS[stated][1]:
+        return stated
+    if high <= 1.05:
+        return "speed_share"
+    if high <= 105.0:
+        return "percent"
+    whole = bool(np.all(finite == np.round(finite)))
+    if low >= 800.0 and high <= 2200.0:
+        return "pwm"
+    if whole and high <= 2047.0:
+        return "dshot"
+    raise LogError(
+        f"motor commands from {low:g} to {high:g} are of no kind that the values alone tell.\n"
+        f"Say which: motors.command= one of {', '.join(COMMANDS)}"
+    )
+
+
+def with_rotor_speeds(
+    log: Log, curve: MotorCurve, rotors: Sequence[Mapping[str, Any]]
+) -> tuple[Log, list[str]]:
+    """Return a log with commanded rotor speeds, and in words how they were found.
+
+    Args:
+        log: with ``motor_pwm``, and ``battery_voltage`` where the curve depends on it.
+        curve: of the motors.
+        rotors: of the robot, with ``max_speed`` [rad/s] each.
+
+    Raises:
+        LogError: the commands cannot be understood, or do not fit the robot's rotors.
+    """
+    values = log.channel("motor_pwm")
+    kind = curve.command or recognised(values, str(log.meta.get("motor_command", "")))
+    columns = _columns(curve, values.shape[1], len(rotors))
+    sent = values[:, columns]
+    low, high = (float(x) for x in curve.range) if curve.range else COMMANDS[kind]
+    said = f"motor commands are {kind}" + (f" of {low:g} to {high:g}" if high < math.inf else "")
+    if kind in _SPEEDS:
+        speed: Floats = sent * _SPEEDS[kind]
+    else:
+        full = np.array([float(rotor["max_speed"]) for rotor in rotors])
+        share = np.clip((sent - low) / (high - low), 0.0, 1.0)
+        speed = _speed(curve, kind, share, full)
+        said += f"; full is {', '.join(f'{x:g}' for x in np.unique(full))} rad/s"
+        if curve.full_voltage:
+            said += f" at {curve.full_voltage:g} V"
+            speed = speed * _sag(log, curve)[:, None]
+    named = {f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(len(rotors))}
+    order = ", ".join(str(k + 1) for k in columns)
+    hint = "" if curve.command else " (by their values; motors.command= says otherwise)"
+    return log.with_columns(named), [
+        f"{said}{hint}",
+        f"rotors 1 to {len(rotors)} are driven by motors {order} (motors.order= says otherwise)",
+    ]
+
+
+def _speed(curve: MotorCurve, kind: str, share: Floats, full: Floats) -> Floats:
+    if len(curve.points):
+        points = np.asarray([list(p) for p in curve.points], dtype=float)
+        found: Floats = np.where(
+            np.isfinite(share), np.interp(share, points[:, 0], points[:, 1]), np.nan
+        )
+        return found
+    if kind == _SHARES_THRUST:
+        return full * np.sqrt(share)
+    factor = curve.thrust_factor
+    return full * np.sqrt(factor * share**2 + (1.0 - factor) * share)
+
+
+def _columns(curve: MotorCurve, motors: int, rotors: int) -> list[int]:
+    order = [int(k) for k in curve.order] or list(range(1, rotors + 1))
+    if len(order) != rotors or any(not 1 <= k <= motors for k in order):
+        raise LogError(
+            f"the log has commands of {motors} motors, the robot {rotors} rotors.\n"
+            f"Say which motor drives each rotor: motors.order={list(range(1, rotors + 1))}"
+        )
+    return [k - 1 for k in order]
+
+
+def _sag(log: Log, curve: MotorCurve) -> Floats:
+    """Share of the full speed that the battery's voltage leaves, at every row."""
+    if not log.has("battery_voltage"):
+        raise LogError(
+            "motors.full_voltage is stated, but the log has no battery_voltage.\n"
+            "Leave motors.full_voltage out, or map the voltage."
+        )
+    volts = log.columns["battery_voltage"]
+    good: NDArray[np.bool_] = np.isfinite(volts)
+    even = np.interp(log.time, log.time[good], volts[good])
+    sag: Floats = np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power
+    return sag
