@@ -84,7 +84,7 @@ def execute(config: Any) -> int:
     meta = {key: value for key, value in given.items() if key not in _HEAD}
     urdf = _urdf(config.urdf)
     logs: list[Log] = reader.read(str(config.log))
-    sheet, vehicle = _robot(config.robot)
+    sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
         whole, said = adapted(replace(log, meta=sheet | log.meta | meta), config, vehicle)
@@ -135,14 +135,17 @@ def _urdf(path: str | None) -> str | None:
         raise ConfigError(f"urdf={path} is not UTF-8 text ({error.reason}).") from error
 
 
-def _robot(robot: str | None) -> tuple[dict[str, Any], dict[str, Any]]:
+def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the data sheet in a robot's folder, and the vehicle that the folder describes."""
-    if not robot:
-        return {}, {}
     from seals.run.robot_metadata import datasheet_of, vehicle_of
+    from seals.sysid.data.robot_description import described
 
-    sheet = datasheet_of(str(robot))
-    return {key: value for key, value in sheet.items() if key not in _HEAD}, vehicle_of(str(robot))
+    found = described(config)
+    if found is None:
+        return {}, {}
+    sheet = datasheet_of(config.robot.folder)
+    sheet = {key: value for key, value in sheet.items() if key not in _HEAD}
+    return sheet, vehicle_of(found.robot, found.actuators)
 
 
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:

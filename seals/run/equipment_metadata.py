@@ -19,19 +19,19 @@ AT_ONCE = 1e-4
 
 
 def describe_drives(
-    settings: RunSettings, layout: Layout | None
+    actuators: Mapping[str, Any], layout: Layout | None
 ) -> dict[str, list[dict[str, Any]]]:
     """Return rotors and thrusters one by one, in body axes, in the order of their commands.
 
     Args:
-        settings: of the run.
+        actuators: by instance name.
         layout: of all drives; None where they stand still.
     """
     out: dict[str, list[dict[str, Any]]] = {"rotors": [], "thrusters": []}
     if layout is None:
         return out
     radius = np.zeros(layout.drives)
-    for actuator in settings.actuators.values():
+    for actuator in actuators.values():
         if hasattr(actuator, "first"):
             columns = slice(actuator.first, actuator.first + actuator.count)
             radius[columns] = actuator.constants()["radius"]

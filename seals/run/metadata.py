@@ -83,7 +83,7 @@ def describe_vehicle(
         "mass": mass,
         "inertia": inertia,
         "centre_of_gravity": centre,
-        **describe_drives(settings, layout),
+        **describe_drives(settings.actuators, layout),
         "hull": _hull(settings, robot, 0),
         "arm": None,
         "battery": describe_battery(settings),

@@ -1,38 +1,45 @@
-"""Metadata of a robot folder as a log states them, without running anything."""
+"""Metadata of a robot as a log states them, without running anything."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from seals.control.plant import layout_of
-from seals.run.assembly import build_model
-from seals.run.build import build_run
-from seals.run.metadata import describe_vehicle
+from seals.effects.binding import bind_effects
+from seals.robot.model import RobotModel
+from seals.robot.whole_body import whole_body
+from seals.run.equipment_metadata import describe_drives
 from seals.untrusted_io import read_yaml
 
 DATASHEET = "datasheet.yaml"
 """File of a robot folder with what its logs have in common: motors, sensors, tolerances."""
 
 
-def vehicle_of(robot: str) -> dict[str, Any]:
-    """Return mass properties and drives of a robot by its name or folder, as in ``meta.yaml``.
+def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any]:
+    """Return mass properties and drives of a robot, as in ``meta.yaml``; joints stand at zero.
 
-    Raises:
-        SealsError: there is no such robot, or it cannot be used.
+    Args:
+        robot: its links.
+        actuators: of ``robot.yaml`` by instance name.
     """
-    from seals.config.compose import compose
+    mass, centre, inertia = whole_body(robot)
+    layout = layout_of(robot, bind_effects(actuators, robot.links))
+    return {
+        "name": robot.name,
+        "mass": mass,
+        "inertia": inertia,
+        "centre_of_gravity": centre,
+        **describe_drives(actuators, layout),
+    }
 
-    settings = build_run(compose([f"robot={robot}"]))
-    model, effects = build_model(settings)
-    return describe_vehicle(settings, model, layout_of(model, effects))
 
-
-def datasheet_of(robot: str) -> dict[str, Any]:
+def datasheet_of(folder: str | Path) -> dict[str, Any]:
     """Return the data sheet in a robot's folder; empty where there is none.
 
     Raises:
-        UntrustedFileError: the file is damaged.
+        SealsError: the file is damaged.
     """
-    place = Path(robot) / DATASHEET
+    place = Path(folder) / DATASHEET
     return read_yaml(place) if place.is_file() else {}
