@@ -13,7 +13,7 @@ from seals.logs.accelerations import even, second_derivative, world_acceleration
 from seals.logs.axes import permutation
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
-from seals.logs.time_offset import lateness, time_offset
+from seals.logs.time_offset import delay_between, time_offset
 
 _SURE = 0.9
 _UNSURE = 0.7
@@ -59,7 +59,7 @@ def check_motion(log: Log) -> list[Finding]:
 def _shift(moved: Floats, felt: Floats, there: Floats) -> int:
     """Rows by which the accelerometer is late, told by sizes: axes do not matter for them."""
     sizes = (np.linalg.norm(moved, axis=1)[:, None], np.linalg.norm(felt, axis=1)[:, None])
-    late, likeness = lateness(*sizes, there.astype(bool))
+    late, likeness = delay_between(*sizes, there.astype(bool))
     return round(late / 0.01) if likeness > _UNSURE else 0
 
 

@@ -65,7 +65,7 @@ def _median(true: Floats, late: Floats, there: NDArray[np.bool_]) -> Offset | No
     for first in range(0, max(len(true) - _WINDOW, 0) + 1, _WINDOW // 2):
         part = slice(first, first + _WINDOW)
         if there[part].sum() >= min(_WINDOW, len(true)) // 2:
-            found.append(lateness(true[part], late[part], there[part]))
+            found.append(delay_between(true[part], late[part], there[part]))
     if not found:
         return None
     offsets, likeness = np.array(found).T
@@ -77,7 +77,7 @@ def _median(true: Floats, late: Floats, there: NDArray[np.bool_]) -> Offset | No
     return Offset(float(middle), 0.5 * float(high - low), mean)
 
 
-def lateness(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple[float, float]:
+def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple[float, float]:
     """Return by how much one signal comes after another [s], and their correlation then.
 
     Args:
@@ -87,7 +87,9 @@ def lateness(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple[floa
 
     Example:
         >>> wave = np.sin(np.arange(2000) * 0.03)[:, None]
-        >>> shift, likeness = lateness(wave, np.roll(wave, 7, axis=0), np.ones(2000, dtype=bool))
+        >>> shift, likeness = delay_between(
+        ...     wave, np.roll(wave, 7, axis=0), np.ones(2000, dtype=bool)
+        ... )
         >>> round(shift, 3), likeness > 0.99
         (0.07, True)
     """
