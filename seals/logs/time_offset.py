@@ -89,8 +89,6 @@ def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple
         >>> wave = np.sin(np.arange(2000) * 0.03)[:, None]
         >>> held = np.ones(2000, dtype=bool)
         >>> shift, likeness = delay_between(wave, np.roll(wave, 7, axis=0), held)
-        ...     wave, np.roll(wave, 7, axis=0), np.ones(2000, dtype=bool)
-        ... )
         >>> round(shift, 3), likeness > 0.99
         (0.07, True)
     """
