@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,14 +53,14 @@ class Diagnosis:
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnosis in the form of ``diagnosis.json``."""
         answer = self.answer
-        effects = [_effect(claim) for claim in answer.claims]
+        effects = [_effect(claim, self.logs) for claim in answer.claims]
         sets = []
         for claim in answer.claims:
             if claim.alike:
                 sets.append([claim.name, *claim.alike])
         if answer.verdict.value == "ambiguous":
             rest = 1.0 - answer.claims[0].confidence
-            effects += [_rival(self.search, n, rest) for n in answer.claims[0].rivals]
+            effects += [_rival(self.search, n, rest, self.logs) for n in answer.claims[0].rivals]
         return {
             "verdict": answer.verdict.value,
             "effects": effects,
@@ -89,9 +90,18 @@ class Diagnosis:
                 **_place(c),
                 "named": c.label in named,
                 "parameters": parameters(c, best.fit, best),
+                **_active(c, self.logs),
             }
             for c in best.candidates
         ]
+
+    @property
+    def logs(self) -> tuple[str, ...]:
+        """Names of the logs: the last parts of their paths, where they came from files."""
+        given = self.source.get("logs") or [self.source]
+        paths = [str(one["path"]) for one in given if "path" in one]
+        spans = self.problem.samples.logs
+        return tuple(Path(p).name for p in paths) or tuple(s.name for s in spans) or ("log",)
 
     def tried(self) -> list[dict[str, Any]]:
         """Effects of the first round with their scores, best first."""
@@ -106,7 +116,8 @@ class Diagnosis:
         chosen = [c.hypothesis for c in self.answer.claims]
         for h in (*chosen, *(self.search.rounds[0] if self.search.rounds else ())):
             for c in h.candidates:
-                out.setdefault(c.name, {k: h.fit.values[k] for k in c.all_keys})
+                named = zip(c.throughout.all_keys, c.all_keys, strict=True)
+                out.setdefault(c.name, {k: h.fit.values[key] for k, key in named})
         return out
 
     def nominal(self) -> dict[str, dict[str, float]]:
@@ -167,17 +178,20 @@ def diagnose(
     )
 
 
-def _effect(claim: Claim[EvidenceHypothesis]) -> dict[str, Any]:
+def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, Any]:
     candidate = claim.candidate
     return {
         "name": candidate.name,
         **_place(candidate),
         "confidence": claim.confidence,
         "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
+        **_active(candidate, logs),
     }
 
 
-def _rival(found: Search[EvidenceHypothesis], name: str, confidence: float) -> dict[str, Any]:
+def _rival(
+    found: Search[EvidenceHypothesis], name: str, confidence: float, logs: Sequence[str]
+) -> dict[str, Any]:
     tried = (h for r in found.rounds for h in r)
     hypothesis = next(h for h in tried if h.candidates[-1].name == name)
     candidate = hypothesis.candidates[-1]
@@ -186,7 +200,14 @@ def _rival(found: Search[EvidenceHypothesis], name: str, confidence: float) -> d
         **_place(candidate),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
+        **_active(candidate, logs),
     }
+
+
+def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
+    """When the effect acts, where it does not act throughout."""
+    activity = candidate.activity
+    return {} if activity is None else {"active": activity.to_list(logs)}
 
 
 def _place(candidate: Candidate) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numpy as np
 from seals.effects.effect import Effect, Timed
 from seals.effects.identification import Addition, Identification
 from seals.schema import parameters_of
+from seals.sysid.candidates.activity import ACTIVE, Activity
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 
 
@@ -23,7 +24,8 @@ class Parameter:
     of an experiment, the value itself.
 
     Args:
-        key: ``instance.parameter`` in the model.
+        key: ``instance.parameter`` in the model; with the ending `ACTIVE` what is added to that
+            value at the times at which an effect acts.
         tolerance: 1-sigma uncertainty of the nominal value; 0 when it is exact.
         scale: size of a plausible missing effect, the prior width of a candidate.
         bounds: least and largest value.
@@ -50,7 +52,7 @@ class Parameter:
     @property
     def parameter(self) -> str:
         """Name of the parameter."""
-        return self.key.partition(".")[2]
+        return self.key.partition(".")[2].removesuffix(ACTIVE)
 
     @property
     def nudge(self) -> float:
@@ -72,6 +74,7 @@ class Candidate:
         nuisance: keys that are estimated but not reported.
         starts: starting values for the keys, one row each; empty for one start at zero.
         identification: traits that the effect declares.
+        activity: when it acts; None for throughout. Its keys then end in `ACTIVE`.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Candidate:
     nuisance: tuple[str, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
     identification: Identification = field(default_factory=Identification, hash=False)
+    activity: Activity | None = None
 
     @property
     def label(self) -> str:
@@ -92,6 +96,7 @@ class Candidate:
             'weak_rotor (rotor 2)'
         """
         parts = [*filter(None, [self.law]), *(f"{k} {v:g}" for k, v in self.variant.items())]
+        parts += ["for a time"] if self.activity is not None else []
         return self.name + (f" ({', '.join(parts)})" if parts else "")
 
     @property
@@ -103,6 +108,35 @@ class Candidate:
     def in_arm(self) -> bool:
         """True where the effect acts inside an arm."""
         return bool(self.identification.in_arm)
+
+    def acting(self, activity: Activity) -> Candidate:
+        """Return the same effect acting for a time."""
+        return replace(
+            self.throughout,
+            activity=activity,
+            keys=tuple(k + ACTIVE for k in self.throughout.keys),
+            nuisance=tuple(k + ACTIVE for k in self.throughout.nuisance),
+        )
+
+    @property
+    def throughout(self) -> Candidate:
+        """The same effect acting throughout.
+
+        Example:
+            >>> Candidate(name="wind", keys=("wind.x",)).acting(Activity(spans=())).throughout.keys
+            ('wind.x',)
+        """
+        return replace(
+            self,
+            activity=None,
+            keys=tuple(k.removesuffix(ACTIVE) for k in self.keys),
+            nuisance=tuple(k.removesuffix(ACTIVE) for k in self.nuisance),
+        )
+
+    @property
+    def may_change(self) -> bool:
+        """True where the effect may begin or end in the middle of a log."""
+        return self.identification.may_begin or self.identification.may_end
 
     def resembles(self, other: Candidate) -> bool:
         """Return true where either of two effects declares the other as a confounder."""
@@ -227,9 +261,15 @@ class Collector:
         Args:
             waves: that may be missing, by instance.
         """
+        temporary = {k: None for c in self.candidates if c.may_change for k in c.all_keys}
+        # what acts for a time comes on top of a tolerance, which holds throughout
+        active = {
+            k + ACTIVE: replace(self.parameters[k], key=k + ACTIVE, tolerance=0.0)
+            for k in temporary
+        }
         return CandidateSet(
             effects=self.effects,
-            parameters=self.parameters,
+            parameters=self.parameters | active,
             candidates=tuple(self.candidates),
             waves=waves,
         )

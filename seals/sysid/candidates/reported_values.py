@@ -48,13 +48,13 @@ def reported_values(
     """
     own = {k: own_part(candidate_set.parameters[k], float(values[k])) for k in candidate.keys}
     out = {k: v for k, (v, _) in own.items()}
-    stem = candidate.keys[0].partition(".")[0]
+    stem, known = candidate.instance, candidate_set.parameters
     law = candidate_set.effects.get(stem)
     if law is not None:
-        named = {k.partition(".")[2]: v for k, v in out.items()}
-        moved = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(f"{stem}.")}
-        stated = law.as_stated(named, moved, rates)
-        out = {k: stated[k.partition(".")[2]] for k in out}
+        named = {known[k].parameter: v for k, v in out.items()}
+        moved = {known[k].parameter: v for k, v in values.items() if k.startswith(f"{stem}.")}
+        stated = law.as_stated(named, moved | named, rates)
+        out = {k: stated[known[k].parameter] for k in out}
     return out, {k: s for k, (_, s) in own.items()}
 
 

@@ -84,6 +84,25 @@ class DecisionPolicy:
     tolerances: float = threshold(
         2.0, "sigma", "multiple of the stated tolerance that an effect must exceed"
     )
+    # effects that begin or end
+    activity: float = threshold(
+        10.0,
+        EVIDENCE,
+        "very strong evidence that an effect does not act throughout: most do, and a constant one "
+        "is the simpler model",
+    )
+    activity_share: float = threshold(
+        0.05,
+        "1",
+        "share of an effect's evidence asked besides: laws hold to a few per cent, so a constant "
+        "effect may fit one part of a log better than another",
+    )
+    activity_resolution: float = threshold(
+        0.1,
+        "s",
+        "times this far apart are tried: each time costs 2 ln of the instants among which it was "
+        "chosen, the prior of one of them (Bayesian information for a change point)",
+    )
     # disturbance
     disturbance_admitted: float = threshold(
         1.6, "1", "factor on the stated disturbance within its own uncertainty of a factor of two"
@@ -236,6 +255,7 @@ class SearchBudget:
         relinearised: best fits repeated about their own values.
         paired: effects of the first round tried two by two.
         rivals: effects tried in the place of each accepted one.
+        changing: effects whose times are found, in each round.
     """
 
     effects: int = 3
@@ -245,3 +265,4 @@ class SearchBudget:
     relinearised: int = 2
     paired: int = 5
     rivals: int = 3
+    changing: int = 3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -21,7 +21,8 @@ from seals.effects.hooks import names_any, pick_of
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
 from seals.schema import parameters_of
-from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.candidates.activity import ACTIVE, Activity
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
 
@@ -65,6 +66,7 @@ class Plant:
     Attributes:
         timed: instances that change the timing of the actuators.
         command_delay: delay of all commands besides that of those instances [s].
+        activity: when the effects act that do so for a time, by the keys of their parameters.
     """
 
     def __init__(
@@ -87,6 +89,40 @@ class Plant:
         }
         self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
         self.command_delay = 0.0
+        self.activity: Mapping[str, Activity] = {}
+        self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
+
+    def acting(self, candidates: Sequence[Candidate]) -> Plant:
+        """Return the plant in which some effects act at their times; itself where it is that."""
+        activity = {k: c.activity for c in candidates if c.activity for k in c.all_keys}
+        if activity == self.activity:
+            return self
+        other = copy.copy(self)
+        other.activity = activity
+        other._weights = {
+            over_steps: {
+                k: a.weights(self.samples, over_steps=over_steps) for k, a in activity.items()
+            }
+            for over_steps in (False, True)
+        }
+        return other
+
+    def applied(self, values: Values, batch: int, *, over_steps: bool = False) -> Values:
+        """Changes by the model's own keys: arrays over the batch for what acts for a time.
+
+        Args:
+            values: changes by parameter key.
+            batch: rows, those of the log once or several times over.
+            over_steps: for the step after each row; else for the row.
+        """
+        if not any(k.endswith(ACTIVE) for k in values):
+            return values
+        out = {k: v for k, v in values.items() if not k.endswith(ACTIVE)}
+        for key, weights in self._weights[over_steps].items():
+            if key in values:
+                own = key.removesuffix(ACTIVE)
+                out[own] = out.get(own, 0.0) + values[key] * np.resize(weights, batch)
+        return out
 
     def drive(self, values: Values) -> Drive | None:
         """States of the actuators under the timing of ``values`` (numbers)."""
@@ -136,13 +172,16 @@ class Plant:
             at[last - 1, -1] = states[-1, -1]
         return Drive(at=at, delay=delay)
 
-    def twin(self, values: Values, batch: int, *, stiff: bool = True) -> BatchDynamics:
+    def twin(
+        self, values: Values, batch: int, *, stiff: bool = True, over_steps: bool = False
+    ) -> BatchDynamics:
         """Batch dynamics of the nominal model with the changes of ``values``.
 
         Args:
             values: numbers or arrays (batch,) by parameter key; those left out are zero.
             batch: rows.
             stiff: whether effects that are too steep for explicit steps take part.
+            over_steps: whether the twin goes from row to row, see `applied`.
         """
         used = {key.partition(".")[0] for key in values} - self._quiet
         for instance in used & set(self.candidate_set.waves):
@@ -150,9 +189,8 @@ class Plant:
         if not stiff:
             used -= self._stiff
         bound = self._bound(frozenset(used & set(self.candidate_set.effects)))
-        given = {
-            k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in bound.index
-        }
+        changes = self.applied(values, batch, over_steps=over_steps).items()
+        given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in bound.index}
         waves = self._waves(values, batch)
         return BatchDynamics(
             self.vehicle.robot,
@@ -272,7 +310,8 @@ class Plant:
         if not used:
             return None
         chosen = {n: self.candidate_set.effects[n] for n in used}
-        given = {k: self.total(k, v) for k, v in values.items() if k.partition(".")[0] in chosen}
+        changes = self.applied(values, len(rates)).items()
+        given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in chosen}
         bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
             given, np.zeros(1), len(rates)
         )
@@ -298,7 +337,8 @@ class Plant:
         sensors = {n: effects[n] for n in used if n in effects and has_hook(effects[n], Measure)}
         if not sensors:
             return reading
-        given = {k: v for k, v in values.items() if k.partition(".")[0] in sensors}
+        changes = self.applied(values, len(state.angular_velocity)).items()
+        given = {k: v for k, v in changes if k.partition(".")[0] in sensors}
         like = np.zeros(1)
         bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
             given, like, len(state.angular_velocity)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ from seals.batch.response import Force, Response
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
 from seals.motion import Inputs
+from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.data.trajectory import Trajectory, difference
 from seals.sysid.predictors.plant import Held, Plant, nonzero
 
@@ -56,6 +58,18 @@ class TrajectoryCache:
         self._expansion_points: dict[Any, ExpansionPoint] = {}
         self._sensor_rates: dict[Any, Rates] = {}
         self._parts: dict[frozenset[str], EffectSet] = {}
+
+    def acting(self, plant: Plant) -> TrajectoryCache:
+        """Return the cache of the same plant with other effects that act for a time."""
+        other = copy.copy(self)
+        other.plant, other._responses, other._sensor_rates = plant, {}, {}
+        # what no such effect changes is known
+        other._expansion_points = {
+            key: point
+            for key, point in self._expansion_points.items()
+            if not any(k.endswith(ACTIVE) for k, _ in key)
+        }
+        return other
 
     def posture(self, values: Mapping[str, float]) -> Posture:
         """Poses and, where the water is still, surroundings."""
@@ -120,7 +134,7 @@ class TrajectoryCache:
         torque = plant.friction(used, trajectory.joint_velocity)
         following = np.minimum(rows + 1, len(rows) - 1)
         pair = None if torque is None else (torque, torque[following])
-        twin = plant.twin(used, len(rows), stiff=False)
+        twin = plant.twin(used, len(rows), stiff=False, over_steps=True)
         drive = plant.drive(used)
         after, _ = plant.advance(twin, self.state, rows, drive, pair, posture=self.posture(used))
         return difference(after, trajectory.state(following))
@@ -179,9 +193,8 @@ class TrajectoryCache:
         if key not in self._parts:
             chosen = {n: e for n, e in effects.items() if n in names}
             self._parts[key] = bind_effects(chosen, self.plant.vehicle.robot.links)
-        given = {
-            k: self.plant.total(k, v) for k, v in values.items() if k.partition(".")[0] in names
-        }
+        changes = self.plant.applied(values, len(self.rows)).items()
+        given = {k: self.plant.total(k, v) for k, v in changes if k.partition(".")[0] in names}
         return self._parts[key].with_values(given, np.zeros(1), len(self.rows))
 
 

@@ -9,12 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
 from seals.sysid.least_squares.solver import Iterate, Proposal, minimise
 from seals.sysid.least_squares.step_rules import Backtracking
-from seals.sysid.predictors.linearise import Columns, Dynamics, columns_along, predict
+from seals.sysid.predictors.linearise import (
+    Columns,
+    Dynamics,
+    Prediction,
+    columns_along,
+    predict,
+)
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
@@ -81,7 +87,7 @@ class Fitter:
         self.candidate_set: CandidateSet = plant.candidate_set
         self.tolerances = self.candidate_set.tolerances
         self.at = dict(at or {})
-        self.columns = columns or self._columns(self.tolerances, self.at)
+        self.columns = columns or self.columns_at(self.tolerances, self.at)
         self.fixed = windows.whiten(windows.responses(self.columns)) if fixed is None else fixed
         self._square = self.fixed.product(self.fixed)
 
@@ -98,7 +104,24 @@ class Fitter:
             fixed=windows.rewhitened(self.fixed) if windows.shares_outputs(self.windows) else None,
         )
 
-    def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+    def acting(self, candidates: Sequence[Candidate]) -> Fitter:
+        """Return the fitter in which some effects act at their times; itself where it is that."""
+        plant = self.plant.acting(candidates)
+        if plant is self.plant:
+            return self
+        return Fitter(
+            plant,
+            self.trajectory,
+            self.dynamics,
+            self.windows,
+            at=self.at,
+            columns=self.columns,
+            cache=None if self.cache is None else self.cache.acting(plant),
+            fixed=self.fixed,
+        )
+
+    def columns_at(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+        """Responses of parameters at given values, row by row."""
         return columns_along(
             self.plant,
             self.trajectory,
@@ -111,7 +134,7 @@ class Fitter:
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
         """Whitened responses of parameters at given values."""
-        return self.windows.whiten(self.windows.responses(self._columns(keys, values)))
+        return self.windows.whiten(self.windows.responses(self.columns_at(keys, values)))
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""
@@ -125,10 +148,11 @@ class Fitter:
             else self._misfit(values, expansion_point)
         )
 
-    def _misfit(
-        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
-    ) -> Whitened:
-        prediction = predict(
+    def prediction(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
+    ) -> Prediction:
+        """One-step prediction of the model at given values, see `predict`."""
+        return predict(
             self.plant,
             self.trajectory,
             values,
@@ -137,6 +161,11 @@ class Fitter:
             expansion_point=expansion_point,
             dynamics=self.dynamics,
         )
+
+    def _misfit(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
+    ) -> Whitened:
+        prediction = self.prediction(values, expansion_point)
         return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def _expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint | None:

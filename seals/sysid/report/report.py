@@ -191,7 +191,8 @@ def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisati
     """Blocks of the residual wrench: over time, in words, and its size by condition."""
     problem = diagnosis.problem
     then = locate_residual_force(problem, after).residual if after.candidates else None
-    blocks = wrench_blocks(problem, missing.residual, then)
+    named = [claim.candidate for claim in diagnosis.answer.claims]
+    blocks = wrench_blocks(problem, missing.residual, then, named)
     if missing.signature.sentences:
         blocks.insert(0, Paragraph(text=" ".join(missing.signature.sentences)))
     law = missing.formula

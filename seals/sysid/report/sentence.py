@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import figure, interval
@@ -30,7 +31,9 @@ def sentence(found: Diagnosis) -> str:
         return "\n".join([refused, *beside])
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
-        lines.append(f"  {effect['name']}, confidence {100 * effect['confidence']:.0f} %")
+        when = active_words(effect["active"], found.logs) if "active" in effect else ""
+        when = f" {when}," if when else ","
+        lines.append(f"  {effect['name']}{when} confidence {100 * effect['confidence']:.0f} %")
         lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
     return "\n".join([*lines, *beside, fall])

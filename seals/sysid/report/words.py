@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
@@ -20,10 +21,13 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     """Return the verdict in one sentence with its confidence."""
     verdict, effects = diagnosis.answer.verdict, data["effects"]
     if verdict is Verdict.named:
-        parts = [f"{e['name']} ({percent(e['confidence'])} confident)" for e in effects]
+        parts = [
+            f"{e['name']}{_when(diagnosis, e)} ({percent(e['confidence'])} confident)"
+            for e in effects
+        ]
         return f"The model lacks {joined(parts)}."
     if verdict is Verdict.ambiguous:
-        parts = [f"{e['name']} ({percent(e['confidence'])})" for e in effects]
+        parts = [f"{e['name']}{_when(diagnosis, e)} ({percent(e['confidence'])})" for e in effects]
         return f"The model lacks one of these, and this log cannot tell which: {', '.join(parts)}."
     if verdict is Verdict.none_of_these:
         count = len({c.name for c in diagnosis.problem.plant.candidate_set.candidates})
@@ -33,6 +37,12 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     if verdict is Verdict.nothing_missing:
         return "Nothing is missing: the model explains the log within noise and tolerances."
     return "The log cannot be used."
+
+
+def _when(diagnosis: Diagnosis, effect: Mapping[str, Any]) -> str:
+    """Say when an effect acts; nothing where it acts throughout."""
+    entries = effect.get("active")
+    return "" if entries is None else f" {active_words(entries, diagnosis.logs)}"
 
 
 def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:

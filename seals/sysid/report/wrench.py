@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.report import Block, Chart, Choice, Paragraph, Series
 from seals.report.figures import Mark
+from seals.sysid.candidates.activity import log_rows as rows_of_logs
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.surface_model_error import submersion
 from seals.sysid.report.overlay import plot_time, run_numbers
@@ -31,13 +33,19 @@ _AXES = (
 )
 
 
-def wrench_blocks(problem: Problem, before: Residual, after: Residual | None) -> list[Block]:
+def wrench_blocks(
+    problem: Problem,
+    before: Residual,
+    after: Residual | None,
+    candidates: Sequence[Candidate] = (),
+) -> list[Block]:
     """Return the missing wrench, one component at a time, the loudest first.
 
     Args:
         problem: the log.
         before: what the model before lacks.
         after: what the model after lacks; None when nothing was added.
+        candidates: named effects, whose beginnings and ends are marked.
     """
     first = _placed(problem, before)
     then = None if after is None else (after, _placed(problem, after))
@@ -49,13 +57,28 @@ def wrench_blocks(problem: Problem, before: Residual, after: Residual | None) ->
             title=f"Missing {name}",
             y_label=f"{name} [{unit}]",
             series=tuple(_lines(k, before, first, then)),
-            marks=(Mark(at=0.0, label="", level=True),),
+            marks=(Mark(at=0.0, label="", level=True), *activity_marks(problem, candidates)),
         )
         options[f"{name}: {loud[k]:.2g} × its doubt"] = (chart,)
     return [
         Choice(label="Axis, loudest first:", options=options),
         Paragraph(text=_caption(first.regime, after), tone="caption"),
     ]
+
+
+def activity_marks(problem: Problem, candidates: Sequence[Candidate]) -> tuple[Mark, ...]:
+    """Return the instants at which effects begin and end."""
+    samples, time = problem.samples, plot_time(problem)
+    logs, marks = rows_of_logs(samples), []
+    for candidate in candidates:
+        for span in () if candidate.activity is None else candidate.activity.spans:
+            rows = slice(*logs[span.log])
+            for moment, word in ((span.start, "begins"), (span.end, "ends")):
+                if moment is not None:
+                    row = rows.start + int(np.searchsorted(samples.time[rows], moment.value))
+                    at = float(time[min(row, rows.stop - 1)])
+                    marks.append(Mark(at=at, label=f"{candidate.name} {word}"))
+    return tuple(marks)
 
 
 def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:

@@ -21,8 +21,8 @@ class EvidenceHypothesis(Hypothesis):
     Args:
         fit: of their parameters and the tolerances.
         fitter: the linearisation the fit belongs to.
-        score: fall of the cost against the nominal model less the Occam factor; 0 for the nominal
-            model.
+        score: fall of the cost against the nominal model less the Occam factor and the price of
+            times at which effects begin or end; 0 for the nominal model.
     """
 
     fit: Fit
@@ -92,6 +92,7 @@ def scored(
     dropped = nominal.fitter.windows.observed - fitter.windows.observed
     gain = nominal.fit.cost - fit.cost - dropped
     paid = occam_factor(fit, candidate_set) - occam_factor(nominal.fit, candidate_set)
+    paid += sum(c.activity.price for c in candidates if c.activity is not None)
     score = gain - paid if np.isfinite(gain - paid) else -np.inf
     return EvidenceHypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
 

@@ -33,7 +33,7 @@ def fitted(
     plain = rewindowed(fitter, delay=0.0) if lends else fitter
 
     def seen_by(candidates: Sequence[Candidate]) -> Fitter:
-        return fitter if late in keys_of(candidates) else plain
+        return (fitter if late in keys_of(candidates) else plain).acting(candidates)
 
     def work(job: Job) -> Fit:
         keys = keys_of(job[0])

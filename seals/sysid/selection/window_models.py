@@ -30,6 +30,7 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
+from seals.sysid.selection.onsets import proposals, retimed
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import Job, fitted, hopeful, refined
@@ -80,7 +81,7 @@ class WindowModels:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
-        return None if best.score - calm < least else best
+        return None if best.score - calm < least else retimed(self.problem, self.nominal, best)
 
     def _within_noise(self, base: EvidenceHypothesis) -> bool:
         """Return true where a model errs by less than the stated noise alone would make it.
@@ -152,7 +153,7 @@ class WindowModels:
 
         The effect that was found beside the first joins them.
         """
-        pool = self.problem.budget.paired
+        pool, singles = self.problem.budget.paired, likeliest(singles)
         top = [h for h in singles[:pool] if h.score > 0.0]
         second = best.candidates[-1].label
         top += [h for h in singles[pool:] if h.candidates[-1].label == second]
@@ -168,13 +169,21 @@ class WindowModels:
         ]
 
 
+def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
+    """Return the better one of each effect that acts throughout or for a time, best first."""
+    chosen: dict[str, EvidenceHypothesis] = {}
+    for single in singles:
+        chosen.setdefault(single.candidates[-1].throughout.label, single)
+    return list(chosen.values())
+
+
 def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
     """Put other effects in place of each one that was found but the last."""
     jobs: list[Job] = []
     taken = set(best.names)
     for k in range(len(best.candidates) - 1):
         others = best.candidates[:k] + best.candidates[k + 1 :]
-        for single in singles[: best.fitter.candidate_set.budget.paired]:
+        for single in likeliest(singles)[: best.fitter.candidate_set.budget.paired]:
             candidate = single.candidates[-1]
             if candidate.name not in taken:
                 jobs.append(_beside(best, others, single))
@@ -250,7 +259,8 @@ def extensions(
     starts = initial_guesses(problem, base) if missing else {}
     regular = [c for c in candidates if not c.identification.guessed]
     uncertain = [c.name for c in regular if c.identification.always_fitted]
-    _, first = linear_screen(base, regular, always=uncertain if missing else ())
+    table, first = linear_screen(base, regular, always=uncertain if missing else ())
+    first += proposals(problem, base, regular, table)
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
         (c, begin)
@@ -261,14 +271,16 @@ def extensions(
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
         keys = keys_of((*base.candidates, job[0]))
-        return _shifted(base.fitter, job[1]).fit(keys, start=job[1], coarse=True)
+        fitter = _shifted(base.fitter, job[1]).acting((*base.candidates, job[0]))
+        return fitter.fit(keys, start=job[1], coarse=True)
 
     fits = spread(work, jobs, processes)
     chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
     for (candidate, begin), fit in zip(jobs, fits, strict=True):
         known = chosen.get(candidate.label)
         if known is None or fit.cost < known[1].cost:
-            chosen[candidate.label] = (candidate, fit, _shifted(base.fitter, begin))
+            fitter = _shifted(base.fitter, begin).acting((*base.candidates, candidate))
+            chosen[candidate.label] = (candidate, fit, fitter)
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
@@ -364,7 +376,7 @@ def refit_about_own_values(
         at = dict(fit.values)
         if problem.samples.posed and not problem.impact:
             level = fitter.windows.gusts
-            fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=level)
+            fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
         else:
             fitter = follow_measurements(fitter, keys, at=at, rounds=1)
         before, fit = fit, fitter.fit(keys, start=fit.values)
@@ -384,7 +396,10 @@ def rivals_of(
     others = tuple(c for k, c in enumerate(best.candidates) if k != index)
     taken = {c.name for c in best.candidates}
     pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
-    ranked = sorted(pool.values(), key=lambda h: (not own.resembles(h.candidates[-1]), -h.score))
+    ranked = sorted(
+        likeliest(sorted(pool.values(), key=lambda h: -h.score)),
+        key=lambda h: (not own.resembles(h.candidates[-1]), -h.score),
+    )
     jobs: list[Job] = []
     for single in ranked:
         candidate = single.candidates[-1]

@@ -19,7 +19,7 @@ from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
 from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
-from seals.sysid.validation.writing import overlay_of, withdraw, write_overlay
+from seals.sysid.validation.writing import overlay_of, timed_words, withdraw, write_overlay
 
 RESULT, PICTURE = "verify.json", "ladder.png"
 
@@ -54,6 +54,12 @@ def add(config: Any) -> int:
     target.parent.mkdir(parents=True, exist_ok=True)
     write_overlay(target, target.stem, content)
     print(f"{content['summary']}: written to {target}")
+    for effect in finding.effects:
+        if "active" in effect:
+            print(
+                f"{effect['name']} acts {timed_words(effect)} of the log; in the model it acts "
+                "throughout. Leave the effect out of runs before it begins or after it ends."
+            )
     if finding.chosen:
         print("The log cannot tell this effect from others: it was chosen by you.")
     if finding.formula is not None:

@@ -14,6 +14,7 @@ from typing import Any
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
+from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.problem import (
@@ -82,21 +83,46 @@ def refit(log: Log, finding: Finding) -> Refit:
         LogError: the log cannot be used.
     """
     problem = prepare(log)
-    choices = [candidates_for(problem, effect) for effect in finding.effects]
+    choices = [
+        [_acting(c, effect, log.name) for c in candidates_for(problem, effect)]
+        for effect in finding.effects
+    ]
     fits = [(combo, *_fitted(problem, combo, finding)) for combo in itertools.product(*choices)]
     combo, fit, fitter = min(fits, key=lambda f: f[1].cost)
-    values = dict(fit.values)
+    # the model holds an effect as it is while it acts
+    own = {key: key.removesuffix(ACTIVE) for key in fit.keys}
+    values = {own[key]: value for key, value in fit.values.items()}
+    spread = {own[key]: fit.spread(key) for key in fit.keys}
+    combo = tuple(c.throughout for c in combo)
     for candidate, effect in zip(combo, finding.effects, strict=True):
         values |= stated(candidate, effect)
     return Refit(
         candidates=combo,
         values=values,
-        spread={key: fit.spread(key) for key in fit.keys},
+        spread=spread,
         candidate_set=fitter.candidate_set,
         own=tuple(problem.vehicle.effects),
         speeds=typical_speeds(problem.fitter.trajectory),
         alone=estimate_disturbance(problem).fit.values,
     )
+
+
+def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candidate:
+    """Return the effect as it acts in one log.
+
+    Raises:
+        ConfigError: it does not act there.
+    """
+    if "active" not in effect:
+        return candidate
+    entries = [entry for entry in effect["active"] if entry["log"] == log]
+    if not entries:
+        others = ", ".join(str(entry["log"]) for entry in effect["active"])
+        raise ConfigError(
+            f"'{candidate.name}' does not act in log '{log}'.\n"
+            f"Give a log in which it does: {others}"
+        )
+    return candidate.acting(read_activity(entries, [log]))
 
 
 def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidate]:
@@ -133,14 +159,14 @@ def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) ->
     start: dict[str, float] = {}
     for candidate, effect in zip(combo, finding.effects, strict=True):
         start |= stated(candidate, effect)
-    keys, fitter = keys_of(combo), estimate_disturbance(problem).fitter
+    keys, fitter = keys_of(combo), estimate_disturbance(problem).fitter.acting(combo)
     delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     if delay > _LATE:
         fitter = rewindowed(fitter, delay=delay)
     fit = fitter.fit(keys, start=start)
     if problem.samples.posed and not problem.impact:
         gusts = fitter.windows.gusts
-        fitter = linearise_model(problem.plant, fitter.trajectory, fit.values, gusts=gusts)
+        fitter = linearise_model(fitter.plant, fitter.trajectory, fit.values, gusts=gusts)
     else:
         fitter = follow_measurements(fitter, keys, at=fit.values, rounds=1)
     return fitter.fit(keys, start={k: fit.values[k] for k in keys}), fitter

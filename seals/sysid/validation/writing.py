@@ -16,6 +16,7 @@ from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_text
 from seals.schema import parameters_of
+from seals.sysid.candidates.activity import active_words
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.validation.answer import FORMULA, Finding
 from seals.sysid.validation.model import by_instance
@@ -91,6 +92,12 @@ def overlay_of(
     out["speeds"] = [_short(x) for x in found.speeds]
     out["provenance"] = _provenance(finding, base, log=log, sha256=sha256)
     return out
+
+
+def timed_words(effect: Mapping[str, Any]) -> str:
+    """Say when an effect of an answer acts, which a model leaves out: there it acts throughout."""
+    entries = effect["active"]
+    return active_words(entries, [str(entry["log"]) for entry in entries])
 
 
 def write_overlay(path: Path, name: str, content: Mapping[str, Any]) -> None:
@@ -213,6 +220,9 @@ def _provenance(
         "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         "seals": seals.__version__,
     }
+    active = {str(e["name"]): timed_words(e) for e in finding.effects if "active" in e}
+    if active:
+        out["active"] = active
     if finding.formula is not None:
         out["accepted"] = f"a formula without a name, by the user: {finding.formula['text']}"
     if finding.chosen:

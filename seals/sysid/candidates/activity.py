@@ -1,0 +1,159 @@
+"""When an effect acts: throughout, or in each log from a beginning to an end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.data.samples import Samples
+
+ACTIVE = "|active"
+"""Ending of the keys that hold an effect's parameters while it acts."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """Time at which an effect begins or ends, on the clock of its log [s].
+
+    Args:
+        value: estimate.
+        low90: lower end of its 90 % interval.
+        high90: upper end of it.
+    """
+
+    value: float
+    low90: float
+    high90: float
+
+    def to_dict(self) -> dict[str, float]:
+        """Return the moment in the form of ``diagnosis.json``."""
+        return {"value": self.value, "low90": self.low90, "high90": self.high90}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Span:
+    """Part of one log in which an effect acts.
+
+    Args:
+        log: number of the log, in the order in which they were given.
+        start: where it begins; None for the first row.
+        end: where it ends; None for the last row.
+    """
+
+    log: int
+    start: Moment | None = None
+    end: Moment | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Activity:
+    """Logs in which an effect acts, and the part of each; in all others it does not act.
+
+    Args:
+        spans: one for each log in which it acts, in order.
+        price: evidence that these times cost, see `DecisionPolicy.activity`.
+    """
+
+    spans: tuple[Span, ...]
+    price: float = 0.0
+
+    def weights(self, samples: Samples, *, over_steps: bool = False) -> Floats:
+        """One where the effect acts, zero where it does not, shape (T,).
+
+        Args:
+            samples: of all logs.
+            over_steps: the share of the step after each row, in place of the moment of the row.
+        """
+        out = np.zeros(samples.rows)
+        logs = log_rows(samples)
+        for span in self.spans:
+            rows = slice(*logs[span.log])
+            time = samples.time[rows]
+            begun = _passed(span.start, time, samples.step, over_steps=over_steps, open_is=1.0)
+            ended = _passed(span.end, time, samples.step, over_steps=over_steps, open_is=0.0)
+            out[rows] = np.maximum(begun - ended, 0.0)
+        return out
+
+    def to_list(self, names: Sequence[str]) -> list[dict[str, Any]]:
+        """Return the activity in the form of ``diagnosis.json``.
+
+        Args:
+            names: of the logs.
+        """
+        return [
+            {
+                "log": names[span.log],
+                "start": None if span.start is None else span.start.to_dict(),
+                "end": None if span.end is None else span.end.to_dict(),
+            }
+            for span in self.spans
+        ]
+
+
+def _passed(
+    moment: Moment | None, time: Floats, step: float, *, over_steps: bool, open_is: float
+) -> Floats:
+    """One after a moment, zero before it; over steps the share of each."""
+    if moment is None:
+        return np.full(len(time), open_is)
+    late = (time - moment.value) / step
+    return np.clip(late + 1.0, 0.0, 1.0) if over_steps else (late >= 0.0).astype(float)
+
+
+def read_activity(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Activity:
+    """Read the entry ``active`` of an answer.
+
+    Args:
+        entries: of the answer.
+        names: of the logs.
+    """
+
+    def moment(entry: Mapping[str, Any] | None) -> Moment | None:
+        return None if entry is None else Moment(**{k: float(v) for k, v in entry.items()})
+
+    return Activity(
+        spans=tuple(
+            Span(
+                log=list(names).index(str(entry["log"])),
+                start=moment(entry["start"]),
+                end=moment(entry["end"]),
+            )
+            for entry in entries
+        )
+    )
+
+
+def log_rows(samples: Samples) -> tuple[tuple[int, int], ...]:
+    """First and last-plus-one row of each log."""
+    return tuple((s.first, s.last) for s in samples.logs) or ((0, samples.rows),)
+
+
+def active_words(entries: Sequence[Mapping[str, Any]], logs: Sequence[str]) -> str:
+    """Say when an effect acts.
+
+    Args:
+        entries: as in ``diagnosis.json``.
+        logs: names of all logs.
+
+    Example:
+        >>> moment = {"value": 9.0, "low90": 8.98, "high90": 9.02}
+        >>> active_words([{"log": "a", "start": moment, "end": None}], ["a"])
+        'from 9.00 s'
+        >>> active_words([{"log": "a", "start": None, "end": moment}], ["a", "b"])
+        'a: until 9.00 s; b: not at all'
+    """
+    by_log = {str(entry["log"]): _span_words(entry) for entry in entries}
+    if len(logs) == 1:
+        return by_log.get(logs[0], "not at all")
+    return "; ".join(f"{name}: {by_log.get(name, 'not at all')}" for name in logs)
+
+
+def _span_words(entry: Mapping[str, Any]) -> str:
+    start, end = entry["start"], entry["end"]
+    first = "" if start is None else f"from {start['value']:.2f} s"
+    last = "" if end is None else f"until {end['value']:.2f} s"
+    return " ".join(filter(None, (first, last))) or "throughout"

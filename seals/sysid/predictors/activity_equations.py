@@ -1,0 +1,328 @@
+"""Misfit of a model as a function of when one of its effects acts, from one linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.sysid.candidates.activity import ACTIVE, log_rows
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.linear_screen import CandidateEquations
+from seals.sysid.predictors.linearise import Columns
+from seals.sysid.predictors.whitened import Whitened
+from seals.sysid.predictors.windows_fit import Fitter
+
+_FREE = 1e-6
+"""Prior precision of a strength in units of the present one: free."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blocks:
+    """Products of an effect's responses, for any shape of choices in front.
+
+    Args:
+        cross: with the responses of all other parameters, shape (..., f, c).
+        own: with themselves, shape (..., c, c).
+        right: with the misfit without the effect, shape (..., c).
+    """
+
+    cross: Floats
+    own: Floats
+    right: Floats
+
+    def __add__(self, other: Blocks) -> Blocks:
+        """Return the sum, as products of separate windows add."""
+        return Blocks(
+            cross=self.cross + other.cross,
+            own=self.own + other.own,
+            right=self.right + other.right,
+        )
+
+    def __getitem__(self, at: object) -> Blocks:
+        """Return some of the choices."""
+        return Blocks(cross=self.cross[at], own=self.own[at], right=self.right[at])
+
+    def less(self, other: Blocks) -> Blocks:
+        """Return the difference."""
+        return self + replace(other, cross=-other.cross, own=-other.own, right=-other.right)
+
+    def over(self, axis: int = 0) -> Blocks:
+        """Return the sum over an axis of the choices."""
+        return Blocks(
+            cross=self.cross.sum(axis=axis),
+            own=self.own.sum(axis=axis),
+            right=self.right.sum(axis=axis),
+        )
+
+    def before(self) -> Blocks:
+        """Return the sums over all choices before each one, along the first axis."""
+
+        def sums(values: Floats) -> Floats:
+            out: Floats = np.cumsum(values, axis=0) - values
+            return out
+
+        return Blocks(cross=sums(self.cross), own=sums(self.own), right=sums(self.right))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActivityEquations:
+    """Normal equations of one effect that acts in parts of the windows; W windows, R offsets.
+
+    The response of a window to an effect that acts in some of its rows is linear in these rows. The
+    first column of the effect is its response at its present values, where it has any.
+
+    Args:
+        fitter: of the linearisation.
+        offsets: rows, and parts of a row, after the start of a window from which, or up to which,
+            the effect acts, ascending, the first of them 0, shape (R,).
+        on: acting from each offset on, shape (W, R) in front.
+        off: acting up to each offset, shape (W, R) in front.
+        normal: of all other parameters over all windows, priors included, shape (f, f).
+        gradient: of all other parameters without the effect, priors included, shape (f,).
+        precision: prior precision of the effect's parameters, shape (k,).
+        at: present values of the effect's parameters, shape (k,).
+        values: of all other parameters.
+    """
+
+    fitter: Fitter
+    offsets: Floats
+    on: Blocks
+    off: Blocks
+    normal: Floats
+    gradient: Floats
+    precision: Floats
+    at: Floats
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def _inverse_factor(self) -> Floats:
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.normal), 1e-300))
+        scaled = self.normal * scale[:, None] * scale[None, :] + 1e-12 * np.eye(len(scale))
+        inverse: Floats = np.linalg.inv(np.linalg.cholesky(scaled)) * scale
+        return inverse
+
+    @cached_property
+    def absent(self) -> float:
+        """Fall of the cost by the other parameters alone."""
+        return float(np.sum((self._inverse_factor @ self.gradient) ** 2))
+
+    def fall(self, blocks: Blocks) -> tuple[Floats, Floats]:
+        """Predict the fall of the cost against the model without the effect, and its values.
+
+        Args:
+            blocks: sums over the windows, shape (N,) in front.
+
+        Returns:
+            Falls, shape (N,), and values of the effect's parameters, shape (N, k).
+        """
+        present = self.at.any()
+        first = 1 if present else 0
+        moved = blocks.cross[:, :, first:]
+        gradient = np.broadcast_to(self.gradient, blocks.cross.shape[:2])
+        own_gradient = blocks.right[:, first:] - self.precision * self.at
+        own = blocks.own[:, first:, first:] + np.diag(self.precision)
+        fixed = np.full(len(own), float(np.sum(self.precision * self.at**2)))
+        if present:
+            gradient = gradient - blocks.cross[:, :, 0]
+            own_gradient = own_gradient - blocks.own[:, 1:, 0]
+            fixed += blocks.own[:, 0, 0] - 2.0 * blocks.right[:, 0]
+        across = np.matmul(self._inverse_factor, moved)
+        taken = gradient @ self._inverse_factor.T
+        rest = own - np.matmul(across.transpose(0, 2, 1), across)
+        slope = own_gradient - np.einsum("nfk,nf->nk", across, taken)
+        size = 1.0 / np.sqrt(np.maximum(np.einsum("nkk->nk", own), 1e-300))
+        scaled = rest * size[:, :, None] * size[:, None, :] + 1e-9 * np.eye(rest.shape[1])
+        step = np.linalg.solve(scaled, (slope * size)[:, :, None])[:, :, 0] * size
+        gain = np.sum(taken**2, axis=1) + np.sum(step * slope, axis=1) - fixed - self.absent
+        return gain, self.at + step
+
+    def windows_of_logs(self) -> list[NDArray[np.int64]]:
+        """Numbers of the windows of each log, in order."""
+        first = self.fitter.windows.rows[:, 0]
+        spans = log_rows(self.fitter.plant.samples)
+        return [np.flatnonzero((first >= a) & (first < b)) for a, b in spans]
+
+    def tail(self, windows: NDArray[np.int64]) -> Blocks:
+        """Acting from each place on: (windows, offsets) in one line in front."""
+        whole = self.on[windows, 0]
+        after = whole.over()[None].less(whole.before()).less(whole)
+        return _line(self.on[windows] + after[:, None])
+
+    def head(self, windows: NDArray[np.int64]) -> Blocks:
+        """Acting up to each place: (windows, offsets) in one line in front."""
+        return _line(self.off[windows] + self.on[windows, 0].before()[:, None])
+
+
+def _line(blocks: Blocks) -> Blocks:
+    count = blocks.cross.shape[0] * blocks.cross.shape[1]
+    return Blocks(
+        cross=blocks.cross.reshape(count, *blocks.cross.shape[2:]),
+        own=blocks.own.reshape(count, *blocks.own.shape[2:]),
+        right=blocks.right.reshape(count, -1),
+    )
+
+
+def coarse_equations(
+    fitter: Fitter, table: CandidateEquations, candidate: Candidate
+) -> ActivityEquations:
+    """Return the equations of a candidate that acts in whole windows, from a linear screen.
+
+    Args:
+        fitter: of the screen.
+        table: normal equations of all candidates.
+        candidate: that acts nowhere yet.
+    """
+    own = [table.keys.index(k) for k in candidate.throughout.all_keys]
+    used = (*fitter.tolerances, *table.free)
+    rest = [i for i, k in enumerate(table.keys) if k in used]
+    keys = [table.keys[i] for i in rest]
+    on = Blocks(
+        cross=table.normal[:, rest][:, :, own][:, None],
+        own=table.normal[:, own][:, :, own][:, None],
+        right=table.right[:, own][:, None],
+    )
+    prior = fitter.precision(keys, table.free)
+    past = np.array([table.values[k] - table.centre.get(k, 0.0) for k in keys])
+    return ActivityEquations(
+        fitter=fitter,
+        offsets=np.zeros(1),
+        on=on,
+        off=on.less(on),
+        normal=table.normal[:, rest][:, :, rest].sum(axis=0) + np.diag(prior),
+        gradient=table.right[:, rest].sum(axis=0) - prior * past,
+        precision=_own_precision(fitter, candidate),
+        at=np.zeros(len(own)),
+        values={k: table.values[k] for k in keys},
+    )
+
+
+def activity_equations(
+    fitter: Fitter,
+    fit: Fit,
+    candidate: Candidate,
+    offsets: Sequence[float],
+    *,
+    strength: bool = False,
+) -> ActivityEquations:
+    """Return the equations of one effect of a fit, or of one beside it, at rows inside windows.
+
+    Args:
+        fitter: of the fit.
+        fit: with the effect, throughout or for a time, or without it.
+        candidate: the effect.
+        offsets: rows after the start of a window, ascending, the first of them 0.
+        strength: whether the effect, present in the fit, is moved in strength alone: one column.
+    """
+    keys, held = candidate.throughout.all_keys, {*candidate.all_keys}
+    values = {k: v for k, v in fit.values.items() if k not in held or k in fitter.tolerances}
+    at = np.array([fit.values.get(k, 0.0) for k in candidate.all_keys])
+    values |= dict.fromkeys(held & set(values), 0.0)
+    free = tuple(k for k in fit.free if k not in held)
+    rest = [*fitter.tolerances, *(k for k in free if k not in fitter.tolerances)]
+    with_it = dict(values)
+    for key, value in zip(keys, at, strict=True):
+        with_it[key] = with_it.get(key, 0.0) + float(value)
+    misfit = fitter.misfit(values)
+    others = fitter.fixed
+    if len(rest) > len(fitter.tolerances):
+        others = others.beside(fitter.whitened(rest[len(fitter.tolerances) :], values))
+    responses = _responses(fitter, () if strength else keys, values, with_it, at)
+    on, off = _masked(fitter, responses, offsets)
+    blocks = [_blocks(columns, others, misfit, len(offsets)) for columns in (on, off)]
+    prior = fitter.precision(rest, free)
+    centre = dict(zip(fit.keys, fit.centre, strict=True))
+    past = np.array([values[k] - float(centre.get(k, 0.0)) for k in rest])
+    return ActivityEquations(
+        fitter=fitter,
+        offsets=np.asarray(offsets, dtype=float),
+        on=blocks[0],
+        off=blocks[1],
+        normal=others.product(others).sum(axis=0) + np.diag(prior),
+        gradient=others.product(misfit)[:, :, 0].sum(axis=0) - prior * past,
+        precision=np.full(1, _FREE) if strength else _own_precision(fitter, candidate),
+        at=np.zeros(1) if strength else at,
+        values={k: values[k] for k in rest},
+    )
+
+
+def _own_precision(fitter: Fitter, candidate: Candidate) -> Floats:
+    keys = [k + ACTIVE for k in candidate.throughout.all_keys]
+    return fitter.precision(keys, keys)
+
+
+def _responses(
+    fitter: Fitter,
+    keys: Sequence[str],
+    without: Mapping[str, float],
+    with_it: Mapping[str, float],
+    at: Floats,
+) -> Columns:
+    """Responses by the effect's parameters; in front the one at its present values, if any."""
+    found = fitter.columns_at(keys, with_it)
+    if not at.any():
+        return found
+    before, after = fitter.prediction(without), fitter.prediction(with_it)
+    return Columns(
+        keys=("", *keys),
+        push=np.concatenate([(after.defect - before.defect)[:, :, None], found.push], axis=2),
+        reading=np.concatenate(
+            [(after.reading - before.reading)[:, :, None], found.reading], axis=2
+        ),
+    )
+
+
+def _masked(
+    fitter: Fitter, columns: Columns, offsets: Sequence[float]
+) -> tuple[Whitened, Whitened]:
+    """Whitened responses where the effect acts from each offset on, and up to it."""
+    windows = fitter.windows
+    inside = np.full((fitter.plant.samples.rows, 1, 1), -np.inf)
+    inside[windows.rows, 0, 0] = np.arange(windows.length)
+    # inside a row the rest of its step is pushed; the reading at the row is over
+    pushed = [columns.push * np.clip(inside + 1.0 - r, 0.0, 1.0) for r in offsets]
+    read = [columns.reading * (inside >= r) for r in offsets]
+    many = Columns(
+        keys=columns.keys * len(offsets),
+        push=np.concatenate(pushed, axis=2),
+        reading=np.concatenate(read, axis=2),
+    )
+    on = windows.whiten(windows.responses(many))
+    size = len(columns.keys)
+    whole = Whitened(
+        outputs=np.tile(on.outputs[:, :, :size], len(offsets)),
+        absorbed=np.tile(on.absorbed[:, :, :size], len(offsets)),
+        cross=np.tile(on.cross[:, :, :size], len(offsets)),
+    )
+    return on, whole.less(on)
+
+
+def _blocks(columns: Whitened, others: Whitened, misfit: Whitened, offsets: int) -> Blocks:
+    """Products of the responses by window and offset."""
+    count = columns.outputs.shape[0]
+    cross, right = others.product(columns), columns.product(misfit)[:, :, 0]
+    size = right.shape[1] // offsets
+    own = np.stack(
+        [
+            part.product(part)
+            for part in (_part(columns, slice(i * size, (i + 1) * size)) for i in range(offsets))
+        ],
+        axis=1,
+    )
+    split = cross.reshape(count, cross.shape[1], offsets, size)
+    return Blocks(
+        cross=split.transpose(0, 2, 1, 3), own=own, right=right.reshape(count, offsets, size)
+    )
+
+
+def _part(columns: Whitened, which: slice) -> Whitened:
+    return Whitened(
+        outputs=columns.outputs[:, :, which],
+        absorbed=columns.absorbed[:, :, which],
+        cross=columns.cross[:, :, which],
+    )

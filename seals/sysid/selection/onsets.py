@@ -1,0 +1,185 @@
+"""Models whose effects begin or end: proposals beside constant effects, and their times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from seals.sysid.candidates.activity import Activity, log_rows
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.predictors.activity_equations import activity_equations, coarse_equations
+from seals.sysid.predictors.linear_screen import CandidateEquations, linear_gain
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.windows import Windows
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
+from seals.sysid.selection.change_points import ChangePoints, ChangePointSearch
+
+_FINER = ((0.1, 1.0), (0.02, 0.125))
+"""Reach about a time [s] and spacing [rows] of the places that are tried, in turn."""
+_ROUNDS = 2
+"""Times that the times and the values of a model are found in turn."""
+
+
+def may_act_for_a_time(problem: Problem, candidate: Candidate) -> bool:
+    """Return true where the times of an effect can be found in the windows of a log.
+
+    A fall in one window has no times to compare; delays are no sum of parts of a log, waves and
+    what needs a guess of its place are not linear in when they act.
+    """
+    plant = problem.plant
+    return (
+        candidate.may_change
+        and problem.samples.posed
+        and not problem.impact
+        and not candidate.identification.guessed
+        and candidate.instance not in plant.timed
+        and candidate.instance not in plant.candidate_set.waves
+        and plant.candidate_set.sensor_delay not in candidate.throughout.all_keys
+    )
+
+
+def proposals(
+    problem: Problem,
+    base: EvidenceHypothesis,
+    candidates: Sequence[Candidate],
+    table: CandidateEquations,
+) -> list[tuple[Candidate, dict[str, float]]]:
+    """Return effects that explain more for a time than throughout, with first values.
+
+    Args:
+        problem: the log made ready.
+        base: model that they would extend.
+        candidates: effects to look at.
+        table: linear equations of all of them about the base.
+    """
+    fitter, policy = base.fitter, problem.policy
+    common, _ = linear_gain(fitter, table, ())
+    top = max((linear_gain(fitter, table, c.all_keys)[0] - common for c in candidates), default=0.0)
+    # one that is far behind the best constant effect imitates it
+    least = max(top - policy.behind - policy.behind_share * top, policy.screen_further)
+    ranked: list[tuple[float, Candidate]] = []
+    for candidate in candidates:
+        if not may_act_for_a_time(problem, candidate):
+            continue
+        equations = coarse_equations(fitter, table, candidate)
+        found = ChangePointSearch(equations, candidate, policy).run()
+        if found.activity is not None and found.gain > max(found.throughout, least):
+            ranked.append((found.gain, candidate))
+    ranked.sort(key=lambda r: -r[0])
+    about = fitter.start(base.fit.free) if not base.fit.free else base.fit
+    out = []
+    for _, candidate in ranked[: problem.budget.changing]:
+        equations = activity_equations(fitter, about, candidate, _offsets(fitter.windows, policy))
+        found = ChangePointSearch(equations, candidate, policy).run()
+        if found.activity is not None:
+            acting = candidate.acting(found.activity)
+            given = {k: base.fit.values[k] for k in base.fit.free}
+            out.append((acting, given | _values(acting, found)))
+    return out
+
+
+def retimed(
+    problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis
+) -> EvidenceHypothesis:
+    """Find the times of all effects of a model about its own values; the better model stays.
+
+    Args:
+        problem: the log made ready.
+        nominal: model against which it is scored.
+        best: model whose effects may begin or end.
+    """
+    for _ in range(_ROUNDS):
+        before = best
+        for k, candidate in enumerate(best.candidates):
+            if may_act_for_a_time(problem, candidate):
+                best = _retimed(problem, nominal, best, k)
+        if best is before:
+            break
+    return sharpened(nominal, best)
+
+
+def _retimed(
+    problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis, k: int
+) -> EvidenceHypothesis:
+    """The same with better times of one effect."""
+    candidate, policy = best.candidates[k], problem.policy
+    if candidate.activity is None:
+        equations = activity_equations(best.fitter, best.fit, candidate, (0,))
+        coarse = ChangePointSearch(equations, candidate, policy).run()
+        if coarse.activity is None or coarse.gain < coarse.throughout:
+            return best
+    offsets = _offsets(best.fitter.windows, policy)
+    equations = activity_equations(best.fitter, best.fit, candidate, offsets)
+    found = ChangePointSearch(equations, candidate, policy).run()
+    if found.activity is None or found.activity == candidate.activity:
+        return best
+    acting = candidate.acting(found.activity)
+    candidates = (*best.candidates[:k], acting, *best.candidates[k + 1 :])
+    other = _fitted(nominal, best, candidates, _values(acting, found))
+    return other if other.score > best.score else best
+
+
+def sharpened(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:
+    """Find the times of the effects of a model to a part of a row, about its own values."""
+    policy = best.fitter.candidate_set.policy
+    for reach, spacing in _FINER:
+        for k, candidate in enumerate(best.candidates):
+            if candidate.activity is None:
+                continue
+            windows = best.fitter.windows
+            near = _near(windows, candidate.activity, reach / windows.samples.step, spacing)
+            offsets = sorted({*_offsets(windows, policy), *near})
+            equations = activity_equations(best.fitter, best.fit, candidate, offsets, strength=True)
+            found = ChangePointSearch(equations, candidate, policy).run()
+            if found.activity is None or found.activity == candidate.activity:
+                continue
+            acting = candidate.acting(replace(found.activity, price=candidate.activity.price))
+            candidates = (*best.candidates[:k], acting, *best.candidates[k + 1 :])
+            other = _fitted(nominal, best, candidates, {})
+            best = other if other.score > best.score else best
+    return best
+
+
+def _near(windows: Windows, activity: Activity, reach: float, spacing: float) -> set[float]:
+    """Places inside a window that lie near the times of an activity, in rows."""
+    samples, out = windows.samples, set[float]()
+    begin = samples.time[windows.rows[:, 0]]
+    logs = log_rows(samples)
+    for span in activity.spans:
+        own = (windows.rows[:, 0] >= logs[span.log][0]) & (windows.rows[:, 0] < logs[span.log][1])
+        for moment in (span.start, span.end):
+            if moment is None:
+                continue
+            late = (moment.value - begin[own]) / samples.step
+            at = float(late[late >= 0.0].min(initial=windows.length))
+            steps = np.arange(-reach, reach + 0.5 * spacing, spacing)
+            places = np.round((at + steps) / spacing) * spacing
+            # beyond an end of this window lies the next one
+            out |= {float(p) for p in places % windows.length}
+    return out
+
+
+def _fitted(
+    nominal: EvidenceHypothesis,
+    best: EvidenceHypothesis,
+    candidates: tuple[Candidate, ...],
+    values: Mapping[str, float],
+) -> EvidenceHypothesis:
+    """Fit a model with other times from the values of one alike."""
+    keys, start = keys_of(candidates), {**best.fit.values, **values}
+    fitter = best.fitter.acting(candidates)
+    fit = fitter.fit(keys, start={k: start[k] for k in keys})
+    return scored(candidates, fit, fitter, nominal)
+
+
+def _values(acting: Candidate, found: ChangePoints) -> dict[str, float]:
+    return dict(zip(acting.all_keys, map(float, found.values), strict=True))
+
+
+def _offsets(windows: Windows, policy: DecisionPolicy) -> list[float]:
+    """Rows inside a window at which an effect may begin or end."""
+    spacing = max(1, round(policy.activity_resolution / windows.samples.step))
+    return [float(k) for k in range(0, windows.length, spacing)]
