@@ -55,11 +55,11 @@ class Activity:
 
     Args:
         spans: one for each log in which it acts, in order.
-        price: evidence that these times cost, see `DecisionPolicy.activity`.
+        occam_factor: evidence that these times cost, see `DecisionPolicy.activity`.
     """
 
     spans: tuple[Span, ...]
-    price: float = 0.0
+    occam_factor: float = 0.0
 
     def weights(self, samples: Samples, *, over_steps: bool = False) -> Floats:
         """One where the effect acts, zero where it does not, shape (T,).

@@ -21,7 +21,7 @@ class EvidenceHypothesis(Hypothesis):
     Args:
         fit: of their parameters and the tolerances.
         fitter: the linearisation the fit belongs to.
-        score: fall of the cost against the nominal model less the Occam factor and the price of
+        score: fall of the cost against the nominal model less the Occam factors, also of the
             times at which effects begin or end; 0 for the nominal model.
     """
 
@@ -92,7 +92,7 @@ def scored(
     dropped = nominal.fitter.windows.observed - fitter.windows.observed
     gain = nominal.fit.cost - fit.cost - dropped
     paid = occam_factor(fit, candidate_set) - occam_factor(nominal.fit, candidate_set)
-    paid += sum(c.activity.price for c in candidates if c.activity is not None)
+    paid += sum(c.activity.occam_factor for c in candidates if c.activity is not None)
     score = gain - paid if np.isfinite(gain - paid) else -np.inf
     return EvidenceHypothesis(candidates=tuple(candidates), fit=fit, fitter=fitter, score=score)
 

@@ -46,7 +46,7 @@ class ChangePoints:
 
     Args:
         activity: the times; None where acting throughout is as likely.
-        gain: fall of the cost against the model without the effect, less the price of the times.
+        gain: fall of the cost against the model without the effect, less the Occam factor of the times.
         throughout: the same where it acts throughout.
         values: of the effect's parameters, shape (k,).
         parts: of every log.
@@ -106,7 +106,7 @@ class ChangePointSearch:
     Args:
         equations: of the effect.
         candidate: the effect, which says whether it may begin and end.
-        policy: price of the times.
+        policy: Occam factor of the times.
     """
 
     def __init__(
@@ -134,17 +134,17 @@ class ChangePointSearch:
         for start in starts:
             parts = self._swept(start)
             found = self._fall(parts)
-            if found[0] - self._price(parts) > gain - self._price(best):
+            if found[0] - self._factor(parts) > gain - self._factor(best):
                 best, (gain, values) = parts, found
         if best == throughout:
             return ChangePoints(
                 activity=None, gain=whole, throughout=whole, values=values, parts=best
             )
         # a law holds to a share only, which may differ from one part of a log to another
-        price = self._price(best) + self.policy.activity + self.policy.activity_share * gain
+        occam_factor = self._factor(best) + self.policy.activity + self.policy.activity_share * gain
         return ChangePoints(
-            activity=Activity(spans=self._spans(best), price=price),
-            gain=gain - price,
+            activity=Activity(spans=self._spans(best), occam_factor=occam_factor),
+            gain=gain - occam_factor,
             throughout=whole,
             values=values,
             parts=best,
@@ -194,7 +194,7 @@ class ChangePointSearch:
 
     def _worth(self, log: LogPlaces, others: Blocks, part: Part) -> float:
         fall = float(self.equations.fall((others + log.block(part))[None])[0][0])
-        return fall - self._part_price(log, part)
+        return fall - self._part_factor(log, part)
 
     def _best(self, log: LogPlaces, others: Blocks, choices: Blocks) -> int:
         """Best place; the first one would be the whole log, or none of it."""
@@ -219,10 +219,10 @@ class ChangePointSearch:
             end = int(choices[np.argmax(self.equations.fall(others[None] + found)[0])])
         return Part(start=start, end=end)
 
-    def _price(self, parts: Sequence[Part]) -> float:
-        return sum(self._part_price(g, p) for g, p in zip(self.logs, parts, strict=True))
+    def _factor(self, parts: Sequence[Part]) -> float:
+        return sum(self._part_factor(g, p) for g, p in zip(self.logs, parts, strict=True))
 
-    def _part_price(self, log: LogPlaces, part: Part) -> float:
+    def _part_factor(self, log: LogPlaces, part: Part) -> float:
         """Evidence that the choice of one part costs: the prior of one among all of them."""
         if part == Part():
             return 0.0

@@ -136,7 +136,9 @@ def sharpened(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> Evidence
             found = ChangePointSearch(equations, candidate, policy).run()
             if found.activity is None or found.activity == candidate.activity:
                 continue
-            acting = candidate.acting(replace(found.activity, price=candidate.activity.price))
+            acting = candidate.acting(
+                replace(found.activity, occam_factor=candidate.activity.occam_factor)
+            )
             candidates = (*best.candidates[:k], acting, *best.candidates[k + 1 :])
             other = _fitted(nominal, best, candidates, {})
             best = other if other.score > best.score else best
