@@ -46,7 +46,8 @@ class ChangePoints:
 
     Args:
         activity: the times; None where acting throughout is as likely.
-        gain: fall of the cost against the model without the effect, less the Occam factor of the times.
+        gain: fall of the cost against the model without the effect, less the Occam factor of the
+            times.
         throughout: the same where it acts throughout.
         values: of the effect's parameters, shape (k,).
         parts: of every log.
