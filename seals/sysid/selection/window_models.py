@@ -118,10 +118,11 @@ class WindowModels:
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
+        before = best
         for rival in tried:
             if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
-        return best, tried
+        return best if best is before else retimed(self.problem, self.nominal, best), tried
 
     def _without_superfluous(
         self, best: EvidenceHypothesis
