@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
-from seals.sysid.least_squares.solver import Iterate, Proposal, minimise
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.least_squares.solver import minimise
 from seals.sysid.least_squares.step_rules import Backtracking
 from seals.sysid.predictors.linearise import (
     Columns,
@@ -25,6 +24,7 @@ from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows_descent import Descent
 
 _AGAIN = 2
 """Times that a fit is repeated about exact steps at its own values."""
@@ -282,7 +282,7 @@ class Fitter:
         expansion_point: ExpansionPoint | None,
     ) -> Fit:
         """Minimise the cost over some keys, the others eliminated to first order."""
-        descent = _Descent(self, now.keys, moving, rule.absolute, expansion_point)
+        descent = Descent(self, now.keys, moving, rule.absolute, expansion_point)
         task = descent.task(now)
         minimise(descent, [task], rule, steps=iterations)
         return task.fit
@@ -374,78 +374,6 @@ class Fitter:
         if self.windows.delay and late in fit.keys:
             _silence(fit.normal, fit.right, fit.keys.index(late))
         return fit
-
-
-@dataclass(kw_only=True)
-class _WindowTask(Iterate):
-    """Fit on its way to the minimum, with its next step."""
-
-    fit: Fit
-    step: Floats = field(default_factory=lambda: np.zeros(0))
-
-
-class _Point(NamedTuple):
-    """Fit at trial values; the cost is what remains when the fixed keys have moved."""
-
-    cost: float
-    fit: Fit
-    misfit: Whitened
-
-
-class _Descent:
-    """Least-squares problem of some keys of a fitter.
-
-    Args:
-        fitter: of the linearisation.
-        keys: of the fit.
-        moving: keys that move; the others are eliminated to first order.
-        tolerance: predicted fall of the cost below which no step is taken.
-        expansion_point: about which steps are exact to first order.
-    """
-
-    def __init__(
-        self,
-        fitter: Fitter,
-        keys: Sequence[str],
-        moving: Sequence[str],
-        tolerance: float,
-        expansion_point: ExpansionPoint | None,
-    ) -> None:
-        self.fitter, self.tolerance, self.expansion_point = fitter, tolerance, expansion_point
-        self.bounds = fitter.bounds(keys)
-        self.fixed = [i for i, k in enumerate(keys) if k not in set(moving)]
-
-    def task(self, fit: Fit) -> _WindowTask:
-        """Begin at a fit."""
-        observed = float(self.fitter.windows.observed)
-        return _WindowTask(fit=fit, cost=fit.cost - reserve(fit, self.fixed), floor=observed)
-
-    def linearise(self, tasks: Sequence[_WindowTask]) -> None:
-        """Find the steps."""
-        for task in tasks:
-            task.step, predicted = newton_step(task.fit, self.bounds)
-            task.done = predicted - reserve(task.fit, self.fixed) < self.tolerance
-            task.step[self.fixed], task.linear = 0.0, True
-
-    def evaluate(
-        self, tasks: Sequence[_WindowTask], proposals: Sequence[Sequence[Proposal]]
-    ) -> list[list[_Point]]:
-        """Evaluate shares of the steps."""
-        return [
-            [self._point(task, p.share) for p in row]
-            for task, row in zip(tasks, proposals, strict=True)
-        ]
-
-    def _point(self, task: _WindowTask, share: float) -> _Point:
-        fitter, now = self.fitter, task.fit
-        values = fitter.moved(now, task.step, share)
-        misfit = fitter.near(values, self.expansion_point)
-        trial, misfit = fitter.equations(now.keys, now.free, values, now.precision, misfit)
-        return _Point(trial.cost - reserve(trial, self.fixed), trial, misfit)
-
-    def keep(self, task: _WindowTask, outcome: _Point) -> None:
-        """Move to a point and find its equations."""
-        task.fit = self.fitter.with_free(outcome.fit, outcome.misfit)
 
 
 def is_determined(misfit: Floats) -> bool:
