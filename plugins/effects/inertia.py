@@ -68,6 +68,7 @@ class InertiaChange(Effect):
     identification: ClassVar[Identification] = Identification(
         answers=True,
         needs_motion=2,
+        data_sheet="thrust and mass",
         words={"delta": "moment of inertia"},
         compared=Comparison(
             order=(Stage.body, 1),

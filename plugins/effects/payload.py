@@ -72,6 +72,7 @@ class Payload(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("payload",)
     identification: ClassVar[Identification] = Identification(
         confounders=("thrust_coefficient", "buoyancy", "wind"),
+        data_sheet="thrust and mass",
         may_begin=True,
         may_end=True,
         in_arm=True,

@@ -46,6 +46,7 @@ class ThrustCoefficient(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
     identification: ClassVar[Identification] = Identification(
         confounders=("payload", "battery_sag", "wind", "ground_effect"),
+        data_sheet="thrust and mass",
         answers=True,
         measurement="A thrust stand would distinguish them.",
         words={"relative_change": "thrust of all actuators"},

@@ -101,6 +101,9 @@ class Identification:
             it out.
         confounders: names of effects that a log may be unable to tell from it; either of two may
             name the other. They are compared first where an effect is one of several.
+        data_sheet: two sides of one proportion of a vehicle, such as thrust and mass, share a
+            name here: a data sheet that is wrong about one looks like an effect of the other. The
+            effect whose unnamed addition is the vehicle's own value stands for the data sheet.
         may_begin: it may begin midway through a log: a gust, a part that breaks.
         may_end: it may end midway through a log: a gust, a payload that is dropped.
         guessed: it is not linear about zero and needs a pose and starting values from the residual
@@ -126,6 +129,7 @@ class Identification:
     in_arm: bool | None = None
     always_fitted: bool = False
     confounders: tuple[str, ...] = ()
+    data_sheet: str = ""
     may_begin: bool = False
     may_end: bool = False
     guessed: bool = False

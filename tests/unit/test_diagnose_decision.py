@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.effects.identification import Identification
 from seals.sysid import diagnosis
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.decision import evidence
+from seals.sysid.decision import data_sheet, evidence
 from seals.sysid.decision.answer import Claim, verdict_of
+from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
@@ -164,6 +166,71 @@ def test_an_inexact_model_bounds_the_confidence() -> None:
     poor = answer(model(["wind"], misfit=2.0, score=1e5), nominal=4.0)
     assert poor.verdict is Verdict.none_of_these
     assert "explains 66 % of the excess" in poor.reasons[0]
+
+
+SIDES = Identification(data_sheet="thrust and mass")
+
+
+def sided(
+    names: Sequence[str], *, score: float, together: float, monkeypatch: pytest.MonkeyPatch
+) -> EvidenceHypothesis:
+    """A model of sides of one proportion, and the score of the stated value alone."""
+    best = model((), misfit=1.0, score=score)
+    candidates = tuple(
+        Candidate(
+            name=n, keys=(f"{n}.size",), identification=Identification() if n == "wind" else SIDES
+        )
+        for n in names
+    )
+    sheet = Candidate(name="payload", keys=("mass.mass",), law="data sheet", identification=SIDES)
+    candidate_set = replace(best.fitter.candidate_set, data_sheet=(sheet,))
+    fitter: Any = SimpleNamespace(
+        windows=best.fitter.windows, candidate_set=candidate_set, fit=lambda keys, start: best.fit
+    )
+    monkeypatch.setattr(
+        data_sheet,
+        "scored",
+        lambda candidates, fit, fitter, nominal: EvidenceHypothesis(
+            candidates=candidates, fit=fit, fitter=fitter, score=together
+        ),
+    )
+    return EvidenceHypothesis(candidates=candidates, fit=best.fit, fitter=fitter, score=score)
+
+
+def sheet_answer(best: EvidenceHypothesis, *, water: bool) -> list[tuple[Any, ...]]:
+    """Names of the claims with their rivals and those that resemble them."""
+    claims = [Claim(hypothesis=best, index=k, confidence=1.0) for k in range(len(best.candidates))]
+    problem: Any = SimpleNamespace(policy=POLICY, vehicle=SimpleNamespace(has_water=water))
+    base = model((), misfit=1.3, score=0.0)
+    made = with_data_sheet(problem, Search(nominal=base, best=best), claims)
+    return [(c.name, c.rivals, c.alike) for c in made]
+
+
+def test_thrust_and_inertia_that_one_wrong_mass_explains_are_a_set(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A data sheet with a mass 20 % off: one number does what two effects do."""
+    names = ["thrust_coefficient", "inertia"]
+    best = sided(names, score=500.0, together=510.0, monkeypatch=monkeypatch)
+    assert sheet_answer(best, water=False) == [("payload", tuple(names), tuple(names))]
+    beside = sided(["wind", *names], score=500.0, together=498.0, monkeypatch=monkeypatch)
+    assert [c[0] for c in sheet_answer(beside, water=False)] == ["payload", "wind"]
+
+
+def test_thrust_and_inertia_that_no_mass_explains_stay_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pair that the mass alone explains worse is what it is."""
+    names = ["thrust_coefficient", "inertia"]
+    best = sided(names, score=500.0, together=480.0, monkeypatch=monkeypatch)
+    assert [c[0] for c in sheet_answer(best, water=False)] == names
+
+
+def test_a_thrust_in_air_may_be_the_mass_of_the_data_sheet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Named, with the payload beside it; under water buoyancy tells the two apart."""
+    best = sided(["thrust_coefficient"], score=500.0, together=0.0, monkeypatch=monkeypatch)
+    assert sheet_answer(best, water=False) == [("thrust_coefficient", (), ("payload",))]
+    assert sheet_answer(best, water=True) == [("thrust_coefficient", (), ())]
+    load = sided(["payload"], score=500.0, together=0.0, monkeypatch=monkeypatch)
+    assert sheet_answer(load, water=False) == [("payload", (), ())]
 
 
 def linear(columns: np.ndarray, measured: np.ndarray, windows: int) -> EvidenceHypothesis:

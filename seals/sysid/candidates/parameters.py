@@ -175,6 +175,7 @@ class CandidateSet:
         nominal: instances of the nominal model, where it is a choice of a recipe.
         unobservable: effects that could act but change no reading.
         waves: that may be missing, by the instance of their parameters.
+        data_sheet: errors of the vehicle's own values that look like an effect; never searched.
         policy: thresholds of the decisions.
         budget: limits of the search.
     """
@@ -185,6 +186,7 @@ class CandidateSet:
     nominal: tuple[str, ...] = ()
     unobservable: tuple[Candidate, ...] = ()
     waves: Mapping[str, Waves] = field(default_factory=dict)
+    data_sheet: tuple[Candidate, ...] = ()
     policy: DecisionPolicy = field(default_factory=DecisionPolicy)
     budget: SearchBudget = field(default_factory=SearchBudget)
 
@@ -215,6 +217,7 @@ class Collector:
         self._nominal = frozenset(effects)
         self.parameters: dict[str, Parameter] = {}
         self.candidates: list[Candidate] = []
+        self.data_sheet: list[Candidate] = []
 
     def take(self, name: str, known: Identification, addition: Addition) -> None:
         """Add the instance, the parameters and the candidate of one addition.
@@ -242,6 +245,16 @@ class Collector:
         named = tuple(addition.parameters) if addition.named is None else addition.named
         if addition.named is None:
             named = tuple(p for p in named if p not in addition.nuisance)
+        if known.data_sheet and addition.named == ():
+            self.data_sheet.append(
+                Candidate(
+                    name=name,
+                    keys=tuple(f"{addition.instance}.{p}" for p in addition.parameters),
+                    reported=tuple(addition.parameters),
+                    law="data sheet",
+                    identification=known,
+                )
+            )
         if named:
             self.candidates.append(
                 Candidate(
@@ -272,4 +285,5 @@ class Collector:
             parameters=self.parameters | active,
             candidates=tuple(self.candidates),
             waves=waves,
+            data_sheet=tuple(self.data_sheet[:1]),
         )

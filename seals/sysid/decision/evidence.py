@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.answer import Answer, Claim, verdict_of
+from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
@@ -63,6 +64,7 @@ def decide(
     if misfit_of(best) > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
     claims.sort(key=lambda c: -c.confidence)
+    claims = with_data_sheet(problem, search, claims)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
     return EvidenceAnswer(
         verdict=verdict_of(claims),

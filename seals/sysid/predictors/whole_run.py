@@ -187,5 +187,11 @@ def _stepped(now: LinearisedModel, pace: Floats) -> _Step | None:
         far = 1.0 / max(size, 1e-9) if now.disturbance.length == WHOLE else 1.0
         error[run] *= min(share, far)
     trajectory = fitter.trajectory.moved(error)
-    moved = linearise_about(fitter.integrator, trajectory, now.fit.free, values, now.disturbance)
+    try:
+        moved = linearise_about(
+            fitter.integrator, trajectory, now.fit.free, values, now.disturbance
+        )
+    except np.linalg.LinAlgError:
+        # a trajectory so far off that its windows have no equations left
+        return None
     return _Step(moved.fit.cost, moved, largest)
