@@ -59,7 +59,7 @@ class Diagnosis:
             if claim.alike:
                 sets.append([claim.name, *claim.alike])
         if answer.verdict.value == "ambiguous":
-            rest = 1.0 - answer.claims[0].confidence
+            rest = (1.0 - answer.claims[0].confidence) / max(len(answer.claims[0].rivals), 1)
             effects += [_rival(self.search, n, rest, self.logs) for n in answer.claims[0].rivals]
         return {
             "verdict": answer.verdict.value,

@@ -16,6 +16,7 @@ from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
 from seals.sysid.scores.excitation import expected_gains
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.scores.self_check import self_check
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import rivals_of
 
@@ -63,6 +64,15 @@ def decide(
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     if misfit_of(best) > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
+    check = self_check(best)
+    if check is not None:
+        deceived = max(check.gain, 0.0) / max(search.nominal.fit.cost - best.fit.cost, 1e-9)
+        if deceived > policy.self_deception:
+            return _deceived(search, left, share, deceived)
+        known = replace(best, fit=replace(best.fit, error=check.error))
+        claims = [
+            replace(c, hypothesis=known, confidence=c.confidence * (1.0 - deceived)) for c in claims
+        ]
     claims.sort(key=lambda c: -c.confidence)
     claims = with_data_sheet(problem, search, claims)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
@@ -71,6 +81,23 @@ def decide(
         claims=tuple(claims),
         disturbance_level=left,
         explained=share,
+    )
+
+
+def _deceived(
+    search: Search[EvidenceHypothesis], left: DisturbanceLevel, share: float, deceived: float
+) -> EvidenceAnswer:
+    """Answer where the fit does not give back what a simulation was given."""
+    words = (
+        f"the fit misses {search.best.label} in a simulation that holds it, by "
+        f"{100.0 * deceived:.0f} % of its gain"
+    )
+    return EvidenceAnswer(
+        verdict=Verdict.cannot_tell,
+        claims=(),
+        disturbance_level=left,
+        explained=share,
+        reasons=(words,),
     )
 
 

@@ -124,6 +124,11 @@ class DecisionPolicy:
         "1",
         "misfit per degree of freedom above which an effect must explain more than is left over",
     )
+    self_deception: float = threshold(
+        0.5,
+        "1",
+        "share of a gain by which the fit misses a simulation with the effect, to name nothing",
+    )
     noise_floor: float = threshold(
         0.985, "1", "misfit of noise alone per number observed: rounding lowers it by 1 to 2 %"
     )

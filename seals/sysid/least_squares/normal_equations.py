@@ -26,6 +26,7 @@ class Fit:
         centre: prior mean of the keys, shape (p,).
         penalty: prior part of the cost.
         known: 1-sigma of parameters that the equations hold fixed, where it was found otherwise.
+        error: by key, how far the fit misses what a finer simulation was given.
     """
 
     free: tuple[str, ...]
@@ -39,6 +40,7 @@ class Fit:
     centre: Floats
     penalty: float
     known: Mapping[str, float] = field(default_factory=dict)
+    error: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def covariance(self) -> Floats:
@@ -53,11 +55,15 @@ class Fit:
         return float(np.sqrt(self.covariance[k, k]))
 
     def robust_spread(self, key: str) -> float:
-        """1-sigma of one parameter, widened where windows scatter more than noise makes them."""
+        """1-sigma of one parameter, widened by what noise does not explain.
+
+        That is the scatter of the windows beyond noise, and the error of the linear model itself.
+        """
         if key in self.known:
-            return float(self.known[key])
+            return float(np.hypot(self.known[key], self.error.get(key, 0.0)))
         k = self.keys.index(key)
-        return float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+        scatter = float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+        return float(np.hypot(scatter, self.error.get(key, 0.0)))
 
 
 def posterior_covariance(information: Floats, precision: Floats) -> Floats:

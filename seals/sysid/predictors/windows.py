@@ -84,6 +84,14 @@ class Windows:
         other._weigh()
         return other
 
+    def with_readings(self, samples: Samples) -> Windows:
+        """Return the same windows of other readings of the same channels, weighed as these are."""
+        other = copy.copy(self)
+        other.samples = samples
+        other._reference(None)
+        other.weight, other.observed = self.weight, self.observed
+        return other
+
     def shares_outputs(self, other: Windows) -> bool:
         """Return true where outputs of other windows are outputs of these."""
         return self._loose is other._loose

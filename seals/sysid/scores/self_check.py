@@ -1,0 +1,103 @@
+"""Self-check: the linear model is asked what a finer simulation of the same vehicle was given.
+
+The vehicle is simulated with the effects of a hypothesis window by window along the log's own
+commands, in half the predictor's steps and without linearisation. The fit should give back the
+parameters that the simulation had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.sysid.data.samples import Samples
+from seals.sysid.least_squares.normal_equations import newton_step, reserve
+from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+
+_FINER = 2
+"""Steps of the simulation for each one of the predictor."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelfCheck:
+    """What a fit makes of a simulation whose answer is known.
+
+    Args:
+        error: by key, how far the fit misses the value that the simulation had.
+        gain: fall of the misfit by moving the effects away from those values [chi2].
+    """
+
+    error: Mapping[str, float]
+    gain: float
+
+
+def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
+    """Check the fit of a hypothesis on a simulation with its effects.
+
+    Returns:
+        None where the windows cannot be simulated one by one: those of whole runs without a pose,
+        those that follow late sensors, and those of a vehicle with joints or of effects that act
+        for a time.
+    """
+    fitter, fit = hypothesis.fitter, hypothesis.fit
+    joints = fitter.plant.vehicle.robot.tree.joints
+    whole = type(fitter) is not Fitter or not fitter.plant.samples.posed
+    if whole or fitter.windows.delay or joints or fitter.plant.activity:
+        return None
+    seen = simulated_readings(fitter, fit.values)
+    if seen is None:
+        return None
+    other = fitter.with_windows(fitter.windows.with_readings(seen))
+    found = other.reevaluated(fit)
+    # tolerances have no prior here: the simulation had exactly these values
+    found = replace(found, centre=np.array([found.values[k] for k in found.keys]))
+    moved, gain = newton_step(found)
+    held = [k for k, key in enumerate(found.keys) if key not in found.free]
+    return SelfCheck(
+        error={key: abs(float(moved[k])) for k, key in enumerate(found.keys)},
+        gain=gain - reserve(found, held),
+    )
+
+
+def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples | None:
+    """Simulate every window from the trajectory's state at its first row.
+
+    Args:
+        fitter: with the windows and the trajectory.
+        values: changes by parameter key.
+
+    Returns:
+        The log with readings of the simulation; None where that leaves all bounds.
+    """
+    plant, rows = fitter.plant, fitter.windows.rows
+    fine = Plant(plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts)
+    fine.command_delay = plant.command_delay
+    used = nonzero(values)
+    twin, drive = fine.twin(used, len(rows)), fine.drive(used)
+    state = fitter.trajectory.state(rows[:, 0])
+    level = plant.vehicle.environment.water_level or 0.0
+    channels: dict[str, Floats] = {
+        name: np.full_like(seen, np.nan) for name, seen in plant.samples.channels.items()
+    }
+    for k in range(rows.shape[1]):
+        after, rates = fine.advance(twin, state, rows[:, k], drive)
+        read = fine.reading(state, rates, used)
+        found = {
+            "position": state.position,
+            "orientation": state.quaternion,
+            "velocity": state.velocity,
+            "depth": level - state.position[:, 2:3],
+            "angular_velocity": read.angular_velocity,
+            "specific_force": read.specific_force,
+        }
+        if not all(np.isfinite(x).all() for x in found.values()):
+            return None
+        for name in channels.keys() & found.keys():
+            channels[name][rows[:, k]] = found[name]
+        state = after
+    return replace(plant.samples, channels=channels)
