@@ -26,6 +26,7 @@ from seals.sysid.report.sentence import sentence
 from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.held_out import held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import WindowModels
 
@@ -63,6 +64,7 @@ def calm(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gusts as stated, and a log that shows everything."""
     level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
+    monkeypatch.setattr(evidence, "self_check", lambda best: None)
     monkeypatch.setattr(evidence, "expected_gains", lambda base: dict.fromkeys(NAMES, 1e3))
 
 
@@ -166,6 +168,22 @@ def test_an_inexact_model_bounds_the_confidence() -> None:
     poor = answer(model(["wind"], misfit=2.0, score=1e5), nominal=4.0)
     assert poor.verdict is Verdict.none_of_these
     assert "explains 66 % of the excess" in poor.reasons[0]
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.1, Verdict.named), (0.8, Verdict.cannot_tell)])
+def test_the_engine_s_own_error_bounds_the_confidence(
+    share: float, verdict: Verdict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fit that misses its own simulation by a share of the gain is less sure by that share."""
+    check = SelfCheck(error={"wind.size": 0.3}, gain=share * 0.3 * OBSERVED)
+    monkeypatch.setattr(evidence, "self_check", lambda best: check)
+    said = answer(model(["wind"], misfit=1.0, score=250.0), nominal=1.3)
+    assert said.verdict is verdict
+    if said.claims:
+        assert said.claims[0].confidence == pytest.approx(1.0 - share)
+        assert said.claims[0].hypothesis.fit.error == {"wind.size": 0.3}
+    else:
+        assert "misses wind in a simulation that holds it, by 80 % of its gain" in said.reasons[0]
 
 
 SIDES = Identification(data_sheet="thrust and mass")
@@ -291,6 +309,19 @@ def family(gust: float) -> WindowModels:
     return made
 
 
+def test_an_effect_that_changes_its_mind_along_the_log_is_superfluous() -> None:
+    """Of either sign from block to block: the fit gains a little, held-out windows lose more."""
+    rng = np.random.default_rng(8)
+    column = rng.standard_normal(4000)
+    noise = rng.standard_normal(4000)
+    for sizes, kept in ((0.5, True), (np.repeat([0.5, -0.5, 0.6, -0.5, 0.3], 800), False)):
+        measured = sizes * column + noise
+        none = linear(column[:, None] * 0.0, measured, 10)
+        one = linear(column[:, None], measured, 10)
+        assert none.fit.cost - one.fit.cost > 10.0
+        assert family(0.2)._bears_out(none, one) is kept
+
+
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:
     """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
     quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))
@@ -331,6 +362,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
         seconds=1.0,
     )
     monkeypatch.setattr(diagnosis.Diagnosis, "nominal", lambda self: {})
+    monkeypatch.setattr(diagnosis.Diagnosis, "logs", ())
     table = found.to_dict()
     assert [(e["name"], e["named"]) for e in table["fitted"]] == [
         ("wind", True),

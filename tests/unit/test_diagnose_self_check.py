@@ -2,14 +2,56 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from seals.experiments.hidden_effect import FLIGHT_A
 from seals.logs.native import read_native
-from seals.sysid.predictors.plant import Plant
+from seals.logs.shipped import shipped_logs
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
+from seals.sysid.scores import self_check as module
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
 from seals.sysid.scores.self_check import self_check, simulated_readings
+
+ROWS = 400
+
+
+@pytest.fixture(scope="module")
+def fitted() -> tuple[Problem, EvidenceHypothesis]:
+    """Four seconds of a shipped flight, with the wind that it holds."""
+    log = read_native(shipped_logs()["hidden_effect/flight_a"])
+    problem = prepare(log.select(np.arange(ROWS)))
+    fitter = problem.fitter
+    nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    wind = next(c for c in problem.plant.candidate_set.candidates if c.name == "wind")
+    fit = fitter.fit(keys_of([wind]))
+    return problem, scored([wind], fit, fitter, nominal)
+
+
+def test_a_fit_gives_back_what_a_finer_simulation_had(
+    fitted: tuple[Problem, EvidenceHypothesis],
+) -> None:
+    """Each component of the wind to a third of its own 1-sigma, and hardly any gain beside it."""
+    _, hypothesis = fitted
+    found = self_check(hypothesis)
+    assert found is not None
+    for key in hypothesis.fit.free:
+        assert found.error[key] < 0.33 * hypothesis.fit.spread(key)
+    assert found.gain < 1.0 < 0.05 * hypothesis.score
+
+
+def test_an_engine_that_does_not_reproduce_the_simulation_is_found_out(
+    fitted: tuple[Problem, EvidenceHypothesis], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Readings of half a metre a second more wind: the error is that half, the interval wider."""
+    problem, hypothesis = fitted
+    key = hypothesis.fit.free[0]
+    values = dict(hypothesis.fit.values) | {key: hypothesis.fit.values[key] + 0.5}
+    other = simulated_readings(problem.fitter, values)
+    monkeypatch.setattr(module, "simulated_readings", lambda fitter, values: other)
+    found = self_check(hypothesis)
+    assert found is not None
+    assert found.error[key] == pytest.approx(0.5, rel=0.2)
+    wide = replace(hypothesis.fit, error=found.error)
+    assert wide.robust_spread(key) > max(0.4, hypothesis.fit.robust_spread(key))

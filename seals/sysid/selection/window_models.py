@@ -143,11 +143,17 @@ class WindowModels:
         return best, tried
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
-        """Return true where held-out windows ask for the effect that ``larger`` has more."""
-        policy, fall = self.problem.policy, held_out_fall(smaller, larger)
-        left = (held_out_misfit(larger) - 1.0) * larger.fitter.windows.observed
-        inexact = held_out_misfit(larger) > policy.misfit_trusted
-        return fall > (left if inexact else 0.0)
+        """Return true unless held-out windows speak against the effect that ``larger`` has more.
+
+        They do where they lose more by it than the fit gains. An effect that acts in one stretch
+        only, as an impact does, gains nothing on the others and loses nothing.
+        """
+        seen = larger.fitter.windows.observed
+        gain = smaller.fit.cost - larger.fit.cost - smaller.fitter.windows.observed + seen
+        misfit = held_out_misfit(larger)
+        if misfit > self.problem.policy.misfit_trusted and gain < (misfit - 1.0) * seen:
+            return False
+        return held_out_fall(smaller, larger) > -gain
 
     def _pairs(self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
         """Combine the likeliest effects in pairs: a pair may hide behind a third effect.
