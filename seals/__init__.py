@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from seals.sensors.instrument import Instrument as Instrument
     from seals.sensors.noise import Noise as Noise
     from seals.sensors.protocol import SensorInput as SensorInput
+    from seals.sysid.calibration.estimator import Calibrator as Calibrator
+    from seals.sysid.calibration.estimator import calibrate as calibrate
     from seals.sysid.report.estimator import MissingEffect as MissingEffect
     from seals.testing.effect import check_effect as check_effect
     from seals.testing.sensor import check_sensor as check_sensor
@@ -63,6 +65,8 @@ _HOMES = {
     "load_robot": "seals.api",
     "RobotModel": "seals.robot.model",
     "MissingEffect": "seals.sysid.report.estimator",
+    "calibrate": "seals.sysid.calibration.estimator",
+    "Calibrator": "seals.sysid.calibration.estimator",
     "load_log": "seals.api",
     "load_logs": "seals.api",
     "write_log": "seals.logs.native:write_native",

@@ -26,7 +26,7 @@ CHAPTERS = {
         "RobotModel",
         "list_plugins",
     ),
-    "Identification": ("MissingEffect",),
+    "Identification": ("MissingEffect", "calibrate", "Calibrator"),
     "Logs": ("load_log", "load_logs", "write_log", "Log"),
     "Effects of your own": (
         "Effect",

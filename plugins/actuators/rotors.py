@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -31,7 +32,7 @@ class Rotors(ActuatorOptions, Effect):
     """Rotors or propellers fixed to a link, driven by their speed.
 
     Equation:
-        T = k_T w^2 along the axis, -reverse k_T w^2 for w < 0;
+        T = k_T w^2 (1 + thrust_change) along the axis, -reverse times that for w < 0;
         Q = -direction k_Q w^2 (1 + torque_change) about the axis. The
         caller makes w from the command: delay, then w' = (command - w) / time_constant, with
         spin_down in its place while w falls. Electrical power (Q + Q_0) w + c Q^2 with Q_0 the
@@ -51,6 +52,7 @@ class Rotors(ActuatorOptions, Effect):
         max_speed: largest speed that may be commanded [rad/s].
         reverse: thrust backwards against that forwards at equal speed [1]; zero, or empty, for a
             rotor that turns one way: the sign of its speed then means nothing.
+        thrust_change: relative change of all thrust coefficients [1].
         torque_change: relative change of all torque coefficients [1].
         first: column of the first of these rotors among the drives of all actuators.
         links: the link that carries them, the root by default.
@@ -88,6 +90,9 @@ class Rotors(ActuatorOptions, Effect):
     radius: list[float] = field(default_factory=lambda: [0.12])
     max_speed: list[float] = field(default_factory=lambda: [1000.0])
     reverse: list[float] = field(default_factory=list)
+    thrust_change: float = param(
+        0.0, "1", bounds=(-0.9, 9.0), tolerance=0.0, source="zero: the coefficients rule"
+    )
     torque_change: float = param(
         0.0, "1", bounds=(-0.9, 5.0), tolerance=0.05, source="zero: the coefficients rule"
     )
@@ -95,6 +100,11 @@ class Rotors(ActuatorOptions, Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor thrust",)
     voltage_power: ClassVar[float] = 1.0
     """Power of the battery voltage to which the largest command is proportional."""
+    scaled_by: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "thrust_coefficient": ("thrust_change", "N/(rad/s)^2"),
+        "torque_coefficient": ("torque_change", "N m/(rad/s)^2"),
+    }
+    """Relative change, and unit, by the list of coefficients that it scales."""
 
     def __post_init__(self) -> None:
         """Turn the lists into arrays, or refuse them."""
@@ -170,7 +180,7 @@ class Rotors(ActuatorOptions, Effect):
             position=params["position"],
             axis=params["axis"],
             radius=params["radius"],
-            thrust=params["thrust_coefficient"] * push,
+            thrust=params["thrust_coefficient"] * (1.0 + params["thrust_change"]) * push,
             torque=params["reaction_coefficient"] * (1.0 + params["torque_change"]) * turn,
             speed=speed,
         )

@@ -8,7 +8,15 @@ from typing import ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Property,
+    Stage,
+    Subject,
+)
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
@@ -75,11 +83,14 @@ class Buoyancy(Effect):
         if not subject.has_water or hull is None:
             return []
         spread, size = subject.spread("displaced_volume") * hull.volume, 0.05 * hull.volume
+        whole = Property(
+            name="displaced_volume", value=float(hull.volume), unit="m^3", section="hulls"
+        )
         return [
             Addition(
                 instance=name,
                 effect=None,
-                parameters={"volume_change": Freed(tolerance=spread, scale=size)},
+                parameters={"volume_change": Freed(tolerance=spread, scale=size, changes=whole)},
                 reported=("volume",),
                 order=(Stage.water, 0, 0),
             )

@@ -15,10 +15,12 @@ from seals.effects.identification import (
     Comparison,
     Freed,
     Identification,
+    Property,
     Stage,
     Subject,
 )
 from seals.motion import Body
+from seals.robot.whole_body import whole_body
 from seals.schema import param
 
 _LIMITS: dict[str, Any] = {
@@ -81,12 +83,13 @@ class InertiaChange(Effect):
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return a change of the base's moments of inertia."""
         diagonal = np.diag(subject.robot.inertia[0])
-        spread = subject.spread(name)
+        whole, spread = np.diag(whole_body(subject.robot)[2]), subject.spread(name)
         sizes = {
             f"delta_{a}{a}": Freed(
                 tolerance=spread * diagonal[i],
                 scale=0.3 * diagonal[i],
                 bounds=(-0.8 * diagonal[i], np.inf),
+                changes=Property(name=f"{name}_{a}{a}", value=float(whole[i]), unit="kg m^2"),
             )
             for i, a in enumerate(AXES)
         }

@@ -15,6 +15,7 @@ from seals.effects.identification import (
     Comparison,
     Freed,
     Identification,
+    Property,
     Stage,
     Subject,
 )
@@ -109,10 +110,15 @@ class Payload(Effect):
             f"position_{a}": float(robot.centre[link][i]) for i, a in enumerate(AXES)
         }
         where: dict[str, Any] = {"links": [robot.links[link]]} if link else {}
+        own = Freed(
+            tolerance=subject.spread(tolerance) * mass,
+            scale=mass,
+            changes=None if link else Property(name="mass", value=subject.mass, unit="kg"),
+        )
         return Addition(
             instance=instance,
             effect=cls(**at, **where),
-            parameters={"mass": Freed(tolerance=subject.spread(tolerance) * mass, scale=mass)},
+            parameters={"mass": own},
             named=(),
             order=(Stage.joints, link, 0) if link else (Stage.body, 0, 0),
         )

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Property,
+    Stage,
+    Subject,
+)
 from seals.motion import Timing
 from seals.schema import param
 
@@ -62,6 +70,12 @@ class RotorLag(Effect):
             tolerance=float(subject.tolerance.get("rotor_time_constant", thrusters)),
             scale=float(subject.lag.mean()),
             bounds=(-0.9 * float(subject.lag.min()), math.inf),
+            changes=Property(
+                name="time_constant",
+                value=float(subject.lag.mean()),
+                unit="s",
+                section="actuators",
+            ),
         )
         return [
             Addition(

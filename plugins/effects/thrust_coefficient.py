@@ -5,8 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Property,
+    Stage,
+    Subject,
+)
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
@@ -58,13 +68,26 @@ class ThrustCoefficient(Effect):
         """Return a common change of all thrusts."""
         if not len(subject.lag):
             return []
-        change = Freed(tolerance=subject.spread(name), scale=0.1)
+        change = Freed(
+            tolerance=subject.spread(name), scale=0.1, changes=cls._stated(name, subject)
+        )
         order = (Stage.actuators, 0, 0)
         return [
             Addition(
                 instance=name, effect=cls(), parameters={"relative_change": change}, order=order
             )
         ]
+
+    @staticmethod
+    def _stated(name: str, subject: Subject) -> Property | None:
+        """Coefficient of the actuator that states one; its mean where drives differ."""
+        found = [getattr(e, name) for e in subject.effects.values() if hasattr(e, name)]
+        if len(found) != 1:
+            return None
+        value = float(np.mean(found[0]))
+        return Property(
+            name=name, value=value, unit="N/(rad/s)^2", section="actuators", slope=value
+        )
 
     @staticmethod
     def actuation(

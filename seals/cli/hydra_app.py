@@ -58,6 +58,12 @@ def diagnose(arguments: list[str]) -> int:
     return launch("diagnose", arguments, _diagnose_task)
 
 
+def calibrate(arguments: list[str]) -> int:
+    """Calibrate: compose, then hand over to ``seals.sysid.calibration.application``."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    return launch("calibrate", arguments, _calibrate_task)
+
+
 def add(arguments: list[str]) -> int:
     """Add: compose, then hand over to ``seals.sysid.validation.application``."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -269,6 +275,14 @@ def _runs_task(config: Any) -> int | None:
 
 def _diagnose_task(config: Any) -> int | None:
     from seals.sysid.report.application import execute
+
+    _place_logs(config)
+    result: int | None = execute(config)
+    return result
+
+
+def _calibrate_task(config: Any) -> int | None:
+    from seals.sysid.calibration.application import execute
 
     _place_logs(config)
     result: int | None = execute(config)

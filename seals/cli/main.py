@@ -86,6 +86,23 @@ VERBS = {
         "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
         "13 cannot tell, 20 bad data",
     ),
+    "calibrate": Verb(
+        target="seals.cli.hydra_app:calibrate",
+        summary="find stated numbers of a robot from its logs, with intervals",
+        usage="log=[FOLDER,...] parameters=[NAME,...] [robot=FOLDER] [held_out=FOLDER]"
+        " [out=FOLDER]\n"
+        "  seals calibrate log=[flight_1,flight_2] robot=my_robot parameters=[mass] out=answer\n"
+        "  seals calibrate log=flight_1 robot=my_robot parameters=[inertia] apply=true\n\n"
+        "  parameters  names as in robot.yaml: mass, inertia, effects.NAME.FIELD,\n"
+        "              actuators.NAME.FIELD, hulls.LINK.displaced_volume, sensors.NAME.FIELD;\n"
+        "              groups (effects.water_drag) and patterns (actuators.*)\n"
+        "  held_out    another log of the vehicle, which judges and is not fitted\n"
+        "  prior       1-sigma of what is asked for, as a share of what is stated: 0.5\n"
+        "  apply       true: write a copy of the robot's folder with the new numbers\n"
+        "  plan        false: do not look for the manoeuvre that shows what the logs do not\n"
+        "  report      false: write calibration.json only\n\n"
+        "exit code: 0 calibrated, 2 refused",
+    ),
     "add": Verb(
         target="seals.cli.hydra_app:add",
         summary="write what a diagnosis found as a model of one's own",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seals.errors import ConfigError
 
-_LOGS = ("compare", "diagnose", "verify", "plan")
+_LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 """Verbs that take a log."""
 
 

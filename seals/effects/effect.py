@@ -369,6 +369,8 @@ class ActuatorOptions:
 
     voltage_power: ClassVar[float] = 1.0
     """Power of the battery's voltage to which the drives' limits are proportional [1]."""
+    scaled_by: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Parameter for a relative change of all drives, and unit, by the list that it scales."""
 
     @property
     def fall(self) -> Floats | None:

@@ -144,6 +144,25 @@ class Identification:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Property:
+    """Number of a vehicle's stated model, and how a parameter changes it.
+
+    Args:
+        name: ``mass``, ``inertia_xx``, or the field of a hull or of an actuator.
+        value: as the model states it.
+        unit: of the value.
+        section: of ``robot.yaml``, ``hulls`` or ``actuators``; empty for the whole vehicle.
+        slope: change of the number with the parameter; the number itself for a relative change.
+    """
+
+    name: str
+    value: float
+    unit: str
+    section: str = ""
+    slope: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Freed:
     """Parameter that a fit may move; all values are changes against the nominal model.
 
@@ -151,11 +170,14 @@ class Freed:
         tolerance: 1-sigma of the change that the vehicle's data admit; 0 where they are exact.
         scale: size of a plausible missing effect.
         bounds: of the change.
+        changes: number of the stated model of which the tolerance is the accuracy; None where that
+            is a field of an effect of the same law.
     """
 
     tolerance: float = 0.0
     scale: float = 1.0
     bounds: tuple[float, float] = (-math.inf, math.inf)
+    changes: Property | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.logs import Log
-from seals.sysid.report.application import MOST_ROWS, _tell_time
+from seals.sysid.report.given_logs import MOST_ROWS, _tell_time
 
 
 def test_ten_million_rows_are_refused_in_words(

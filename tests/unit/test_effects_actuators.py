@@ -70,6 +70,16 @@ def test_a_changed_torque_coefficient_changes_reactions_alone() -> None:
     assert_allclose(found.thrust, [[2.5, 20.0]], rtol=1e-14)
 
 
+def test_a_changed_thrust_coefficient_changes_thrusts_alone() -> None:
+    """A change by 20 % in one row of a batch shows in its thrust, not in its reaction."""
+    found = Rotors.drives(
+        inputs([[500.0, 1000.0]]),
+        params(Rotors(**PAIR), 2, thrust_change=np.array([0.0, 0.2])),
+    )
+    assert_allclose(found.thrust, [[2.5, 20.0], [3.0, 24.0]], rtol=1e-14)
+    assert_allclose(found.torque, [[-0.025, -0.1]], rtol=1e-14)
+
+
 def test_each_actuator_reads_its_own_columns() -> None:
     """Thrusters that come after two rotors start at the third column."""
     state = inputs([[500.0, 1000.0, 7.0, -3.0]])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.effects.effect import Effect, Timed
-from seals.effects.identification import Addition, Identification
+from seals.effects.identification import Addition, Identification, Property
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import ACTIVE, Activity
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
@@ -33,6 +33,8 @@ class Parameter:
         nominal: value in the nominal model.
         start: value from which a fit of a candidate starts.
         unit: SI unit of the value; empty where its effect states it.
+        changes: number of the stated model that the parameter changes; None for a field of an
+            effect.
     """
 
     key: str
@@ -43,6 +45,7 @@ class Parameter:
     nominal: float = 0.0
     start: float = 0.0
     unit: str = ""
+    changes: Property | None = None
 
     @property
     def instance(self) -> str:
@@ -241,6 +244,7 @@ class Collector:
                 scale=known_size.scale,
                 bounds=known_size.bounds,
                 adds=parameter in known.adds_only,
+                changes=known_size.changes,
             )
         named = tuple(addition.parameters) if addition.named is None else addition.named
         if addition.named is None:

@@ -153,7 +153,9 @@ def _of_robot(
     parts = parts_of(description, environment, meta)
     effects = dict(parts.effects)
     for entry in entries:
-        effects |= _effect(entry, {}, environment, None)
+        # a log of the simulator repeats what the robot's folder states
+        if _flows(str(entry["name"])):
+            effects |= _effect(entry, {}, environment, None)
     return {
         "name": parts.robot.name,
         "robot": parts.robot,
@@ -165,6 +167,11 @@ def _of_robot(
         "columns": parts.columns,
         "written": parts.written,
     }
+
+
+def _flows(name: str) -> bool:
+    """Return true where an entry of the metadata is a flow of water or air."""
+    return name not in _STRUCTURE and callable(getattr(get("effect", name).load(), "flow", None))
 
 
 READ = (

@@ -214,6 +214,13 @@ class DecisionPolicy:
     one_speed: float = threshold(
         0.15, "1", "spread of operating speeds below which they count as one speed"
     )
+    # calibration
+    undetermined: float = threshold(
+        0.5, "1", "share of the prior's width from which on a log does not determine a number"
+    )
+    tied: float = threshold(
+        0.9, "1", "correlation from which on two numbers are told by their combination only"
+    )
     # residual force
     force_strength: float = threshold(
         1.6, "chi2", "misfit a free force removes per number it chooses; 1 when nothing is missing"

@@ -13,12 +13,10 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import solve_scaled
 from seals.sysid.predictors.whitened import Whitened
-from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.predictors.windows_fit import WIDE, Fitter
 
 NOTHING = "nothing"
 """Name of the nominal model among the rivals of a single effect."""
-_WIDE = 1.5
-"""Prior width of a freed factor in units of its plausible size, as in the diagnosis."""
 _POLICY = DecisionPolicy()
 _NODES = 24
 """Nodes of the quadrature over the noise."""
@@ -160,7 +158,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
     scale = np.array([parameters[k].scale for k in keys])
     free = np.array([k in one.keys for k in keys])
     plausible = np.maximum(scale, tolerance)
-    precision = 1.0 / np.where(free, _WIDE * plausible, tolerance) ** 2
+    precision = 1.0 / np.where(free, WIDE * plausible, tolerance) ** 2
     begin = np.array([float(one.values.get(k, 0.0)) for k in keys])
     bounds = np.array([parameters[k].bounds for k in keys])
     # what is left at the values about which the rival was made linear

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.logs.log import Log
+from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
@@ -87,6 +88,7 @@ def prepare(
     gusts: float = GUSTS,
     policy: DecisionPolicy | None = None,
     robot: RobotDescription | None = None,
+    free: Callable[[Vehicle, CandidateSet], CandidateSet] | None = None,
 ) -> Problem:
     """Read a log, find its trajectory, and linearise the model along it.
 
@@ -96,6 +98,7 @@ def prepare(
         gusts: factor on the stated disturbance.
         policy: thresholds of the decisions; the standard ones when left out.
         robot: of a robot folder; left out, the metadata describe the vehicle.
+        free: what makes parameters of the extended model free; none when left out.
 
     Raises:
         LogError: the log cannot be used.
@@ -111,6 +114,7 @@ def prepare(
         trajectory = simulated_trajectory(samples, vehicle, parts=parts)
     candidate_set = candidate_set_of(vehicle, speeds=typical_speeds(trajectory))
     candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
+    candidate_set = candidate_set if free is None else free(vehicle, candidate_set)
     plant = Plant(vehicle, candidate_set, samples, parts=parts)
     fitter = linearise_model(plant, trajectory, {}, window=window, gusts=gusts)
     if samples.posed:
@@ -230,16 +234,29 @@ def typical_speeds(trajectory: Trajectory) -> Floats:
     return speeds
 
 
-def refined(plant: Plant, trajectory: Trajectory, *, window: float) -> Trajectory:
+def refined(
+    plant: Plant,
+    trajectory: Trajectory,
+    *,
+    window: float = WINDOW,
+    at: Mapping[str, float] | None = None,
+) -> Trajectory:
     """Estimate the trajectory that fits the pose best when any force may act.
 
     The inertial sensors' biases are free: their faults must not bend the trajectory.
+
+    Args:
+        plant: extended model.
+        trajectory: to start from.
+        window: length of the windows [s].
+        at: changes of the model by parameter key; none when left out.
     """
+    values = dict(at or {})
     vehicle = plant.vehicle
     weight = vehicle.mass * vehicle.environment.gravity
     level = weight * (_IMPACT if enters(plant, trajectory) else _LOOSE)
     for _ in range(2 if vehicle.has_water else 1):
-        dynamics = dynamics_along(plant, trajectory, {})
+        dynamics = dynamics_along(plant, trajectory, values)
         windows = Windows(
             plant.samples,
             vehicle,
@@ -252,7 +269,7 @@ def refined(plant: Plant, trajectory: Trajectory, *, window: float) -> Trajector
             ignore=("joint_position",),
             knot=max(_FINE, 1.5 * plant.samples.step),
         )
-        prediction = predict(plant, trajectory, {})
+        prediction = predict(plant, trajectory, values)
         error = windows.states(windows.residual(prediction), prediction)
         # no free torque acts on the joints: they stay as measured
         error[:, 12:] = 0.0

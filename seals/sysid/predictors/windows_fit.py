@@ -32,7 +32,7 @@ _ROUGH = 1e-2
 """Share of the excess misfit that a step must gain about an expansion point that will move."""
 _ROUNDING = 1e-6
 """Share of the largest misfit of a window by which rounding may put another below zero."""
-_WIDE = 1.5
+WIDE = 1.5
 """Prior width of a free parameter in units of its plausible size."""
 
 
@@ -176,7 +176,7 @@ class Fitter:
         """Prior precision of parameters: wide when free, else the datasheet's."""
         parameters = self.candidate_set.parameters
         widths = [
-            _WIDE * max(parameters[k].scale, parameters[k].tolerance)
+            WIDE * max(parameters[k].scale, parameters[k].tolerance)
             if k in free
             else parameters[k].tolerance
             for k in keys

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, LogError
-from seals.logs import refuse_if_bad
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.sysid.data.join import join_logs
@@ -17,6 +15,7 @@ from seals.sysid.data.robot_description import RobotDescription, described
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
+from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
 from seals.sysid.report.sentence import sentence
 from seals.sysid.residual_force import Localisation, locate_residual_force
 
@@ -24,13 +23,6 @@ ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
-_MOST = 12
-"""Logs that a refusal names."""
-MOST_ROWS = 1_000_000
-"""Most rows of a log that is diagnosed."""
-_LONG = 20_000
-_PACE = 0.03
-"""Time for each row of a diagnosis, measured on the shipped flight of 1,800 rows [s]."""
 
 
 def execute(config: Any) -> int:
@@ -45,16 +37,13 @@ def execute(config: Any) -> int:
 
     if config.log is None:
         raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
-    places = [Path(one) for one in _listed(config.log)]
-    for place in places:
-        if not place.exists():
-            raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
+    places = places_of(config.log, key="log")
     robot = described(config)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
-    _folder(out)
+    make_folder(out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
-            log = join_logs([_read(config, place) for place in places])
+            log = join_logs([read_log(config, place) for place in places])
             found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
@@ -71,45 +60,6 @@ def execute(config: Any) -> int:
     return found.answer.verdict.exit_code
 
 
-def _listed(given: Any) -> list[str]:
-    """Paths of one log or of several."""
-    return [given] if isinstance(given, str) else [str(one) for one in given]
-
-
-def _read(config: Any, place: Path) -> Log:
-    from seals.config.build import build
-
-    logs = build(config.reader, where="reader").read(str(place))
-    if not logs:
-        raise LogError(f"log={place} holds no run.\nGive a log with a run.")
-    if len(logs) > 1:
-        raise ConfigError(
-            f"log={place} holds {len(logs)} logs.\n"
-            f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
-        )
-    log: Log = logs[0]
-    _tell_time(log)
-    refuse_if_bad(log)
-    return log
-
-
-def _tell_time(log: Log) -> None:
-    """Say how long the diagnosis of a long log takes; refuse one that nobody can wait for.
-
-    Raises:
-        LogError: it has more rows than allowed.
-    """
-    if log.rows > MOST_ROWS:
-        raise LogError(
-            f"log '{log.name}' has {log.rows:,} rows; its diagnosis would take about "
-            f"{log.rows * _PACE / 3600.0:.0f} h.\n"
-            f"Allowed: up to {MOST_ROWS:,} rows. Cut out the part that matters."
-        )
-    if log.rows > _LONG:
-        words = f"about {log.rows * _PACE / 60.0:.0f} minutes"
-        print(f"log '{log.name}': {log.rows:,} rows; {words} or more.", file=sys.stderr, flush=True)
-
-
 def _found(
     config: Any,
     log: Log,
@@ -119,27 +69,10 @@ def _found(
 ) -> Diagnosis:
     """Diagnose a log and propose the flight that would settle an open question."""
     found = diagnose(log, robot=robot, processes=config.processes or cores(), tell=tell)
-    found = replace(found, source=_sources(places))
+    found = replace(found, source=sources(places))
     if not config.plan:
         return found
     return replace(found, next_experiment=proposed(found))
-
-
-def _sources(places: Sequence[Path]) -> dict[str, Any]:
-    """Path and checksum of the log; of several logs a list of them."""
-    if len(places) == 1:
-        return _source(places[0])
-    return {"logs": [_source(place) for place in places]}
-
-
-def _source(place: Path) -> dict[str, str]:
-    from seals.sysid.validation.answer import log_digest
-
-    try:
-        return {"path": str(place.resolve()), "sha256": log_digest(place)}
-    except LogError:
-        # a foreign format has no table of its own
-        return {"path": str(place.resolve())}
 
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:
@@ -202,13 +135,6 @@ def _bad(words: str) -> dict[str, Any]:
         "held_out_error": None,
         "reasons": [words],
     }
-
-
-def _folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:

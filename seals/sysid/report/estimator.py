@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from seals.errors import ConfigError, NotFitted, suggestion
+from seals.errors import ConfigError
 from seals.logs import read_native, refuse_if_bad
 from seals.logs.log import Log
 from seals.logs.shipped import find_log
@@ -17,9 +16,9 @@ from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import prepare, rewindowed, typical_speeds
+from seals.sysid.report.settable import Settable
 from seals.sysid.report.threads import one_thread
 
-_LEARNED = ("verdict_", "effects_", "confidence_", "held_out_error_", "diagnosis_")
 _STAGES = 6
 _TICKS = 32
 """Ticks of the progress bar a stage."""
@@ -42,7 +41,7 @@ class Estimate:
     unit: str
 
 
-class MissingEffect:
+class MissingEffect(Settable):
     """Estimator of the physical effect that the model of a log is missing.
 
     Nothing is drawn at random: starting values are fixed, the fits are damped Gauss-Newton steps,
@@ -71,6 +70,13 @@ class MissingEffect:
         True
     """
 
+    _learned: ClassVar[tuple[str, ...]] = (
+        "verdict_",
+        "effects_",
+        "confidence_",
+        "held_out_error_",
+        "diagnosis_",
+    )
     verdict_: str
     effects_: dict[str, dict[str, Estimate]]
     confidence_: dict[str, float]
@@ -81,38 +87,6 @@ class MissingEffect:
     def __init__(self, *, processes: int = 1, progress: bool = False) -> None:
         self.processes = processes
         self.progress = progress
-
-    def __repr__(self) -> str:
-        """Show the settings."""
-        return f"MissingEffect({', '.join(f'{k}={v!r}' for k, v in self.get_params().items())})"
-
-    def __getattr__(self, name: str) -> Any:
-        # reached only when the attribute is not there
-        if name in _LEARNED:
-            raise NotFitted(f"{name} is not known: no log was fitted.\nCall fit(log) first.")
-        raise AttributeError(f"MissingEffect has no attribute '{name}'")
-
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the settings by name.
-
-        Args:
-            deep: of no consequence: no setting has settings of its own.
-        """
-        return {name: getattr(self, name) for name in _settings()}
-
-    def set_params(self, **settings: Any) -> MissingEffect:
-        """Change settings and return the estimator itself.
-
-        Raises:
-            ConfigError: there is no such setting.
-        """
-        for name, value in settings.items():
-            if name not in _settings():
-                raise ConfigError(
-                    f"'{name}' is not a setting of MissingEffect.\n{suggestion(name, _settings())}"
-                )
-            setattr(self, name, value)
-        return self
 
     def fit(self, log: Log | str | Path, y: object = None) -> MissingEffect:
         """Diagnose a log and return the estimator itself.
@@ -212,10 +186,6 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
     windows = fitter.windows
     whitened = windows.whiten(windows.residual(prediction)[:, :, None])
     return float(whitened.product(whitened).sum()) / float(windows.observed)
-
-
-def _settings() -> list[str]:
-    return [name for name in inspect.signature(MissingEffect.__init__).parameters if name != "self"]
 
 
 def _read(log: Log | str | Path) -> Log:

@@ -1,0 +1,1 @@
+"""Calibration of stated numbers of a robot from its logs."""

@@ -1,0 +1,152 @@
+"""Calibrated numbers as a change of the robot's folder, and as a new folder."""
+
+from __future__ import annotations
+
+import difflib
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from seals.errors import ConfigError
+from seals.logs.atomic import write_text
+from seals.robot.model import RobotModel
+from seals.sysid.calibration.calibration import Calibration
+from seals.sysid.calibration.stated import ACTUATORS, EFFECTS, SENSORS, StatedNumber
+from seals.sysid.calibration.urdf_edit import base_inertial, with_inertial
+from seals.sysid.calibration.yaml_edit import figure, holds, with_entry, with_number
+from seals.untrusted_io import read_text
+
+ROBOT, DIFF = "robot.yaml", "robot.diff"
+_MOST_FILES, _MOST_BYTES = 2000, 500_000_000
+"""A robot folder that is larger is not copied."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edited:
+    """Files of a robot folder with calibrated numbers.
+
+    Args:
+        folder: of the robot.
+        before: text of every file that changes, by its path in the folder.
+        after: the same with calibrated numbers.
+        notes: what could not be written, and why.
+    """
+
+    folder: Path
+    before: Mapping[str, str]
+    after: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def diff(self) -> str:
+        """The change as a unified diff."""
+        lines: list[str] = []
+        for name, text in self.after.items():
+            old, new = self.before[name].splitlines(True), text.splitlines(True)
+            lines += difflib.unified_diff(old, new, f"a/{name}", f"b/{name}")
+        return "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
+
+
+def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
+    """Return the files of a robot folder with the numbers that the logs determine.
+
+    Args:
+        found: the calibration.
+        folder: of the robot.
+        robot: its model, with all links of the URDF.
+    """
+    urdf = Path(robot.urdf).resolve()
+    name = urdf.relative_to(folder.resolve()).as_posix() if _inside(urdf, folder) else ""
+    before = {ROBOT: read_text(folder / ROBOT)}
+    after, notes = dict(before), []
+    for number in found.numbers:
+        if not found.determined(number):
+            notes.append(f"{number.name} stays as stated: the logs do not determine it.")
+        elif "." in number.name:
+            after[ROBOT] = _with(after[ROBOT], number, found.value(number))
+    whole = [n for n in found.numbers if "." not in n.name and found.determined(n)]
+    if whole and name:
+        before[name] = read_text(folder / name)
+        try:
+            after[name] = _inertial(found, robot, before[name])
+        except ConfigError as refusal:
+            notes.append(str(refusal).replace("\n", " "))
+    elif whole:
+        notes.append("the URDF lies outside of the robot's folder: mass and inertia by hand.")
+    changed = {k: v for k, v in after.items() if v != before.get(k)}
+    return Edited(
+        folder=folder,
+        before={k: before[k] for k in changed},
+        after=changed,
+        notes=tuple(notes),
+    )
+
+
+def _inside(file: Path, folder: Path) -> bool:
+    return file.is_relative_to(folder.resolve()) and file.is_file()
+
+
+def _with(text: str, number: StatedNumber, value: float) -> str:
+    """Text of `robot.yaml` with one number; what is left to a default is added."""
+    path = number.name.split(".")
+    if path[0] == SENSORS:
+        # a fault of a sensor is an effect of the model
+        path = [EFFECTS, *path[1:]]
+        if not holds(text, path[:2]):
+            entry = f"{{effect: {path[1]}, {path[2]}: {figure(value)}}}"
+            return with_entry(text, path[:2], entry)
+    if not holds(text, path):
+        entry = figure(value)
+        return with_entry(text, path, f"[{entry}]" if _listed(number) else entry)
+    # a list with one number a drive keeps the ratios between them
+    factor = value / number.value if number.value else 1.0
+    one = _listed(number) or path[0] == ACTUATORS
+    return with_number(text, path, lambda old: old * factor if one else value)
+
+
+def _listed(number: StatedNumber) -> bool:
+    """Return true where `robot.yaml` has a list with one number a drive."""
+    return number.name.startswith(f"{ACTUATORS}.") and not number.key.endswith(
+        number.name.rpartition(".")[2]
+    )
+
+
+def _inertial(found: Calibration, robot: RobotModel, text: str) -> str:
+    """Text of the URDF with the vehicle's mass and moments of inertia."""
+    change = {n.name: found.value(n) - n.value for n in found.numbers if found.determined(n)}
+    turn = np.array([change.get(f"inertia_{a}{a}", 0.0) for a in "xyz"])
+    centre = found.problem.vehicle.robot.centre[0]
+    mass, middle, inertia = base_inertial(robot, change.get("mass", 0.0), turn, centre)
+    return with_inertial(text, robot.links[0], mass, middle, inertia)
+
+
+def write_robot(edit: Edited, out: Path) -> Path:
+    """Write a copy of the robot's folder with the calibrated numbers.
+
+    Args:
+        edit: of the robot's folder, which stays as it is.
+        out: new folder.
+
+    Raises:
+        ConfigError: there is something already, or the folder is too large.
+    """
+    if out.exists():
+        raise ConfigError(f"{out} is there already.\nGive another folder: out=FOLDER")
+    files = [p for p in sorted(edit.folder.rglob("*")) if p.is_file() and not p.is_symlink()]
+    if len(files) > _MOST_FILES or sum(p.stat().st_size for p in files) > _MOST_BYTES:
+        raise ConfigError(
+            f"{edit.folder} holds more than {_MOST_FILES} files or 500 MB.\n"
+            "Copy it yourself and apply the diff: patch -p1 < robot.diff"
+        )
+    for file in files:
+        target = out / file.relative_to(edit.folder)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        name = file.relative_to(edit.folder).as_posix()
+        if name in edit.after:
+            write_text(target, edit.after[name])
+        else:
+            shutil.copyfile(file, target)
+    return out

@@ -1,0 +1,232 @@
+"""Calibration of stated numbers on one log or several, and its written form."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.logs.log import Log
+from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
+from seals.sysid.calibration.free_numbers import with_free_numbers
+from seals.sysid.calibration.held_out import left_out_misfit, unseen_misfit
+from seals.sysid.calibration.names import chosen
+from seals.sysid.calibration.stated import StatedNumber, stated_numbers
+from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.join import join_logs
+from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.problem import Problem, prepare
+
+PRIOR = 0.5
+"""1-sigma of the prior of a number as a share of what is stated."""
+STAGES = ROUNDS + 2
+"""Stages that a calibration tells of: the log, linearisations, the held-out log."""
+_NORMAL90 = 1.6449
+"""Half width of a 90 % interval in standard deviations."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """Numbers of a stated model as the logs find them.
+
+    Args:
+        problem: the logs made ready, with the numbers free.
+        numbers: that were asked for.
+        solution: of the fit.
+        held_out: misfit per degree of freedom on measurements that the fit did not see: ``before``,
+            ``after`` and ``noise_floor``.
+        unseen: whether these are of a log of their own, not of parts left out in turn.
+        seconds: that it took.
+        source: path and checksum of the logs, when they came from files.
+    """
+
+    problem: Problem
+    numbers: tuple[StatedNumber, ...]
+    solution: Solution
+    held_out: Mapping[str, float]
+    unseen: bool
+    seconds: float
+    source: Mapping[str, Any] = field(default_factory=dict)
+
+    def value(self, number: StatedNumber) -> float:
+        """Return the calibrated value of a number."""
+        return number.number(float(self.solution.fit.values[number.key]))
+
+    @property
+    def widening(self) -> float:
+        """Least factor on all uncertainties: a model that misses something is less sure of all.
+
+        Equation:
+            sqrt(max(1, misfit per degree of freedom)), on the fitted and on the unseen rows.
+        """
+        fit, windows = self.solution.fit, self.solution.fitter.windows
+        seen = float(fit.misfit.sum()) / windows.observed
+        return float(np.sqrt(max(1.0, seen, self.held_out["after"])))
+
+    def sigma(self, number: StatedNumber) -> float:
+        """Return the 1-sigma of a number in its unit, at most that of the prior.
+
+        It is the larger one of two: the posterior widened by the misfit, and the scatter of the
+        windows.
+        """
+        fit = self.solution.fit
+        spread = max(self.widening * fit.spread(number.key), fit.robust_spread(number.key))
+        return abs(number.slope) * float(min(spread, self._prior(number)))
+
+    def prior(self, number: StatedNumber) -> float:
+        """Return the 1-sigma of the prior of a number in its unit."""
+        return abs(number.slope) * self._prior(number)
+
+    def _prior(self, number: StatedNumber) -> float:
+        k = self.solution.fit.keys.index(number.key)
+        return float(1.0 / np.sqrt(self.solution.fit.precision[k]))
+
+    def interval(self, number: StatedNumber) -> tuple[float, float]:
+        """Return the ends of the 90 % interval of a number, inside its bounds."""
+        value, half = self.value(number), _NORMAL90 * self.sigma(number)
+        low, high = number.bounds
+        return max(value - half, low), min(value + half, high)
+
+    def determined(self, number: StatedNumber) -> bool:
+        """Return true where the logs tell a number better than the data sheet does."""
+        return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
+
+    @property
+    def correlation(self) -> Floats:
+        """Posterior correlation of the numbers, shape (n, n)."""
+        fit = self.solution.fit
+        at = [fit.keys.index(n.key) for n in self.numbers]
+        signs = np.sign([n.slope for n in self.numbers])
+        covariance = fit.covariance[np.ix_(at, at)] * signs[:, None] * signs[None, :]
+        size = np.sqrt(np.diag(covariance))
+        correlation: Floats = covariance / size[:, None] / size[None, :]
+        return correlation
+
+    def tied(self) -> list[tuple[str, str, float]]:
+        """Return the pairs of numbers that the logs tell together only, strongest first."""
+        found, table = [], self.correlation
+        for i, one in enumerate(self.numbers):
+            for j, other in enumerate(self.numbers[:i]):
+                if abs(table[i, j]) > self.problem.policy.tied:
+                    found.append((other.name, one.name, float(table[i, j])))
+        return sorted(found, key=lambda pair: -abs(pair[2]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the calibration in the form of ``calibration.json``."""
+        names = [n.name for n in self.numbers]
+        return {
+            "parameters": {n.name: self._written(n) for n in self.numbers},
+            "held_out_ratio": self.held_out["after"] / self.held_out["noise_floor"],
+            "held_out_error": {**self.held_out, "unseen_log": self.unseen},
+            "widening": self.widening,
+            "correlation": {
+                a: {b: float(self.correlation[i, j]) for j, b in enumerate(names)}
+                for i, a in enumerate(names)
+            },
+            "undetermined": [n.name for n in self.numbers if not self.determined(n)],
+            "linearisations": self.solution.rounds,
+            "settled": self.solution.settled,
+            "log": dict(self.source),
+            "seconds": self.seconds,
+        }
+
+    def _written(self, number: StatedNumber) -> dict[str, Any]:
+        low, high = self.interval(number)
+        return {
+            "value": self.value(number),
+            "low90": low,
+            "high90": high,
+            "unit": number.unit,
+            "stated": number.value,
+            "determined": self.determined(number),
+        }
+
+
+def calibrated(
+    logs: Log | Sequence[Log],
+    parameters: Sequence[str],
+    *,
+    robot: RobotDescription | None = None,
+    held_out: Log | None = None,
+    prior: float = PRIOR,
+    tell: Callable[[int], None] = lambda done: None,
+) -> Calibration:
+    """Find numbers of a stated model from logs, everything else within its tolerance.
+
+    Args:
+        logs: one log or several of one vehicle, fitted together.
+        parameters: names of the numbers, groups of them, or patterns with ``*``.
+        robot: of a robot folder; left out, the metadata describe the vehicle.
+        held_out: another log of the vehicle, not fitted.
+        prior: 1-sigma of what is asked for, as a share of what is stated.
+        tell: takes the number of stages done, of `STAGES`.
+
+    Raises:
+        ConfigError: a name means none of the vehicle's numbers.
+        LogError: a log cannot be used, or the logs do not belong together.
+    """
+    begin = time.perf_counter()
+    numbers: list[StatedNumber] = []
+    hull = "" if robot is None else _hull(robot)
+
+    def free(vehicle: Vehicle, candidate_set: CandidateSet) -> CandidateSet:
+        every = stated_numbers(vehicle, candidate_set, hull=hull)
+        numbers[:] = chosen(parameters, every)
+        base = vehicle.robot.links[0]
+        return with_free_numbers(
+            candidate_set, numbers, others=every.values(), base=base, share=prior
+        )
+
+    problem = prepare(join_logs(logs), robot=robot, free=free)
+    tell(1)
+    solution = solve(problem, [n.key for n in numbers], tell=lambda done: tell(1 + done))
+    values = dict(solution.fit.values)
+    stated = {**values, **{n.key: 0.0 for n in numbers}}
+    if held_out is None:
+        before, after = left_out_misfit(solution, stated)
+    else:
+        other = prepare(held_out, robot=robot, free=free)
+        before, after = unseen_misfit(other, [stated, values], at=values)
+    tell(STAGES)
+    return Calibration(
+        problem=problem,
+        numbers=tuple(numbers),
+        solution=solution,
+        held_out={"before": before, "after": after, "noise_floor": 1.0},
+        unseen=held_out is not None,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def score_on(found: Calibration, log: Log, *, robot: RobotDescription | None = None) -> float:
+    """Return the misfit per degree of freedom that a calibrated model leaves of another log.
+
+    Args:
+        found: the calibration.
+        log: of the same vehicle.
+        robot: of its robot folder; left out, the metadata describe the vehicle.
+
+    Raises:
+        LogError: the log cannot be used.
+    """
+    candidate_set = found.problem.plant.candidate_set
+    problem = prepare(log, robot=robot, free=lambda vehicle, own: _like(own, candidate_set))
+    values = found.solution.fit.values
+    return unseen_misfit(problem, [values], at=values)[0]
+
+
+def _like(own: CandidateSet, other: CandidateSet) -> CandidateSet:
+    """Return a candidate set with the parameters of another one of the same vehicle."""
+    return replace(own, parameters=other.parameters)
+
+
+def _hull(robot: RobotDescription) -> str:
+    """Name of the one link of a robot that has a hull; empty for none or several."""
+    model = robot.robot
+    wet = [n for n, h in zip(model.links, model.hulls, strict=True) if h is not None]
+    return wet[0] if len(wet) == 1 else ""

@@ -1,0 +1,114 @@
+"""Extended model in which the numbers that a calibration is asked for are free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from seals.effects.effect import Effect
+from seals.sysid.calibration.stated import StatedNumber
+from seals.sysid.candidates.parameters import CandidateSet, Parameter
+from seals.sysid.predictors.windows_fit import WIDE
+
+
+def with_free_numbers(
+    candidate_set: CandidateSet,
+    numbers: Sequence[StatedNumber],
+    *,
+    others: Iterable[StatedNumber] = (),
+    base: str,
+    share: float,
+) -> CandidateSet:
+    """Return the extended model with a wide prior on some numbers in place of their tolerances.
+
+    All other parameters keep the tolerance that the log states.
+
+    Args:
+        candidate_set: nominal model with its tolerances.
+        numbers: that are asked for.
+        others: of the vehicle: each keeps its tolerance, as that of the number alone.
+        base: name of the base link.
+        share: 1-sigma of the prior as a share of the stated number.
+    """
+    parameters = dict(candidate_set.parameters)
+    for number in others:
+        _hand_over(parameters, number, same_number(candidate_set, number, base))
+    for number in numbers:
+        for key in {*same_number(candidate_set, number, base), number.key} & set(parameters):
+            # tolerance and number are one: the log cannot tell them apart
+            parameters[key] = replace(parameters[key], tolerance=0.0)
+    for number in numbers:
+        parameters[number.key] = _free(number, parameters.get(number.key), share=share)
+    return replace(candidate_set, parameters=parameters)
+
+
+def _hand_over(parameters: dict[str, Parameter], number: StatedNumber, keys: Sequence[str]) -> None:
+    """Move a tolerance to the parameter that changes a number and nothing beside it, in place."""
+    stated = parameters[keys[0]].changes if keys and number.key not in keys else None
+    if stated is None:
+        return
+    given = parameters[keys[0]]
+    tolerance = given.tolerance * abs(stated.slope / number.slope)
+    low, high = sorted(number.change(b) for b in number.bounds)
+    parameters[number.key] = replace(
+        given, key=number.key, tolerance=tolerance, bounds=(low, high), changes=None
+    )
+    for key in keys:
+        parameters[key] = replace(parameters[key], tolerance=0.0)
+
+
+def prior_sigma(number: StatedNumber, known: Parameter | None, *, share: float) -> float:
+    """Return the 1-sigma of the prior of a number, in its unit.
+
+    A number stated as zero has the width of a plausible missing effect.
+    """
+    if number.value:
+        return share * abs(number.value)
+    return WIDE * abs(number.slope) * (known.scale if known is not None else 1.0)
+
+
+def _free(number: StatedNumber, known: Parameter | None, *, share: float) -> Parameter:
+    sigma = prior_sigma(number, known, share=share) / abs(number.slope)
+    low, high = sorted(number.change(b) for b in number.bounds)
+    like = Parameter(key=number.key) if known is None else known
+    return replace(like, tolerance=0.0, scale=sigma / WIDE, bounds=(low, high), adds=False)
+
+
+def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) -> list[str]:
+    """Return the keys of tolerances that are the accuracy of a number.
+
+    They name it, or change the same field of an effect of the same law, medium and links.
+
+    Args:
+        candidate_set: nominal model with its tolerances.
+        number: of the stated model.
+        base: name of the base link.
+    """
+    name = number.name.rpartition(".")[2]
+    instance, _, field = number.key.partition(".")
+    own = candidate_set.effects.get(instance)
+    found = []
+    for key, parameter in candidate_set.parameters.items():
+        if parameter.tolerance == 0.0:
+            continue
+        changes = parameter.changes
+        other = candidate_set.effects.get(parameter.instance)
+        named = changes is not None and changes.name == name and changes.value == number.value
+        alike = parameter.parameter == field
+        if key == number.key or named or (alike and _same_law(own, other, base)):
+            found.append(key)
+    return found
+
+
+_OPTIONS = ("medium", "rotor", "joint")
+"""Options that tell variants of one law apart."""
+
+
+def _same_law(one: Effect | None, other: Effect | None, base: str) -> bool:
+    """Return true where two effects are one law at one place."""
+    if one is None or other is None or type(one) is not type(other):
+        return False
+    links = [{base if link == "root" else link for link in e.links} for e in (one, other)]
+    return links[0] == links[1] and all(
+        getattr(one, name, None) == getattr(other, name, None) for name in _OPTIONS
+    )

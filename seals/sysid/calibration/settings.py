@@ -1,0 +1,51 @@
+"""Typed settings of one calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from seals.robot.settings import RobotSettings
+from seals.schema import param
+
+
+@dataclass(kw_only=True)
+class CalibrateSettings:
+    """Measured logs of one vehicle, the numbers to find, and where the answer goes.
+
+    Args:
+        name: of the calibration, part of the run folder's name.
+        log: log folder or file, or a list of them: of one vehicle, fitted together.
+        parameters: names of the numbers as in ``robot.yaml``, groups of them, or patterns:
+            ``mass``, ``inertia``, ``effects.water_drag``, ``actuators.*``.
+        held_out: another log of the vehicle, which judges and is not fitted.
+        reader: plug-in that reads the logs.
+        out: folder of the answer, or None for the run's folder.
+        prior: 1-sigma of what is asked for, as a share of what is stated.
+        apply: whether to write a copy of the robot's folder with the new numbers.
+        plan: whether to look for the manoeuvre that would show what the logs do not.
+        report: whether to write the page and the picture.
+        robot: folder or name of the robot, where the logs do not describe their vehicle.
+        effects: of the robot, by instance name.
+        sensors: of the robot; the logs' own metadata rule.
+        actuators: of the robot, by instance name.
+        controller: of the robot, which a calibration has no use for.
+    """
+
+    name: str = "calibrate"
+    log: Any = None
+    parameters: list[str] = field(default_factory=list)
+    held_out: Any = None
+    reader: Any = None
+    out: str | None = None
+    prior: float = param(
+        0.5, "1", bounds=(0.01, 10.0), tolerance=0.0, source="chosen: wrong by half", fit=False
+    )
+    apply: bool = False
+    plan: bool = True
+    report: bool = True
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None

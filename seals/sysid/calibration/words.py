@@ -1,0 +1,76 @@
+"""Calibration in words: a table, what the logs do not determine, what goes together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from seals.sysid.calibration.calibration import Calibration
+from seals.sysid.calibration.stated import StatedNumber
+from seals.sysid.report.naming import figure, interval
+
+_PAIRS = 3
+"""Pairs of tied numbers that are named."""
+HEAD = ("number", "stated", "calibrated", "90 % interval", "change")
+"""Head of the table of numbers."""
+
+
+def row(found: Calibration, number: StatedNumber) -> tuple[str, ...]:
+    """Return the row of one number in the table."""
+    change = found.value(number) / number.value - 1.0 if number.value else None
+    return (
+        number.name,
+        figure(number.value, number.unit),
+        figure(found.value(number), number.unit),
+        interval(*found.interval(number), number.unit),
+        "not determined"
+        if not found.determined(number)
+        else ("" if change is None else f"{100.0 * change:+.1f} %"),
+    )
+
+
+def error_sentence(found: Calibration) -> str:
+    """Return the held-out error before and after in a sentence."""
+    before, after = (figure(found.held_out[k], digits=3) for k in ("before", "after"))
+    where = "the held-out log" if found.unseen else "parts of the logs left out in turn"
+    return f"Error on {where}: {before} times the noise floor as stated, {after} calibrated."
+
+
+def remarks(found: Calibration) -> list[str]:
+    """Return what a user must know beside the numbers, a sentence each."""
+    out = []
+    lost = [n.name for n in found.numbers if not found.determined(n)]
+    if lost:
+        out.append(
+            f"The logs do not determine {joined(lost)}: the interval is about as wide as the prior."
+        )
+    for one, other, correlation in found.tied()[:_PAIRS]:
+        way = "rise together" if correlation > 0.0 else "trade against each other"
+        out.append(
+            f"{one} and {other} {way} (correlation {correlation:+.2f}): a measurement of either "
+            "on the ground settles both."
+        )
+    if found.widening > _LOUD:
+        out.append(
+            f"The model does not explain the logs down to the noise: all intervals are widened by "
+            f"{found.widening:.2g}. Something else is missing: seals diagnose names it."
+        )
+    if not found.solution.settled:
+        out.append(
+            f"The numbers still moved after {found.solution.rounds} linearisations: give a nearer "
+            "start, or ask for fewer numbers."
+        )
+    return out
+
+
+_LOUD = 1.2
+"""Widening of the intervals from which on it is mentioned."""
+
+
+def joined(names: Sequence[str]) -> str:
+    """Return names as a list in words.
+
+    Example:
+        >>> joined(["mass", "inertia_xx", "inertia_yy"])
+        'mass, inertia_xx and inertia_yy'
+    """
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,100 @@
+"""Numbers written into the text of a `robot.yaml`; comments and layout stay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from seals.errors import ConfigError
+
+
+def with_number(text: str, path: Sequence[str], change: Callable[[float], float]) -> str:
+    r"""Return the text with one number, or each number of a list, changed.
+
+    Args:
+        text: of the file.
+        path: keys that lead to the number.
+        change: takes a number and returns the new one.
+
+    Raises:
+        ConfigError: the file holds something else there.
+
+    Example:
+        >>> text = "effects:\n  hull: {effect: lift, mass: 2.0}  # weighed\n"
+        >>> print(with_number(text, ["effects", "hull", "mass"], lambda m: 2.5), end="")
+        effects:
+          hull: {effect: lift, mass: 2.5}  # weighed
+    """
+    node = _found(_root(text), path)
+    numbers = node.value if _kind(node) == "sequence" else [node]
+    # from the last one on: what stands before keeps its place
+    for one in reversed(numbers):
+        if _kind(one) != "scalar":
+            raise ConfigError(
+                f"robot.yaml: {'.'.join(path)} is not a number or a list of numbers.\n"
+                "Write the value by hand: it is in calibration.json."
+            )
+        new = figure(change(float(one.value)))
+        text = text[: one.start_mark.index] + new + text[one.end_mark.index :]
+    return text
+
+
+def with_entry(text: str, path: Sequence[str], value: str) -> str:
+    """Return the text with a new key under an existing mapping, or at the end of the file.
+
+    Args:
+        text: of the file.
+        path: keys that lead to the new one.
+        value: what stands behind it.
+    """
+    root = _root(text)
+    above = _found(root, path[:-1]) if path[:-1] and holds(text, path[:-1]) else None
+    if above is None:
+        key, *rest = path
+        inner = value if not rest else "".join(f"{{{k}: " for k in rest) + value + "}" * len(rest)
+        start = text if text.endswith("\n") or not text else f"{text}\n"
+        return f"{start}{key}: {inner}\n"
+    if above.flow_style:
+        at = above.end_mark.index - 1
+        comma = ", " if above.value else ""
+        return f"{text[:at].rstrip()}{comma}{path[-1]}: {value}{text[at:]}"
+    first = above.value[0][0].start_mark
+    return f"{text[: first.index]}{path[-1]}: {value}\n{' ' * first.column}{text[first.index :]}"
+
+
+def holds(text: str, path: Sequence[str]) -> bool:
+    """Return true where the file has a value at a path."""
+    node = _root(text)
+    for key in path:
+        if _kind(node) != "mapping":
+            return False
+        node = next((v for k, v in node.value if k.value == key), None)
+        if node is None:
+            return False
+    return True
+
+
+def figure(value: float) -> str:
+    """Return a number as it is written: six digits, as YAML and URDF read it.
+
+    Example:
+        >>> figure(2.6 / 3.0), figure(1.25e-7)
+        ('0.866667', '1.25e-07')
+    """
+    return f"{value:.6g}"
+
+
+def _root(text: str) -> Any:
+    import yaml
+
+    return yaml.compose(text, Loader=yaml.SafeLoader)
+
+
+def _kind(node: Any) -> str:
+    return "" if node is None else str(node.id)
+
+
+def _found(node: Any, path: Sequence[str]) -> Any:
+    for key in path:
+        node = next(v for k, v in node.value if k.value == key)
+    return node

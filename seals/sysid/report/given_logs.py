@@ -1,0 +1,109 @@
+"""Logs that a verb is given: their places, their content, how long they take."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, LogError
+from seals.logs import refuse_if_bad
+from seals.logs.log import Log
+
+_MOST = 12
+"""Logs that a refusal names."""
+MOST_ROWS = 1_000_000
+"""Most rows of a log that is diagnosed."""
+_LONG = 20_000
+_PACE = 0.03
+"""Time for each row of a diagnosis, measured on the shipped flight of 1,800 rows [s]."""
+
+
+def places_of(given: Any, *, key: str) -> list[Path]:
+    """Return the paths of one log or of several.
+
+    Args:
+        given: one path or a list of them.
+        key: under which they were given.
+
+    Raises:
+        ConfigError: one of them is not there.
+    """
+    every = [given] if isinstance(given, str) else list(given)
+    places = [Path(str(one)) for one in every]
+    for place in places:
+        if not place.exists():
+            raise ConfigError(
+                f"{key}={place}: there is no such file or folder.\nGive a log folder."
+            )
+    return places
+
+
+def read_log(config: Any, place: Path) -> Log:
+    """Read one log with the reader of a composed configuration.
+
+    Raises:
+        ConfigError: there are several.
+        LogError: there is none, or it cannot be used.
+    """
+    from seals.config.build import build
+
+    logs = build(config.reader, where="reader").read(str(place))
+    if not logs:
+        raise LogError(f"log={place} holds no run.\nGive a log with a run.")
+    if len(logs) > 1:
+        raise ConfigError(
+            f"log={place} holds {len(logs)} logs.\n"
+            f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
+        )
+    log: Log = logs[0]
+    _tell_time(log)
+    refuse_if_bad(log)
+    return log
+
+
+def _tell_time(log: Log) -> None:
+    """Say how long the diagnosis of a long log takes; refuse one that nobody can wait for.
+
+    Raises:
+        LogError: it has more rows than allowed.
+    """
+    if log.rows > MOST_ROWS:
+        raise LogError(
+            f"log '{log.name}' has {log.rows:,} rows; its diagnosis would take about "
+            f"{log.rows * _PACE / 3600.0:.0f} h.\n"
+            f"Allowed: up to {MOST_ROWS:,} rows. Cut out the part that matters."
+        )
+    if log.rows > _LONG:
+        words = f"about {log.rows * _PACE / 60.0:.0f} minutes"
+        print(f"log '{log.name}': {log.rows:,} rows; {words} or more.", file=sys.stderr, flush=True)
+
+
+def sources(places: Sequence[Path]) -> dict[str, Any]:
+    """Path and checksum of the log; of several logs a list of them."""
+    if len(places) == 1:
+        return _source(places[0])
+    return {"logs": [_source(place) for place in places]}
+
+
+def _source(place: Path) -> dict[str, str]:
+    from seals.sysid.validation.answer import log_digest
+
+    try:
+        return {"path": str(place.resolve()), "sha256": log_digest(place)}
+    except LogError:
+        # a foreign format has no table of its own
+        return {"path": str(place.resolve())}
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder of an answer.
+
+    Raises:
+        ConfigError: it cannot be made.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
