@@ -62,6 +62,7 @@ class BackendPybullet:
         self._bodies: list[CoupledBody] = []
         self._ground: list[int] = []
         self._scene = _Scene()
+        self._close: weakref.finalize[..., Any] | None = None
 
     def open(self, environment: EnvironmentSettings, step: float) -> None:
         """Start an empty scene with ground or bottom."""
@@ -72,6 +73,10 @@ class BackendPybullet:
             raise PhysicsError(
                 "PyBullet gave no physics client.\nClose other worlds of this process first."
             )
+        # a world that is refused half-way, or forgotten, would keep 30 MB to the process's end
+        self._scene = _Scene()
+        self._close = weakref.finalize(self._scene, p.disconnect, physicsClientId=self._client)
+        self._close.atexit = False
         p.setPhysicsEngineParameter(
             fixedTimeStep=step,
             numSolverIterations=self.solver_iterations,
@@ -87,7 +92,7 @@ class BackendPybullet:
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene."""
-        engine = PybulletBody(self._engine, self._client, robot)
+        engine = PybulletBody(self._engine, self._client, robot, self._scene)
         body = CoupledBody(engine, robot, second_order=self.second_order)
         self._bodies.append(body)
         return body
@@ -150,16 +155,21 @@ class BackendPybullet:
 
     def close(self) -> None:
         """Disconnect; a second call does nothing."""
-        if self._client >= 0:
-            self._engine.disconnect(physicsClientId=self._client)
-        self._scene = _Scene()
+        if self._close is not None:
+            self._close()
+        self._scene.open = False
         self._client = -1
         self._bodies.clear()
         self._ground.clear()
 
 
 class _Scene:
-    """Stands for one open scene: the engine gives numbers of clients and states out again."""
+    """Stands for one open scene, which ends with the last body or backend that holds it.
+
+    The engine gives numbers of clients and states out again.
+    """
+
+    open = True
 
 
 class _State:
@@ -172,7 +182,8 @@ class _State:
 
 def _forget(engine: Any, client: int, number: int, scene: weakref.ReferenceType[_Scene]) -> None:
     """Remove a saved state, unless its scene was closed."""
-    if scene() is not None and engine.isConnected(physicsClientId=client):
+    place = scene()
+    if place is not None and place.open and engine.isConnected(physicsClientId=client):
         engine.removeState(number, physicsClientId=client)
 
 

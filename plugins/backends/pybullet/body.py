@@ -31,6 +31,7 @@ class PybulletBody:
         engine: the pybullet module.
         client: physics client.
         robot: model to load.
+        scene: stays open as long as the body holds it.
 
     Attributes:
         body: PyBullet's number of the robot.
@@ -39,9 +40,9 @@ class PybulletBody:
     top_speed = TOP_SPEED
     contact_motors = True
 
-    def __init__(self, engine: Any, client: int, robot: RobotModel) -> None:
+    def __init__(self, engine: Any, client: int, robot: RobotModel, scene: object) -> None:
         """Load the robot."""
-        self._p, self._client = engine, client
+        self._p, self._client, self._scene = engine, client, scene
         loaded = load_robot(engine, client, robot)
         self.body, self._index, self._joints = loaded.body, loaded.index, loaded.joints
         self.reference, self.moments = loaded.base_centre, loaded.moments
