@@ -81,22 +81,23 @@ def fit_variants(
     variants = {str(k): [str(e) for e in v] for k, v in settings.ladder.items()} or {
         SINGLE: list(settings.effects)
     }
+    # a wrong name of the last variant is refused before the first is fitted
+    chosen = {name: _active(name, active, settings.effects) for name, active in variants.items()}
     return [
-        _variant(name, active, settings, robot, cases, step=step)
-        for name, active in variants.items()
+        _variant(name, effects, settings, robot, cases, step=step)
+        for name, effects in chosen.items()
     ]
 
 
 def _variant(
     name: str,
-    active: list[str],
+    effects: dict[str, Effect],
     settings: CompareSettings,
     robot: RobotModel,
     cases: Sequence[Case],
     *,
     step: float,
 ) -> ModelVariant:
-    effects = _active(name, active, settings.effects)
     keys = [k for k in fit_keys(settings.fit, settings.effects) if k.effect in effects]
     bound = bind_effects(effects, robot.links)
     values = np.array([k.start for k in keys])
