@@ -28,10 +28,13 @@ from typing import Any, NamedTuple
 
 HERE = Path(__file__).resolve().parent
 SHIM = HERE / "fault_shim.c"
-MODES = {"kill": 1, "error": 2, "full": 3, "memory": 4}
-"""What happens at the n-th call; with ``memory``, what a child may have beyond its parent."""
+MODES = {"kill": 1, "error": 2, "full": 3, "memory": 4, "size": 5}
+"""What happens at the n-th call; with ``memory``, what a child may have beyond its parent; with
+``size``, how long a file may grow."""
 MEMORY, MEMORIES = 2 << 20, 24
 """Step of that [byte], and number of steps."""
+SIZE, SIZES = 64, 15
+"""Half of the first length of a file [byte], and number of lengths, each twice the one before."""
 _ALONE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Threads of a parent are not there in its children, which would wait for them."""
 PATIENCE = 120.0
@@ -111,7 +114,7 @@ def attempt(name: str, case: Any, most: int, modes: Sequence[str]) -> Tried:
         whole = root / "whole"
         place.rename(whole)
         for mode in modes:
-            last = MEMORIES if mode == "memory" else total
+            last = {"memory": MEMORIES, "size": SIZES}.get(mode, total)
             step = max(1, -(-last // most)) if most else 1
             for n in range(1, last + 1, step):
                 shutil.copytree(base, place)
@@ -167,6 +170,8 @@ def _act(place: Path, words: Sequence[str], n: int, mode: int, mouth: int) -> No
         if mode == MODES["memory"]:
             size = _size() + n * MEMORY
             resource.setrlimit(resource.RLIMIT_AS, (size, size))
+        elif mode == MODES["size"]:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (SIZE << n, SIZE << n))
         else:
             shim.faults_arm(str(place).encode(), n, mode)
         try:
