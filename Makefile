@@ -8,7 +8,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-kernels docs browser validate killed fuzz lint clean
+.PHONY: help demo test test-kernels types examples docs browser validate killed fuzz lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -63,11 +63,17 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) -c $(CONSTRAINTS) -e .; touch $@
 
-test: .venv-test/installed lint docs browser
+# one process each, so two at a time: types, documentation, examples; then the tests, on two cores
+test: .venv-test/installed lint browser
+	@$(MAKE) --no-print-directory -j 2 types docs examples
+	@.venv-test/bin/pytest -n 2
+
+types: .venv-test/installed
 	@mkdir -p build/elsewhere; root=$$PWD; \
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
+
+examples: .venv-test/installed
 	@.venv-test/bin/pytest -q -c pyproject.toml --rootdir . --doctest-modules --pyargs seals
-	@.venv-test/bin/pytest -n 2
 
 # Another processor sums in another order: kernels of 2008 for the linear algebra (NumPy's and SciPy's),
 # for NumPy's own loops (of all names only those that this NumPy knows and could use) and for PyTorch.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import importlib.util
 import os
@@ -41,8 +42,11 @@ effects:
 """
 
 
+# PyTorch's compiler would build three programs with vectors to see whether any runs here: its own
+# list of what this processor has is enough, and a first compilation takes half the time
+os.environ.setdefault("TORCHINDUCTOR_VEC_ISA_OK", "1")
 STATM = Path("/proc/self/statm")
-GROWTH = 200e6
+GROWTH = 100e6
 """Growth of a test process from which on unreachable objects are looked for [byte]."""
 _kept = [0.0]
 
@@ -56,7 +60,7 @@ def resident() -> float:
 
 @pytest.fixture(autouse=True)
 def memory_given_back() -> Iterator[None]:
-    """Free what a test has left in reference cycles, once it is large.
+    """Free what a test has left in reference cycles or in pools of libraries, once it is large.
 
     Environments of learning hold tables of a gigabyte for the hulls of their robot, in cycles that
     the collector comes to late: it counts objects, not their size.
@@ -64,6 +68,11 @@ def memory_given_back() -> Iterator[None]:
     yield
     if resident() > _kept[0] + GROWTH:
         gc.collect()
+        if "pyarrow" in sys.modules:
+            sys.modules["pyarrow"].default_memory_pool().release_unused()
+        if sys.platform.startswith("linux"):
+            # of the C library; others than GNU's have no such call
+            getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
         _kept[0] = resident()
     _kept[0] = min(_kept[0], resident())
 

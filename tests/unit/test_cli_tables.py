@@ -87,9 +87,15 @@ def test_describe_shows_units_bounds_and_equation(capsys: pytest.CaptureFixture[
 
 
 def test_one_broken_package_is_reported_and_stops_nothing(
-    install: Install, pebble: Path, capsys: pytest.CaptureFixture[str]
+    install: Install,
+    pebble: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A broken plug-in is marked by the doctor, refused when chosen, harmless otherwise."""
+    # those that do compose are composed by the test of a sound machine
+    monkeypatch.setattr("seals.cli.doctor.experiments", lambda: {"drop_test": "run"})
+    monkeypatch.setattr("seals.config.source.robot_names", lambda: ["ball"])
     install(
         "bad-reef",
         "[seals.effects]\ntidal_bore = bad_reef.effects:TidalBore\n"

@@ -53,7 +53,7 @@ def test_a_run_can_be_compared_like_a_measurement(
     """The log of a simulated fall in air, compared with the same model, stays within its noise."""
     monkeypatch.chdir(tmp_path)
     robot = ["robot=ball", "initial.position=[0,0,20]"]
-    assert main(["run", *robot, "time.duration=1"]) == 0
+    assert main(["run", *robot, "time.duration=0.3"]) == 0
     run = last_folder(tmp_path / "runs")
     assert main(["compare", f"log={run}", *robot, "name=self"]) == 0
     data = json.loads(

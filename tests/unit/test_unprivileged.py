@@ -24,6 +24,12 @@ PARTICLES = [
     "fluid.spacing=0.05",
     "fluid.size=[0.5,0.5,0.35]",
 ]
+TRAIN = [
+    *("train", "env=reach", "learner=sac", "task.duration=0.2", "count=2", "learner.hidden=[8]"),
+    *("learner.batch=4", "learner.random_steps=4", "course.steps=12", "course.look_every=12"),
+    *("course.log_every=12", "course.episodes=1", "hydra.run.dir=t"),
+]
+DIAGNOSE = ["diagnose", "log=hidden_effect/flight_a", "plan=false", "processes=2", "out=d"]
 SHORT = ["time.step=0.01", "time.duration=0.05", "initial.position=[0,0,0.3]"]
 
 
@@ -112,6 +118,27 @@ def test_particles_of_an_ordinary_user(place: Place) -> None:
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stderr.count("the cache 'taichi' is kept for this process alone") == 1
     assert (place.root / "work" / "p" / "log.parquet").is_file()
+    assert not list((place.root / "home").iterdir())
+
+
+def test_a_training_of_an_ordinary_user(place: Place) -> None:
+    """Nothing but the working folder is written to, by the libraries of learning either."""
+    if find_spec("torchrl") is None:
+        pytest.skip("the extra learn is not installed")
+    done = place.start(*TRAIN)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "Traceback" not in done.stderr
+    assert (place.root / "work" / "t" / "policy" / "policy.safetensors").is_file()
+    assert not list((place.root / "home").iterdir())
+
+
+@pytest.mark.slow
+def test_a_diagnosis_of_an_ordinary_user(place: Place) -> None:
+    """Processes of its own, pictures and page: the working folder holds all of it."""
+    done = place.start(*DIAGNOSE)
+    assert done.returncode == 10, done.stderr[-2000:]
+    assert "Traceback" not in done.stderr
+    assert (place.root / "work" / "d" / "report.html").is_file()
     assert not list((place.root / "home").iterdir())
 
 
