@@ -8,7 +8,7 @@ calls of `EngineBody`. The backend opens the scene, steps the engine and calls
 """
 
 from seals.coupling.body import CoupledBody
-from seals.coupling.engine import ContactPoints, EngineBody
+from seals.coupling.engine import ContactPoints, EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrive, ImplicitDrives
 from seals.coupling.leapfrog import HalfStep
 
@@ -19,4 +19,5 @@ __all__ = [
     "HalfStep",
     "ImplicitDrive",
     "ImplicitDrives",
+    "SolvingEngineBody",
 ]

@@ -9,14 +9,15 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
 from seals.coupling.contacts import Contacts
-from seals.coupling.engine import EngineBody
+from seals.coupling.engine import EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
-from seals.coupling.inertia_split import InertiaSplit
 from seals.coupling.leapfrog import HalfStep
-from seals.coupling.motors import StandingMotors
-from seals.coupling.servo import JointResponse, JointServo
+from seals.coupling.locked import locked_kick
+from seals.coupling.predicted import PredictedForces
+from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
 from seals.frames import matrix_of
+from seals.multibody.equations import Assembly
 from seals.robot.model import RobotModel
 
 
@@ -37,19 +38,21 @@ class CoupledBody(BodyOptions):
 
     implicit: ClassVar[bool] = True
 
-    def __init__(self, engine: EngineBody, robot: RobotModel, *, second_order: bool) -> None:
+    def __init__(
+        self, engine: EngineBody | SolvingEngineBody, robot: RobotModel, *, second_order: bool
+    ) -> None:
         """Start at rest."""
         self.engine, self.robot, self._second_order = engine, robot, second_order
         joints = robot.tree.joints
         self._base = 0 if robot.tree.fixed_base else 6
-        self._split = InertiaSplit(engine, robot)
         self._drives = ImplicitDrives(self._base)
-        self._servo = JointServo(engine, self._base)
-        self._motors = StandingMotors(engine, joints)
-        self._feet = frozenset(leg.foot for leg in robot.legs.values())
-        if not engine.contact_motors:
-            self._feet = frozenset()
-        self._given = np.zeros(joints)
+        self._forces: PredictedForces | SolvedForces
+        if isinstance(engine, SolvingEngineBody):
+            self._forces = SolvedForces(engine, robot)
+        else:
+            self._forces = PredictedForces(engine, robot)
+        self._assembly = Assembly(robot.spatial_inertia[None])
+        self._dynamics: Dynamics | None = None
         self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
         self._contacts = Contacts(len(robot.links))
         lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
@@ -73,8 +76,7 @@ class CoupledBody(BodyOptions):
         self.engine.set_velocity(native, c.joints)
         self._speed, self._joints = HalfStep(native), c.joints
         self._contacts.forget()
-        self._motors.rest()
-        self._servo.restore(None)
+        self._forces.forget()
 
     def read(self) -> Configuration:
         """Return where the robot is and how it moves."""
@@ -120,7 +122,7 @@ class CoupledBody(BodyOptions):
 
     def joint_forces(self) -> Floats:
         """Return the forces on the joints over the last step [N m or N], shape (J,)."""
-        return self._given + self._motors.forces
+        return self._forces.joint_forces()
 
     def contact_wrenches(self) -> Floats:
         """Return the contact wrenches of the last step, shape (L, 6).
@@ -135,66 +137,33 @@ class CoupledBody(BodyOptions):
 
     def snapshot(self) -> Any:
         """Return what the engine does not keep: a part of the backend's snapshot."""
-        kept = self._split.snapshot(), self._servo.snapshot(), self._motors.snapshot()
-        return (self._speed, self._joints), self._contacts.snapshot(), self._given, kept
+        motion = self._speed, self._joints
+        return motion, self._contacts.snapshot(), self._forces.snapshot()
 
     def restore(self, kept: Any) -> None:
         """Put back what the engine does not keep, after the engine's own state.
 
         It sets masses and motors of the engine where they differ.
         """
-        (self._speed, self._joints), contacts, self._given, (inertia, servo, motors) = kept
-        self._servo.restore(servo)
-        self._motors.restore(motors)
+        (self._speed, self._joints), contacts, forces = kept
         self._contacts.restore(contacts)
-        self._split.restore(inertia)
+        self._forces.restore(forces)
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set forces and joint torques for the next step; called once before each step."""
-        standing = self._stands(dynamics, step)
-        wrench, joint_force = (self._pushed if standing else self._effort)(dynamics, step)
-        rotations, origins = dynamics.kinematics.rotations[0], dynamics.kinematics.origins[0]
-        self._began = origins, rotations
-        self.engine.apply_wrenches(wrench, origins, rotations)
-        if standing:
-            self._motors.drive(dynamics, step)
-        elif self._feet:
-            self._motors.rest()
-        if self._joints.size and (not standing or joint_force.any()):
-            self.engine.apply_joint_forces(joint_force)
-
-    def _effort(self, dynamics: Dynamics, step: float) -> tuple[Floats, Floats]:
-        """Wrenches on the links and forces on the joints that the engine's step needs."""
         smooth = self._speed.acceleration(step)
         last = None if smooth is None else smooth[self._base :]
         acting = self._drives.over_step(dynamics, step, last)
-        if dynamics.found.inertias or dynamics.discontinuous:
-            contact = self._contacts.wrenches() if self._contacts.any else None
-            wrench, joint_force = self._split.act(dynamics, contact, acting)
-        else:
-            wrench, joint_force = dynamics.wrench[0], dynamics.joint_force[0]
-            if acting is not None:
-                found = self._servo.forces(dynamics, acting, self._joints)
-                joint_force = self._split.joint_forces(dynamics, acting) if found is None else found
-        self._given = joint_force
-        return wrench, joint_force
-
-    def _stands(self, dynamics: Dynamics, step: float) -> bool:
-        """Return whether a leg of the robot touches something, or did so a moment ago."""
-        if not self._feet or dynamics.joint_drive is None:
-            return False
-        return self._motors.wanted(not self._feet.isdisjoint(self._contacts.links), step)
-
-    def _pushed(self, dynamics: Dynamics, step: float) -> tuple[Floats, Floats]:
-        """Wrenches on the links and forces on the joints beside those of the motors."""
-        # what the motors did is not what the joints feel when they are off
-        self._servo.response = None
-        outer: Floats = dynamics.joint_force[0]
-        self._given = outer
-        if self._split.idle(dynamics):
-            return dynamics.wrench[0], outer
-        known = dynamics._replace(joint_force=(outer + self._motors.forces)[None])
-        return self._split.act(known, self._contacts.wrenches(), None)[0], outer
+        self._dynamics = dynamics
+        self._began = dynamics.kinematics.origins[0], dynamics.kinematics.rotations[0]
+        self._forces.apply(
+            self.engine,
+            dynamics,
+            step,
+            acting=acting,
+            contacts=self._contacts,
+            joints=self._joints,
+        )
 
     def after_step(self, step: float) -> None:
         """Find the velocity at the new time and move the pose as the middle velocity does.
@@ -212,17 +181,20 @@ class CoupledBody(BodyOptions):
             PhysicsError: the motion is faster than the engine can follow, or not finite.
         """
         raw, joints = self.engine.state()
-        self._motors.measure()
+        self._forces.measure()
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= self.engine.top_speed**2:
             self._refuse_speed(float(np.abs(raw).max()))
         kick = raw - self._speed.now
-        if joints.size and not self._motors.running:
-            self._servo.response = JointResponse(kick[self._base :] / step, self._given)
+        self._forces.moved(kick[self._base :] / step)
         self._contacts.note(self.engine.contacts(), self._began)
-        plain = self._contacts.any or self._motors.running
-        if not self._second_order or plain or self._at_stop(joints):
+        if not self._second_order or self._contacts.any or self._forces.running:
             self._speed, self._joints = HalfStep(raw), joints
+            return
+        if self._at_stop(joints) or self._at_stop(self._joints):
+            self._speed, self._joints = HalfStep(raw), joints
+            if self._base:
+                self._move_back(kick, step)
             return
         self._speed = self._speed.kicked(kick)
         middle = self._speed.middle
@@ -231,6 +203,19 @@ class CoupledBody(BodyOptions):
         self._joints = joints + shift[self._base :]
         if self._base:
             self.engine.shift_base(shift[:6])
+        self.engine.set_velocity(self._speed.now, self._joints)
+
+    def _move_back(self, kick: Floats, step: float) -> None:
+        """Move a robot at a joint stop as its middle velocity does, the stop's impulse left out.
+
+        Without it the robot would go h^2 a / 2 too far in every step at the stop.
+        """
+        assert self._dynamics is not None
+        turn = self._dynamics.kinematics.rotations[0, 0]
+        locked = locked_kick(self._assembly, self._dynamics, self._at_origin(kick, turn))
+        shift = -0.5 * step * locked
+        shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
+        self.engine.shift_base(shift)
         self.engine.set_velocity(self._speed.now, self._joints)
 
     def _refuse_speed(self, fastest: float) -> None:

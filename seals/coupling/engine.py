@@ -4,19 +4,23 @@ Order of calls in one step of the world, from t to t + h:
 
 1. `CoupledBody.apply`: `EngineBody.set_inertia` of the links whose added inertia has changed,
    `mass_matrix` where joint drives need it, `apply_wrenches` once, then `set_motors` while motors
-   act and once to switch them off, and `apply_joint_forces` at most once.
+   act and once to switch them off, and `apply_joint_forces` at most once. Of an engine that solves
+   added inertia and joint drives itself (`SolvingEngineBody`): `apply_wrenches`, `add_inertia`, and
+   for robots with joints `apply_joint_forces` and `drive_joints`, once each.
 2. The backend steps the engine once for all robots.
-3. `CoupledBody.after_step`, called by the backend: `state`, `motor_forces` if motors act,
-   `contacts`; then in free motion `shift_base` (not of a fixed base) and `set_velocity`.
+3. `CoupledBody.after_step`, called by the backend: `state`, `motor_forces` if motors act or
+   `drive_forces`, `contacts`; then in free motion `shift_base` (not of a fixed base) and
+   `set_velocity`.
 
 Poses may be read between any two steps. `place` and `set_velocity` start an episode.
 """
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from seals.arrays import Floats
+from seals.coupling.implicit_drive import ImplicitDrive
 
 
 class ContactPoints(Protocol):
@@ -42,8 +46,8 @@ class ContactPoints(Protocol):
         ...
 
 
-class EngineBody(Protocol):
-    """One robot in an engine's scene.
+class EngineMotion(Protocol):
+    """One robot in an engine's scene: motion, forces and contacts, what every engine has.
 
     Links and joints are those of the robot model, in its order. The engine's velocity is that of
     one fixed point of the base in world axes [m/s], its angular velocity in world axes [rad/s],
@@ -57,19 +61,11 @@ class EngineBody(Protocol):
     Args:
         reference: point of the base whose velocity the engine keeps, base axes [m], shape (3,):
             the centre of mass in PyBullet, zero for an engine that takes the link origin.
-        moments: principal moments of inertia of every link about its centre of mass, along the
-            engine's own principal axes in its own order, as loaded [kg m^2], shape (L, 3).
         top_speed: speed that the engine can follow [m/s, rad/s]; infinite for any.
-        joint_speed_limit: of every joint [rad/s or m/s], shape (J,); infinite for none.
-        contact_motors: whether the engine solves joint motors together with its contacts. Without
-            them joint drives are predicted on standing robots as on all others.
     """
 
     reference: Floats
-    moments: Floats
     top_speed: float
-    joint_speed_limit: Floats
-    contact_motors: bool
 
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link: origin [m], shape (3,), and q_WB_xyzw, shape (4,)."""
@@ -103,23 +99,6 @@ class EngineBody(Protocol):
         """
         ...
 
-    def mass_matrix(self, joints: Floats) -> Floats:
-        """Return the generalised inertia at joint positions, base first, shape (n, n).
-
-        Only the inertia that the joints feel with the base free is used,
-        M_jj - M_jb inv(M_bb) M_bj: any point and any axes of the base will do. Rows of joints are
-        those of the model. The state is left as it is.
-        """
-        ...
-
-    def set_inertia(self, link: int, mass: float, moments: Floats) -> None:
-        """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link.
-
-        They replace those of the link, about its centre of mass and in the order of ``moments``:
-        centre and principal axes stay. Never called for the base of a robot that is fixed.
-        """
-        ...
-
     def apply_wrenches(self, wrenches: Floats, origins: Floats, rotations: Floats) -> None:
         """Apply wrenches over the next step; they are held in world axes.
 
@@ -138,6 +117,43 @@ class EngineBody(Protocol):
         """
         ...
 
+    def contacts(self) -> ContactPoints | None:
+        """Return what touched the robot in the last step; None for nothing."""
+        ...
+
+
+class EngineBody(EngineMotion, Protocol):
+    """One robot of an engine that takes scalar masses and joint motors.
+
+    Args:
+        moments: principal moments of inertia of every link about its centre of mass, along the
+            engine's own principal axes in its own order, as loaded [kg m^2], shape (L, 3).
+        joint_speed_limit: of every joint [rad/s or m/s], shape (J,); infinite for none.
+        contact_motors: whether the engine solves joint motors together with its contacts. Without
+            them joint drives are predicted on standing robots as on all others.
+    """
+
+    moments: Floats
+    joint_speed_limit: Floats
+    contact_motors: bool
+
+    def mass_matrix(self, joints: Floats) -> Floats:
+        """Return the generalised inertia at joint positions, base first, shape (n, n).
+
+        Only the inertia that the joints feel with the base free is used,
+        M_jj - M_jb inv(M_bb) M_bj: any point and any axes of the base will do. Rows of joints are
+        those of the model. The state is left as it is.
+        """
+        ...
+
+    def set_inertia(self, link: int, mass: float, moments: Floats) -> None:
+        """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link.
+
+        They replace those of the link, about its centre of mass and in the order of ``moments``:
+        centre and principal axes stay. Never called for the base of a robot that is fixed.
+        """
+        ...
+
     def set_motors(self, speed: Floats, force: Floats) -> None:
         """Let joint motors hold speeds [rad/s or m/s] with largest forces [N m or N], (J,) each.
 
@@ -153,6 +169,30 @@ class EngineBody(Protocol):
         """
         ...
 
-    def contacts(self) -> ContactPoints | None:
-        """Return what touched the robot in the last step; None for nothing."""
+
+@runtime_checkable
+class SolvingEngineBody(EngineMotion, Protocol):
+    """One robot of an engine that solves added inertia and joint drives with its contacts."""
+
+    def add_inertia(self, inertia: Floats | None) -> None:
+        """Add a generalised inertia to the robot's own over the next step; None for none.
+
+        Args:
+            inertia: symmetric, of the velocity as `set_velocity` takes it, shape (n, n).
+        """
+        ...
+
+    def drive_joints(self, drive: ImplicitDrive | None) -> None:
+        """Let joint drives act over the next step; None for none.
+
+        A drive acts with ``drive.drive.force - drive.gain a`` within its limit, a the acceleration
+        of its joint in that step; its armature is inertia of the joint.
+        """
+        ...
+
+    def drive_forces(self) -> Floats:
+        """Return what the drives did over the last step [N m or N], shape (J,).
+
+        Their forces less what turns their own armature; zero without drives. Called after `state`.
+        """
         ...

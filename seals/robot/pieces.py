@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,7 +63,40 @@ def pieces_of(robot: RobotModel, link: int) -> tuple[Piece, ...]:
     hull = robot.hulls[link]
     if hull is not None:
         return _of_hull(hull, 1.0)
-    return tuple(_of_collision(robot, link)) if robot.has_collision[link] else ()
+    return collision_pieces(robot, (robot.links[link],))[link]
+
+
+def collision_pieces(
+    robot: RobotModel, links: Collection[str] | None = None
+) -> tuple[tuple[Piece, ...], ...]:
+    """Return the pieces of the collision geometry, link by link, in link axes.
+
+    Args:
+        robot: the model.
+        links: links whose geometry is read, the others come out empty; None for all.
+
+    Raises:
+        RobotError: a collision mesh cannot be read.
+    """
+    from yourdfpy import URDF
+
+    wanted = set(robot.links if links is None else links)
+    touching = [
+        has and name in wanted for name, has in zip(robot.links, robot.has_collision, strict=True)
+    ]
+    if not any(touching):
+        return ((),) * len(robot.links)
+    loaded = URDF.load(
+        robot.urdf,
+        build_scene_graph=False,
+        load_meshes=False,
+        build_collision_scene_graph=False,
+    )
+    found = {link.name: link.collisions for link in loaded.robot.links}
+    return tuple(
+        tuple(_of_geometry(robot, one) for one in found[name]) if touches else ()
+        for name, touches in zip(robot.links, touching, strict=True)
+    )
 
 
 def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
@@ -93,20 +127,6 @@ def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
         )
     turn = np.array(known.axes).T
     return (Piece(kind, size, np.array(known.position), turn, volume=volume),)
-
-
-def _of_collision(robot: RobotModel, link: int) -> list[Piece]:
-    """Pieces of a link's collision geometry."""
-    from yourdfpy import URDF
-
-    loaded = URDF.load(
-        robot.urdf,
-        build_scene_graph=False,
-        load_meshes=False,
-        build_collision_scene_graph=False,
-    )
-    found = next(one for one in loaded.robot.links if one.name == robot.links[link])
-    return [_of_geometry(robot, collision) for collision in found.collisions]
 
 
 def _of_geometry(robot: RobotModel, collision: Any) -> Piece:

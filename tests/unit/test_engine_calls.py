@@ -18,6 +18,7 @@ from seals.world import Actor, World
 
 STEP = 0.002
 BEFORE = ("set_inertia", "mass_matrix", "apply_wrenches", "set_motors", "apply_joint_forces")
+BEFORE += ("add_inertia", "drive_joints")
 AFTER = ("state", "motor_forces", "contacts", "shift_base", "set_velocity")
 
 
@@ -66,6 +67,26 @@ def test_calls_come_in_the_order_of_the_protocol(tmp_path: Path) -> None:
     assert engine.calls == [
         "apply_wrenches",
         "apply_joint_forces",
+        "state",
+        "contacts",
+        "shift_base",
+        "set_velocity",
+    ]
+    world.close()
+
+
+def test_an_engine_that_solves_gets_inertia_and_drives(tmp_path: Path) -> None:
+    """Such an engine is given wrenches, added inertia, joint forces and drives, once each."""
+    pytest.importorskip("mujoco")
+    world, actor = arm_on("mujoco", tmp_path, {})
+    body: Any = actor.body
+    engine = body.engine = Recording(body.engine)
+    world.step()
+    assert engine.calls == [
+        "apply_wrenches",
+        "add_inertia",
+        "apply_joint_forces",
+        "drive_joints",
         "state",
         "contacts",
         "shift_base",

@@ -1,0 +1,5 @@
+"""MuJoCo as rigid-body backend: multi-bodies, contacts, joints."""
+
+from seals.plugins.backends.mujoco.backend import BackendMujoco
+
+__all__ = ["BackendMujoco"]

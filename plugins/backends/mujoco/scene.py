@@ -1,0 +1,209 @@
+"""The engine's model and data: built when all robots are known, and stepped in stages."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.environment.ground import Solid
+from seals.errors import PhysicsError
+from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
+from seals.plugins.backends.mujoco.loading import FAR, Description, describe, limits, principal
+from seals.plugins.backends.mujoco.surfaces import combined, surfaces_of
+from seals.robot.model import RobotModel, Surface
+
+PASSES = 8
+"""Most solutions of one step; each beyond the first has a joint drive more at its limit."""
+ARENA = 1 << 26
+"""Memory for contacts [bytes]."""
+
+
+class Stepped(Protocol):
+    """A robot whose inertia and forces enter the step."""
+
+    def bind(self) -> None:
+        """Look up places in the compiled model."""
+        ...
+
+    def load(self) -> None:
+        """Write added inertia and generalised forces."""
+        ...
+
+    def saturate(self) -> bool:
+        """Hold drives that went beyond their limits; return whether any did."""
+        ...
+
+
+class Scene:
+    """One world of MuJoCo.
+
+    Args:
+        engine: the mujoco module.
+        step: h [s].
+        solids: what stands still.
+        iterations: of the constraint solver.
+
+    Attributes:
+        model: compiled when it is first needed; robots cannot be added after that.
+        data: state of the engine.
+        stale: whether positions have changed since the poses of the bodies were found.
+    """
+
+    def __init__(self, engine: Any, step: float, solids: list[Solid], iterations: int) -> None:
+        """Describe an empty scene without gravity."""
+        self.engine, self.step = engine, step
+        self.model: Any = None
+        self.data: Any = None
+        self.stale = True
+        self._robots: list[tuple[RobotModel, Description]] = []
+        self._bodies: list[Stepped] = []
+        self._spec = engine.MjSpec()
+        self._settings(iterations)
+        self._shapes: list[tuple[str, int, bool, Surface]] = [self._put(s) for s in solids]
+        self._state_kind = int(engine.mjtState.mjSTATE_INTEGRATION)
+
+    def _settings(self, iterations: int) -> None:
+        e, spec = self.engine, self._spec
+        option, off = spec.option, e.mjtDisableBit
+        option.timestep, option.gravity = self.step, [0.0, 0.0, 0.0]
+        option.integrator, option.solver = e.mjtIntegrator.mjINT_EULER, e.mjtSolver.mjSOL_NEWTON
+        option.cone, option.impratio = e.mjtCone.mjCONE_ELLIPTIC, GRIP
+        option.iterations, option.tolerance = iterations, 1e-10
+        # islands keep a copy of the inertia; sensors, actuators and resets are not the engine's
+        option.disableflags = off.mjDSBL_ISLAND | off.mjDSBL_AUTORESET | off.mjDSBL_SENSOR
+        option.enableflags = e.mjtEnableBit.mjENBL_DIAGEXACT
+        compiler = spec.compiler
+        compiler.degree, compiler.fusestatic, compiler.alignfree = False, False, False
+        compiler.usethread = False
+        compiler.inertiafromgeom = e.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+        spec.memory = ARENA
+
+    def _put(self, solid: Solid) -> tuple[str, int, bool, Surface]:
+        """Describe a solid that stands still."""
+        kinds = self.engine.mjtGeom
+        name = f"/{solid.name}"
+        x, y, z, w = solid.quaternion
+        geom = self._spec.worldbody.add_geom(
+            name=name, pos=solid.position, quat=[w, x, y, z], contype=0, conaffinity=0
+        )
+        if solid.kind == "plane":
+            geom.type, geom.size = kinds.mjGEOM_PLANE, [0.0, 0.0, 1.0]
+        elif solid.kind == "box":
+            geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * edge for edge in solid.size]
+        elif solid.kind == "sphere":
+            geom.type, geom.size = kinds.mjGEOM_SPHERE, [solid.size[0], 0.0, 0.0]
+        else:
+            radius, length = solid.size
+            geom.type, geom.size = kinds.mjGEOM_CYLINDER, [radius, 0.5 * length, 0.0]
+        surface = Surface(
+            friction=solid.friction, rolling=0.0, spinning=0.0, restitution=solid.restitution
+        )
+        return name, -1, True, surface
+
+    def add(self, robot: RobotModel, body: Stepped) -> Description:
+        """Describe a robot, and what it touches with those that are there.
+
+        Raises:
+            PhysicsError: the scene has been used already.
+        """
+        if self.model is not None:
+            raise PhysicsError(
+                f"robot '{robot.name}' comes too late: the scene has been used already.\n"
+                "Add every robot before the first reset."
+            )
+        number = len(self._robots)
+        found = describe(self.engine, self._spec, robot, number, self.step)
+        surfaces, fixed = surfaces_of(robot), robot.tree.fixed_base
+        own = []
+        for name, row in found.shapes:
+            still = fixed and not robot.tree.moves[row].any()
+            own.append((name, number, still, surfaces[row]))
+            for other, _, stands, surface in self._shapes:
+                if still and stands:
+                    continue
+                pair = self._spec.add_pair(geomname1=other, geomname2=name)
+                set_pair(pair, combined(surface, surfaces[row]), self.step)
+        self._shapes += own
+        self._robots.append((robot, found))
+        self._bodies.append(body)
+        return found
+
+    def compile(self) -> None:
+        """Build model and data, with the robots' own masses.
+
+        Raises:
+            PhysicsError: the engine refuses the scene.
+        """
+        if self.model is not None:
+            return
+        e = self.engine
+        try:
+            self.model = m = self._spec.compile()
+        except ValueError as cause:
+            text = " ".join(str(cause).split())[:200]
+            raise PhysicsError(f"MuJoCo refuses the scene: {text}.\nCheck the robots.") from cause
+        for robot, found in self._robots:
+            for k, name in enumerate(found.bodies):
+                row = m.body(name).id
+                m.body_mass[row] = robot.mass[k]
+                m.body_inertia[row] = principal(robot.inertia[k])[0]
+            for name, stops in zip(found.joints, limits(robot), strict=True):
+                m.jnt_range[m.joint(name).id] = np.clip(stops, -FAR, FAR)
+        self.data = e.MjData(m)
+        e.mj_setConst(m, self.data)
+        e.mj_resetData(m, self.data)
+        for body in self._bodies:
+            body.bind()
+
+    def posed(self) -> None:
+        """Find the poses of all bodies, if positions have changed."""
+        if self.stale:
+            self.engine.mj_kinematics(self.model, self.data)
+            self.stale = False
+
+    def advance(self) -> None:
+        """Advance by one step, all robots together."""
+        self.compile()
+        e, m, d = self.engine, self.model, self.data
+        e.mj_kinematics(m, d)
+        e.mj_comPos(m, d)
+        e.mj_makeM(m, d)
+        for body in self._bodies:
+            body.load()
+        e.mj_factorM(m, d)
+        e.mj_collision(m, d)
+        e.mj_makeConstraint(m, d)
+        e.mj_projectConstraint(m, d)
+        e.mj_fwdVelocity(m, d)
+        for _ in range(PASSES):
+            e.mj_fwdAcceleration(m, d)
+            e.mj_fwdConstraint(m, d)
+            held = [body.saturate() for body in self._bodies]
+            if not any(held):
+                break
+            e.mj_factorM(m, d)
+        e.mj_Euler(m, d)
+        self.stale = True
+
+    def state(self) -> Floats:
+        """Return everything that the next step depends on."""
+        self.compile()
+        m = self.model
+        state: Floats = np.zeros(self.engine.mj_stateSize(m, self._state_kind))
+        self.engine.mj_getState(m, self.data, state, self._state_kind)
+        return state
+
+    def put_back(self, state: Floats) -> None:
+        """Put a state back.
+
+        Raises:
+            ValueError: it is not one of this scene.
+        """
+        self.compile()
+        size = self.engine.mj_stateSize(self.model, self._state_kind)
+        if np.shape(state) != (size,):
+            raise ValueError(f"a state of shape {np.shape(state)} where {(size,)} belongs")
+        self.engine.mj_setState(self.model, self.data, state, self._state_kind)
+        self.stale = True

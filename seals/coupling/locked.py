@@ -1,0 +1,35 @@
+"""Change of velocity of a robot at a joint stop, with the stop's own impulse taken out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Dynamics
+from seals.multibody.equations import Assembly
+from seals.multibody.linear import solved
+
+
+def locked_kick(assembly: Assembly, dynamics: Dynamics, kick: Floats) -> Floats:
+    """Return the change of velocity of the base as if all joints were locked, shape (6,).
+
+    A stop acts between links: it changes neither the linear nor the angular momentum of the robot.
+    What is left of a change of velocity without it is that of the locked robot with the same change
+    of momentum.
+
+    Equation:
+        M_bb s = M_b a, with M the generalised inertia, added inertia included, and b the rows of
+        the base.
+
+    Args:
+        assembly: of the robot's own inertia.
+        dynamics: of the robot where the step began; its base is free.
+        kick: change of the generalised velocity over the step, about the base origin, shape (n,).
+    """
+    jacobian = dynamics.kinematics.jacobian[0]
+    total = assembly.total_inertia(dynamics.found, 1)[0]
+    size = jacobian.shape[2]
+    rows = np.matmul(total, jacobian).reshape(-1, size)
+    base = jacobian[:, :, :6].reshape(-1, 6).T @ rows
+    found: Floats = solved(base[:, :6], base @ kick)
+    return found

@@ -1,0 +1,143 @@
+"""Forces for an engine that knows masses and motors: what it cannot solve is predicted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.backend import Dynamics
+from seals.coupling.contacts import Contacts
+from seals.coupling.engine import EngineBody
+from seals.coupling.implicit_drive import ImplicitDrive
+from seals.coupling.inertia_split import InertiaSplit
+from seals.coupling.motors import StandingMotors
+from seals.coupling.servo import JointResponse, JointServo
+from seals.robot.model import RobotModel
+
+
+class PredictedForces:
+    """Added inertia as masses and wrenches, joint drives as torques, or as motors while standing.
+
+    Args:
+        engine: the robot in the engine.
+        robot: its model.
+    """
+
+    def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
+        """Start at rest."""
+        joints = robot.tree.joints
+        self._lead = 0 if robot.tree.fixed_base else 6
+        self._split = InertiaSplit(engine, robot)
+        self._servo = JointServo(engine, self._lead)
+        self._motors = StandingMotors(engine, joints)
+        self._feet = frozenset(leg.foot for leg in robot.legs.values())
+        if not engine.contact_motors:
+            self._feet = frozenset()
+        self._given = np.zeros(joints)
+
+    @property
+    def running(self) -> bool:
+        """Whether motors of the engine act."""
+        return self._motors.running
+
+    def forget(self) -> None:
+        """Forget the last step."""
+        self._motors.rest()
+        self._servo.restore(None)
+
+    def joint_forces(self) -> Floats:
+        """Return the forces on the joints over the last step [N m or N], shape (J,)."""
+        return self._given + self._motors.forces
+
+    def apply(
+        self,
+        engine: Any,
+        dynamics: Dynamics,
+        step: float,
+        *,
+        acting: ImplicitDrive | None,
+        contacts: Contacts,
+        joints: Floats,
+    ) -> None:
+        """Hand wrenches, motors and joint forces of the next step to the engine.
+
+        Args:
+            engine: the robot in the engine.
+            dynamics: of the robot at the current time.
+            step: h [s].
+            acting: the joint drives over the step; None for none.
+            contacts: of the last step.
+            joints: positions [rad or m], shape (J,).
+        """
+        standing = self._stands(dynamics, step, contacts)
+        if standing:
+            wrench, joint_force = self._pushed(dynamics, contacts)
+        else:
+            wrench, joint_force = self._effort(dynamics, acting, contacts, joints)
+        kinematics = dynamics.kinematics
+        engine.apply_wrenches(wrench, kinematics.origins[0], kinematics.rotations[0])
+        if standing:
+            self._motors.drive(dynamics, step)
+        elif self._feet:
+            self._motors.rest()
+        if joints.size and (not standing or joint_force.any()):
+            engine.apply_joint_forces(joint_force)
+
+    def measure(self) -> None:
+        """Take note of the motors' forces after a step."""
+        self._motors.measure()
+
+    def moved(self, change: Floats) -> None:
+        """Take note of the acceleration of the joints in a step, shape (J,)."""
+        if change.size and not self._motors.running:
+            self._servo.response = JointResponse(change, self._given)
+
+    def snapshot(self) -> Any:
+        """Return what the engine does not keep."""
+        kept = self._split.snapshot(), self._servo.snapshot(), self._motors.snapshot()
+        return self._given, kept
+
+    def restore(self, kept: Any) -> None:
+        """Put a snapshot back: masses and motors of the engine too, where they differ."""
+        self._given, (inertia, servo, motors) = kept
+        self._servo.restore(servo)
+        self._motors.restore(motors)
+        self._split.restore(inertia)
+
+    def _effort(
+        self,
+        dynamics: Dynamics,
+        acting: ImplicitDrive | None,
+        contacts: Contacts,
+        joints: Floats,
+    ) -> tuple[Floats, Floats]:
+        """Wrenches on the links and forces on the joints that the engine's step needs."""
+        if dynamics.found.inertias or dynamics.discontinuous:
+            contact = contacts.wrenches() if contacts.any else None
+            wrench, joint_force = self._split.act(dynamics, contact, acting)
+        else:
+            wrench, joint_force = dynamics.wrench[0], dynamics.joint_force[0]
+            if acting is not None:
+                found = self._servo.forces(dynamics, acting, joints)
+                joint_force = self._split.joint_forces(dynamics, acting) if found is None else found
+        self._given = joint_force
+        return wrench, joint_force
+
+    def _stands(self, dynamics: Dynamics, step: float, contacts: Contacts) -> bool:
+        """Return whether a leg of the robot touches something, or did so a moment ago."""
+        if not self._feet or dynamics.joint_drive is None:
+            return False
+        return self._motors.wanted(not self._feet.isdisjoint(contacts.links), step)
+
+    def _pushed(self, dynamics: Dynamics, contacts: Contacts) -> tuple[Floats, Floats]:
+        """Wrenches on the links and forces on the joints beside those of the motors."""
+        # what the motors did is not what the joints feel when they are off
+        self._servo.response = None
+        outer: Floats = dynamics.joint_force[0]
+        self._given = outer
+        if self._split.idle(dynamics):
+            return dynamics.wrench[0], outer
+        known = dynamics._replace(joint_force=(outer + self._motors.forces)[None])
+        return self._split.act(known, contacts.wrenches(), None)[0], outer
