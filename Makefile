@@ -1,4 +1,4 @@
-# make demo   install the core into .venv and run the demonstration
+# make demo   install the core into .venv and run the demonstration; with another Python: PYTHON=python3.13
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
@@ -31,15 +31,18 @@ export SEALS_DATA ?= $(OFFLINE)
 # many small matrices: threads inside the linear algebra only get into each other's way
 test test-kernels validate killed fuzz: export OPENBLAS_NUM_THREADS = 1
 
-# Rigid-body wheels exist for Python 3.10 and 3.11 only; an interpreter without venv does not count.
-FIND_PYTHON = for candidate in python3.11 python3.10 python3; do \
-	if $$candidate -c 'import sys, ensurepip, venv; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' >/dev/null 2>&1; \
+# PyBullet has wheels for Python 3.10 and 3.11, so those come first; an interpreter without venv does not count.
+FIND_PYTHON = for candidate in $${PYTHON:-python3.11 python3.10 python3 python3.12 python3.13}; do \
+	if $$candidate -c 'import sys, ensurepip, venv; sys.exit(sys.version_info[:2] < (3, 10))' >/dev/null 2>&1; \
 	then echo $$candidate; exit 0; fi; done; \
-	echo 'No Python 3.10 or 3.11 with venv found. Install one:  sudo apt-get install -y python3.11 python3.11-venv' >&2; exit 2
+	echo 'No Python from 3.10 on with venv found. Install one:  sudo apt-get install -y python3 python3-venv' >&2; exit 2
 PIP = bin/python -m pip install --quiet --disable-pip-version-check
 # the tests need torch, and of torch only the processor's build
 TORCH_INDEX = https://download.pytorch.org/whl/cpu
-CONSTRAINTS = constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % sys.version_info[:2])').txt
+# versions that were tested together, where there is a list for this Python
+CONSTRAINED = $$(list=constraints/py$$($$venv/bin/python -c 'import sys; print("%d%d" % sys.version_info[:2])').txt; \
+	[ ! -f $$list ] || echo "-c $$list")
+LISTS = $(wildcard constraints/py*.txt)
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
@@ -58,10 +61,10 @@ demo: .venv/installed
 	@echo "$(LOOP)/ladder.png: the error ladder as a picture"
 	@echo "$(LOOP)/report.html: the report of the diagnosis"
 
-.venv/installed: pyproject.toml setup.py constraints/py310.txt constraints/py311.txt
+.venv/installed: pyproject.toml setup.py $(LISTS)
 	@python=$$($(FIND_PYTHON)); venv=.venv; \
 	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
-	$$python -m venv $$venv; $$venv/$(PIP) -c $(CONSTRAINTS) -e .; touch $@
+	$$python -m venv $$venv; $$venv/$(PIP) $(CONSTRAINED) -e .; touch $@
 
 # one process each, so two at a time: types, documentation, examples; then the tests, on two cores
 test: .venv-test/installed lint browser
@@ -122,12 +125,12 @@ lint: .venv-test/installed
 	.venv-test/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .; \
 	.venv-test/$(PIP) --no-deps --force-reinstall build/wheel/aam_seals-*.whl; touch $@
 
-.venv-test/tools: pyproject.toml setup.py constraints/py310.txt constraints/py311.txt
+.venv-test/tools: pyproject.toml setup.py $(LISTS)
 	@python=$$($(FIND_PYTHON)); venv=.venv-test; \
 	$$python -m venv $$venv; \
-	$$venv/$(PIP) -c $(CONSTRAINTS) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
+	$$venv/$(PIP) $(CONSTRAINED) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
 		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
-	$$venv/$(PIP) -c $(CONSTRAINTS) '.[dev,learn,docs,sweep]'; touch $@
+	$$venv/$(PIP) $(CONSTRAINED) '.[dev,learn,docs,sweep]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

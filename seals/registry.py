@@ -164,6 +164,15 @@ def get(kind: str, name: str) -> Plugin:
     return plugins(kind)[name] if len(declared[name]) > 1 else declared[name][0]
 
 
+def default_backend() -> str:
+    """Return the rigid-body engine of whoever names none.
+
+    PyBullet where it is installed; MuJoCo where it is not, as PyBullet has no wheel for that Python
+    or machine.
+    """
+    return "pybullet" if importlib.util.find_spec("pybullet") else "mujoco"
+
+
 def duplicates() -> list[tuple[Plugin, ...]]:
     """Return every name that more than one package declares, for ``seals doctor``."""
     return [many for kind in GROUPS for many in _declared(kind).values() if len(many) > 1]

@@ -54,7 +54,7 @@ def _look(look: Callable[[], Iterator[Remark]]) -> Iterator[Remark]:
 
 def python() -> Iterator[Remark]:
     """Report the interpreter and the machine."""
-    fits = (3, 10) <= sys.version_info[:2] < (3, 13)
+    fits = sys.version_info[:2] >= (3, 10)
     words = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
     yield Remark(state="ok" if fits else "FAULT", subject="Python", words=words)
     cores = os.cpu_count() or 1

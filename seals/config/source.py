@@ -130,7 +130,8 @@ class ConfSearchPath(SearchPathPlugin):
 
 
 def install() -> None:
-    """Register source and search path with Hydra; calling twice is harmless."""
+    """Register source, search path and resolver with Hydra; calling twice is harmless."""
+    OmegaConf.register_new_resolver("default_backend", registry.default_backend, replace=True)
     hub = Plugins.instance()
     hub.register(PluginSource)
     hub.register(ConfSearchPath)

@@ -15,7 +15,7 @@ from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
 from seals.run.settings import RunSettings
 
-PACKAGES = ("numpy", "scipy", "pybullet", "taichi", "torch", "hydra-core", "pyarrow")
+PACKAGES = ("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow")
 """Packages whose version can change a result."""
 
 

@@ -58,7 +58,7 @@ def check_effect(
     values: Mapping[str, Any] | None = None,
     steps: Sequence[float] = (0.004, 0.002, 0.001),
     duration: float = 2.0,
-    backend: str = "pybullet",
+    backend: str = "",
     cases: Sequence[Case] | None = None,
     in_twin: type[Effect] | None = None,
 ) -> EffectReport:

@@ -37,10 +37,10 @@ def simulate(
     *,
     step: float,
     duration: float,
-    backend: str = "pybullet",
+    backend: str = "",
 ) -> Track:
     """Return the trajectory of the rigid-body simulator; all scenes share one world."""
-    engine = registry.get("backend", backend).load()()
+    engine = registry.get("backend", backend or registry.default_backend()).load()()
     engine.open(ENVIRONMENT, step)
     count, every = round(duration / step), round(SAMPLE / step)
     actors = {

@@ -31,7 +31,8 @@ class BackendFree:
         Free flight and motion in water, particle water included. Joints that stay off their limits.
 
     Limitations:
-        Gripping, landing and walking need contacts: take ``backend=pybullet`` for them.
+        Gripping, landing and walking need contacts: take ``backend=pybullet`` or
+        ``backend=mujoco`` for them.
 
     References:
         Featherstone 2008, Rigid Body Dynamics Algorithms, for the equations; Hairer, Lubich and

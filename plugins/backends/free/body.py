@@ -160,7 +160,7 @@ class FreeBody(BodyOptions):
             raise PhysicsError(
                 f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
                 "backend=free has no contacts.\n"
-                "Take backend=pybullet, or let it through: backend.passable=true"
+                "Take backend=pybullet or backend=mujoco, or let it through: backend.passable=true"
             )
 
     def contact_wrenches(self) -> Floats:

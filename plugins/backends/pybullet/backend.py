@@ -225,7 +225,7 @@ def _engine() -> Any:
     except ImportError as cause:
         raise MissingExtra(
             "backend=pybullet needs the package pybullet, which is not installed.\n"
-            "It has wheels for Linux x86-64 and Python 3.10 and 3.11: pip install pybullet==3.2.7"
+            "Take backend=mujoco. PyBullet has wheels for Linux x86-64 with Python 3.10 and 3.11."
         ) from cause
     finally:
         os.dup2(kept, 2)

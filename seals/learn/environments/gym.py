@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from seals import registry
 from seals.learn.environments.build import batched_of
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.observations import each
@@ -41,7 +42,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
     Args:
         env: recipe of the group ``env``.
-        backend: ``pybullet``, ``free`` or ``twin``.
+        backend: ``pybullet``, ``mujoco``, ``free`` or ``twin``; empty for the installed engine.
         overrides: Hydra overrides, for instance ``["task.duration=4", "robot=hexacopter"]``.
 
     Raises:
@@ -50,11 +51,10 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
     metadata = {"render_modes": []}  # noqa: RUF012  the interface has it so
 
-    def __init__(
-        self, env: str, *, backend: str = "pybullet", overrides: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, env: str, *, backend: str = "", overrides: Sequence[str] = ()) -> None:
         """Build the world once; every episode resets it."""
-        self._batched = batched_of(composed(env, backend, overrides), count=1)
+        engine = backend or registry.default_backend()
+        self._batched = batched_of(composed(env, engine, overrides), count=1)
         self.observation_space, self.action_space = _spaces(self._batched)
 
     def reset(
@@ -94,8 +94,8 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     Args:
         env: recipe of the group ``env``.
         num_envs: N.
-        backend: ``twin``, ``pybullet`` or ``free``; empty for that of the recipe, twins where they
-            can do the task.
+        backend: ``twin``, ``pybullet``, ``mujoco`` or ``free``; empty for that of the recipe, twins
+            where they can do the task.
         overrides: Hydra overrides.
         device: of the twins.
     """

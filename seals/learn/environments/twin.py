@@ -383,11 +383,11 @@ def _refuse(settings: RunSettings, task: Task) -> None:
     if isinstance(task, WorldTask):
         raise ConfigError(
             f"backend=twin flies robots with their joints held; {type(task).__name__} moves joints "
-            "and touches things.\nSay backend=pybullet"
+            "and touches things.\nSay backend=pybullet or backend=mujoco"
         )
     for key, there in (("fluid", settings.fluid is not None), ("objects", bool(settings.objects))):
         if there:
             raise ConfigError(
                 f"backend=twin knows no {key}: nothing touches anything there.\n"
-                "Say backend=pybullet, or leave it out."
+                "Say backend=pybullet or backend=mujoco, or leave it out."
             )

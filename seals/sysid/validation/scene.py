@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from seals.registry import get
+from seals.registry import default_backend, get
 from seals.robot.model import RobotModel
 from seals.sysid.validation.armature import GearedBody
 from seals.sysid.validation.model import Model
@@ -18,7 +18,7 @@ VEHICLE = "vehicle"
 _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
-def build_scene(model: Model, *, step: float, rows: int, backend: str = "pybullet") -> World:
+def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> World:
     """Build a world that holds nothing but the vehicle of a log.
 
     The ground is left out: a log's vehicle has no shape that could touch it. Effects still know
@@ -28,10 +28,10 @@ def build_scene(model: Model, *, step: float, rows: int, backend: str = "pybulle
         model: what acts.
         step: of the world [s].
         rows: to reserve in the ledger.
-        backend: plug-in of the rigid bodies.
+        backend: plug-in of the rigid bodies; empty for the installed engine.
     """
     vehicle = model.vehicle
-    engine = get("backend", backend).load()()
+    engine = get("backend", backend or default_backend()).load()()
     bare = replace(vehicle.environment, ground_level=None, tank_bottom=None)
     engine.open(bare, step)
     waves = get("wave", "still").load()() if model.waves is None else model.waves
