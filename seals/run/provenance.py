@@ -62,6 +62,7 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
         "git": revision(Path(seals.__file__).resolve().parent),
         "machine": f"{platform.system()} {platform.machine()}",
         "seed": settings.seed,
+        "engine": f"{type(settings.backend).__module__}.{type(settings.backend).__qualname__}",
         "robot": {
             "name": settings.robot.name,
             "folder": settings.robot.folder,
