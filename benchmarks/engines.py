@@ -169,7 +169,7 @@ def touching() -> Iterator[Case]:
         "friction cone: speed of a cube that slid 0.16 s",
         "m/s",
         1.0 - 0.4 * GRAVITY * 0.16,
-        0.02,
+        0.01,
         lambda e: after(e, 0.16, lambda b: float(np.linalg.norm(b.read().velocity)), *slide),
     )
     reach, hand = 0.427 - 0.08, 0.452 - 0.08

@@ -107,7 +107,7 @@ def test_a_ball_bounces_by_the_product_of_the_coefficients(
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_friction_is_a_cone(angle: float) -> None:
-    """A sliding cube loses mu g of speed whichever way it slides, and then stays."""
+    """A sliding cube loses mu g of speed whichever way it slides, does not rise, and then stays."""
     mu, speed = 0.4, 1.0
     way = np.array([math.cos(angle), math.sin(angle), 0.0])
     flying = f"initial.velocity=[{speed * way[0]},{speed * way[1]},0]"
@@ -115,7 +115,9 @@ def test_friction_is_a_cone(angle: float) -> None:
     rows = stepped(world, 0.6)
     world.close()
     lost = speed - rows[round(0.2 / STEP) - 1].velocity @ way
-    assert lost == pytest.approx(mu * GRAVITY * 0.2, rel=0.03)
+    assert lost == pytest.approx(mu * GRAVITY * 0.2, rel=0.01)
+    # the engine's own law would let it hop by millimetres
+    assert max(row.position[2] for row in rows) < 0.0251
     assert np.linalg.norm(rows[-1].velocity) < 1e-3
 
 

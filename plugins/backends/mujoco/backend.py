@@ -22,9 +22,9 @@ class BackendMujoco:
 
     Equation:
         (M + J^T A J + gains of the drives) a = forces + J_c^T f, semi-implicit Euler steps;
-        contacts and stops f solve one convex problem with elliptic friction cones. Added mass A
-        and joint drives are solved with the contacts of the step itself. Velocities are kept half
-        a step back (leapfrog) while nothing touches.
+        contacts and stops f solve a convex problem with elliptic friction cones, iterated to
+        Coulomb's law. Added mass A and joint drives are solved with the contacts of the step
+        itself. Velocities are kept half a step back (leapfrog) while nothing touches.
 
     Args:
         solver_iterations: most iterations of the contact solver.

@@ -11,11 +11,12 @@ from seals.environment.ground import Solid
 from seals.errors import PhysicsError
 from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
 from seals.plugins.backends.mujoco.loading import FAR, Description, describe, limits, principal
+from seals.plugins.backends.mujoco.sliding import Sliding
 from seals.plugins.backends.mujoco.surfaces import combined, surfaces_of
 from seals.robot.model import RobotModel, Surface
 
 PASSES = 8
-"""Most solutions of one step; each beyond the first has a joint drive more at its limit."""
+"""Most solutions of one step: for joint drives at their limits, and for contacts that slide."""
 ARENA = 1 << 26
 """Memory for contacts [bytes]."""
 
@@ -177,11 +178,13 @@ class Scene:
         e.mj_makeConstraint(m, d)
         e.mj_projectConstraint(m, d)
         e.mj_fwdVelocity(m, d)
+        sliding = Sliding(e, m, d) if d.ncon else None
         for _ in range(PASSES):
             e.mj_fwdAcceleration(m, d)
             e.mj_fwdConstraint(m, d)
             held = [body.saturate() for body in self._bodies]
-            if not any(held):
+            slid = sliding is not None and sliding.correct(self.step)
+            if not slid and not any(held):
                 break
             e.mj_factorM(m, d)
         e.mj_Euler(m, d)
