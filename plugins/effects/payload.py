@@ -21,6 +21,7 @@ from seals.effects.identification import (
 )
 from seals.effects.rigid import skew
 from seals.motion import Body
+from seals.robot.model import RobotModel
 from seals.schema import param
 
 _PLACE: dict[str, Any] = {
@@ -97,7 +98,7 @@ class Payload(Effect):
         for k, link in enumerate(robot.links):
             if k:
                 found.append(cls._own(f"mass_{link}", subject, k, "link_mass"))
-            if k in (0, len(robot.links) - 1):
+            if k == 0 or k in _ends(robot):
                 found.append(cls._load(f"{name}_{link}", subject, k))
         return found
 
@@ -127,10 +128,11 @@ class Payload(Effect):
     def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
         """A load on the base anywhere, on an arm about the tip of its last link."""
         total = subject.mass
+        centre = subject.robot.centre[link]
         tip: dict[str, Any] = (
-            {"position_z": 2.0 * float(subject.robot.centre[link][2])} if link else {}
+            {f"position_{a}": 2.0 * float(centre[i]) for i, a in enumerate(AXES)} if link else {}
         )
-        axes = ("z",) if link else AXES
+        axes = (AXES[int(np.argmax(np.abs(centre)))],) if link else AXES
         place = {f"position_{a}": Freed(scale=0.03) for a in axes}
         load = Freed(scale=0.1 * total, bounds=(0.0, 2.0 * total))
         return Addition(
@@ -153,3 +155,11 @@ class Payload(Effect):
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)
         return params["mass"][:, :, None] * xp.concat((upper, lower), axis=1)
+
+
+def _ends(robot: RobotModel) -> set[int]:
+    """Links that end a limb; where it ends in links side by side, such as jaws, what bears them."""
+    parent = robot.tree.parent
+    leaves = [k for k in range(1, len(parent)) if k not in parent]
+    beside = {up for up in parent if up > 0 and sum(parent[k] == up for k in leaves) > 1}
+    return {parent[k] if parent[k] in beside else k for k in leaves}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from seals.environment.waves import Sea, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
 
+_POINT = 0.3
+"""1-sigma of the place where the push of waves acts, as a share of the way from origin to centre of
+buoyancy: a hull feels them all along its length."""
 _KEEP = 2
 """Starting values that are kept."""
 
@@ -34,7 +37,7 @@ class WaveAiry:
     Equation:
         eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g;
         orbital velocity a w exp(k z) (cos b cos theta, sin b cos theta, sin theta), z below the
-        mean level.
+        mean level. With the second-order crest of Stokes, eta gains k a^2/2 cos(2 theta).
 
     Args:
         amplitude: a [m].
@@ -42,6 +45,7 @@ class WaveAiry:
         direction: b, toward which the wave runs, from east anticlockwise [rad].
         phase: phi [rad].
         gravity: [m/s^2].
+        second_order: whether crests are sharper and troughs flatter, by Stokes' second order.
 
     A copy (``copy.copy``) may hold an array of shape (N,) in any field: one wave for each of the N
     points given to `at`, in their array library.
@@ -53,10 +57,10 @@ class WaveAiry:
         Steepness k a below 0.3; depth above half a wave length.
 
     Limitations:
-        No second-order crest, no breaking, velocity above the mean level held at its value there.
+        No breaking, velocity above the mean level held at its value there.
 
     References:
-        Airy 1845; Faltinsen 1990, Sea Loads on Ships and Offshore Structures, ch. 2.
+        Airy 1845; Stokes 1847; Faltinsen 1990, Sea Loads on Ships and Offshore Structures, ch. 2.
 
     Example:
         >>> round(WaveAiry(amplitude=0.1, period=2.0).wavenumber, 4)
@@ -71,7 +75,11 @@ class WaveAiry:
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False
     )
 
+    second_order: bool = False
+
     candidate: ClassVar[str] = "waves"
+    per_log: ClassVar[tuple[str, ...]] = ("phase",)
+    """Fields of which each of several logs has its own: their times have other origins."""
     identification: ClassVar[Identification] = Identification(
         scales={"amplitude": 0.03, "period": 1.0, "direction": 2.0, "phase": 2.0},
         guessed=True,
@@ -92,10 +100,21 @@ class WaveAiry:
         }
         sea = Addition(instance=cls.candidate, effect=None, parameters=parameters, order=order)
         found = [
-            Addition(instance=name, effect=effect, parameters={}, named=(), order=order)
+            Addition(
+                instance=name,
+                effect=effect,
+                parameters={"share": Freed(tolerance=_POINT, scale=1.0)},
+                named=(),
+                order=order,
+            )
             for name, effect in cls.beside().items()
         ]
         return [sea, *found]
+
+    @classmethod
+    def of_log(cls, **parameters: float) -> WaveAiry:
+        """Return the waves that a log means by these parameters: with second-order crests."""
+        return cls(**parameters, second_order=True)
 
     @staticmethod
     def beside() -> dict[str, Effect]:
@@ -155,14 +174,18 @@ class WaveAiry:
         omega = 2.0 * math.pi / self.period
         theta = self._angle(position, time)
         cosine, sine = self.amplitude * xp.cos(theta), self.amplitude * xp.sin(theta)
-        slope = -k * sine
+        slope, crest, lift = -k * sine, cosine, sine
+        if self.second_order:
+            crest = crest + 0.5 * k * (cosine * cosine - sine * sine)
+            lift = sine + 2.0 * k * sine * cosine
+            slope = -k * lift
         length = xp.sqrt(1.0 + slope * slope)
         decay = xp.exp(k * xp.clip(position[:, 2] - level, None, 0.0))
         speed, push = omega * decay, omega * omega * decay
         return Sea(
-            elevation=(level + cosine)[:, None],
+            elevation=(level + crest)[:, None],
             normal=columns(-east * slope / length, -north * slope / length, 1.0 / length),
-            rise=(omega * sine / length)[:, None],
+            rise=(omega * lift / length)[:, None],
             velocity=columns(east * speed * cosine, north * speed * cosine, speed * sine),
             acceleration=columns(east * push * sine, north * push * sine, -push * cosine),
             gradient=gradient_along(east, north, -k * speed * sine, k * speed * cosine),
@@ -179,42 +202,46 @@ def _heading(direction: Array) -> tuple[Array, Array]:
 
 def _guessed(residual: Residual) -> list[dict[str, float]]:
     """Waves whose pressure force fits best, over a grid of periods and directions."""
-    subject, position, force = residual.subject, residual.position, residual.force
-    gravity = subject.environment.gravity
-    level = subject.environment.water_level or 0.0
+    subject = residual.subject
     hull = subject.hull
     displaced = 998.0 * (hull.volume if hull is not None else 0.0)
     mass = displaced + float(subject.nominal("added_mass_water", "mass")[2])
+    log = np.broadcast_to(np.asarray(residual.log), len(residual.force))
+    logs = [log == k for k in np.unique(log)]
     found = []
     for period in np.geomspace(0.5, 6.0, 60):
-        omega = 2.0 * np.pi / period
-        k = omega**2 / gravity
-        decay = np.exp(k * np.minimum(position[:, 2] - level, 0.0))
         for direction in np.arange(0.0, 2.0 * np.pi, np.pi / 8.0):
-            east, north = np.cos(direction), np.sin(direction)
-            theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * residual.time
-            # push = s (rho V + M_A) a_water, a_water from the two phases of the wave
-            sine, cosine = (
-                mass * omega**2 * decay * np.sin(theta),
-                mass * omega**2 * decay * np.cos(theta),
-            )
-            first = np.stack([east * sine, north * sine, -cosine], axis=1).ravel()
-            second = np.stack([east * cosine, north * cosine, sine], axis=1).ravel()
-            basis = np.stack([first, second], axis=1)
-            solved, rest, *_ = np.linalg.lstsq(basis, force.ravel(), rcond=None)
-            left = float(rest[0]) if rest.size else np.inf
-            found.append((left, period, direction, solved))
+            fits = [_phases(residual, rows, mass, period, direction) for rows in logs]
+            left, waves = sum(f[0] for f in fits), [f[1] for f in fits]
+            found.append((left, float(period), float(direction), waves))
     found.sort(key=lambda f: f[0])
     out = []
-    for _, period, direction, solved in found[:_KEEP]:
-        amplitude = float(np.hypot(*solved))
-        phase = float(np.arctan2(solved[1], solved[0]))
-        out.append(
-            {
-                "amplitude": amplitude,
-                "period": float(period),
-                "direction": float(direction),
-                "phase": phase,
-            }
-        )
+    for _, period, direction, waves in found[:_KEEP]:
+        amplitude = float(np.mean([np.hypot(*pair) for pair in waves]))
+        phases = {
+            f"phase_{k + 1}" if k else "phase": float(np.arctan2(pair[1], pair[0]))
+            for k, pair in enumerate(waves)
+        }
+        out.append({"amplitude": amplitude, "period": period, "direction": direction} | phases)
     return out
+
+
+def _phases(
+    residual: Residual, rows: Any, mass: float, period: float, direction: float
+) -> tuple[float, Floats]:
+    """Left-over square and the two phases of the wave that fits the force of one log best."""
+    position, force = residual.position[rows], residual.force[rows]
+    environment = residual.subject.environment
+    omega = 2.0 * np.pi / period
+    k = omega**2 / environment.gravity
+    decay = np.exp(k * np.minimum(position[:, 2] - (environment.water_level or 0.0), 0.0))
+    east, north = np.cos(direction), np.sin(direction)
+    theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * residual.time[rows]
+    # push = s (rho V + M_A) a_water, a_water from the two phases of the wave
+    sine = mass * omega**2 * decay * np.sin(theta)
+    cosine = mass * omega**2 * decay * np.cos(theta)
+    first = np.stack([east * sine, north * sine, -cosine], axis=1).ravel()
+    second = np.stack([east * cosine, north * cosine, sine], axis=1).ravel()
+    basis = np.stack([first, second], axis=1)
+    solved, rest, *_ = np.linalg.lstsq(basis, force.ravel(), rcond=None)
+    return (float(rest[0]) if rest.size else np.inf), solved

@@ -79,6 +79,7 @@ VERBS = {
         "  log         log folder (log.parquet or log.csv, and meta.yaml), or a list of them:\n"
         "              [FLIGHT_1,FLIGHT_2], flights of one vehicle, fitted together\n"
         "  robot       folder or name of the robot, where meta.yaml does not describe the vehicle\n"
+        "  without     effects to leave out of the nominal model that the log states\n"
         "  out         folder of diagnosis.json, report.html and report.json\n"
         "  plan        false: do not look for the flight that would settle what stays open\n"
         "  report      false: write diagnosis.json only\n"

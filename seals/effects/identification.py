@@ -284,14 +284,16 @@ class Residual:
     Args:
         position: of the base, world axes [m], shape (K, 3).
         force: that is left over, world axes [N], shape (K, 3).
-        time: of each point [s], shape (K,).
+        time: of each point, on the time of its log [s], shape (K,).
         subject: the vehicle.
+        log: index of the log of each point, shape (K,); zeros for one log.
     """
 
     position: Floats
     force: Floats
     time: Floats
     subject: Subject
+    log: Any = 0
 
 
 def along_axes(

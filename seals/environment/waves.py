@@ -65,9 +65,10 @@ class Waves(Protocol):
 
     Waves that a diagnosis may find missing have besides: ``candidate``, the name under which it
     reports them; ``identification``; the class method ``additions(subject)``, whose addition
-    without an effect holds the parameters of the waves; ``beside()``, the effects by instance that
-    go with the waves of a log; and the methods ``guesses`` and ``plausible``, each as those of
-    `seals.effects.Effect`.
+    without an effect holds the parameters of the waves; ``of_log``, which makes the waves that a
+    log means by its parameters; ``beside()``, the effects by instance that go with them;
+    ``per_log``, the fields of which each of several logs has its own; and the methods ``guesses``
+    and ``plausible``, each as those of `seals.effects.Effect`.
     """
 
     def at(self, position: Array, time: Array, level: float) -> Sea:

@@ -48,6 +48,7 @@ def build_run(config: Any) -> RunSettings:
         values["environment"].obstacles = typed_entries(
             ObstacleSettings, obstacles, where="environment.obstacles"
         )
+        values["hide"] = [str(name) for name in config.get("hide") or ()]
         every = config.get("checkpoint")
         values |= {"name": str(config.name), "seed": int(config.seed)}
         values |= {"checkpoint": None if every is None else float(every)}

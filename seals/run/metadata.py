@@ -25,6 +25,7 @@ from seals.run.equipment_metadata import (
     held,
     stowed,
 )
+from seals.run.hidden import hide
 from seals.run.settings import RunSettings
 from seals.schema import parameters_of, vars_of
 from seals.sensors.options import SensorOptions
@@ -61,9 +62,12 @@ def describe_run(
     vehicle = describe_vehicle(settings, robot, layout)
     acting = {n: e for n, e in settings.effects.items() if not _elsewhere(e, settings.sensors)}
     effects = [_effect(name, effect) for name, effect in acting.items()]
+    environment = _environment(settings)
+    hidden, more = hide(settings.hide, effects, environment.get("wave"))
+    effects = [entry for entry in effects if entry["instance"] not in hidden]
     return {
         "vehicle": vehicle,
-        "environment": _environment(settings),
+        "environment": environment | more,
         "baseline": [*effects, *held(vehicle)],
         "sensors": _sensors(settings, sources),
         "tolerance": _tolerance(settings) if layout is not None else {},

@@ -102,6 +102,8 @@ class RunSettings:
         sight: how the scene is drawn for cameras.
         model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
         force: whether to take a model that was withdrawn.
+        hide: effects that act in the run and that its log's nominal model does not hold: names of
+            instances or of effects, ``waves`` for the waves.
     """
 
     name: str = "run"
@@ -134,3 +136,4 @@ class RunSettings:
     sight: SightSettings = field(default_factory=SightSettings)
     model: Any = None
     force: bool = False
+    hide: list[str] = field(default_factory=list)

@@ -182,7 +182,7 @@ def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, 
     candidate = claim.candidate
     return {
         "name": candidate.name,
-        **_place(candidate),
+        **_place(candidate, claim.hypothesis),
         "confidence": claim.confidence,
         "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
         **_active(candidate, logs),
@@ -197,7 +197,7 @@ def _rival(
     candidate = hypothesis.candidates[-1]
     return {
         "name": name,
-        **_place(candidate),
+        **_place(candidate, hypothesis),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
         **_active(candidate, logs),
@@ -210,13 +210,18 @@ def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
     return {} if activity is None else {"active": activity.to_list(logs)}
 
 
-def _place(candidate: Candidate) -> dict[str, Any]:
-    """Medium or link in which the effect acts, where its variants differ by it."""
+def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
+    """Medium or link in which the effect acts, where its variants differ by it.
+
+    Links of a robot folder are told by their names, those of a log by their numbers.
+    """
+    vehicle = hypothesis.fitter.plant.vehicle
     variant, out = candidate.variant, dict[str, Any]()
     if "medium" in variant:
         out["medium"] = "water" if variant["medium"] else "air"
     if "link" in variant:
-        out["link"] = int(variant["link"])
+        link = int(variant["link"])
+        out["link"] = vehicle.robot.links[link] if vehicle.written else link
     return out
 
 

@@ -11,6 +11,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.robot.whole_body import whole_body
 from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.known_sea import sea_laws
 from seals.sysid.data.robot_description import RobotDescription, describe_robot
 from seals.sysid.data.samples import read_samples
 from seals.sysid.data.vehicle import read_vehicle
@@ -172,7 +173,37 @@ def test_known_waves_are_those_of_each_log(own: RobotDescription) -> None:
     vehicle = read_vehicle(meta(logs=parts), own)
     time = np.array([[0.5], [40.5]])
     found = vehicle.sea.at(np.zeros((2, 3)), time, 0.0).elevation[:, 0]
-    expected = [0.1 * np.cos(0.3 - np.pi * 7.5), 0.1 * np.cos(1.1 - np.pi * 2.5)]
+    angles = np.array([0.3 - np.pi * 7.5, 1.1 - np.pi * 2.5])
+    crest = 0.5 * np.pi**2 / 9.81 * 0.1**2
+    expected = 0.1 * np.cos(angles) + crest * np.cos(2.0 * angles)
     assert found == pytest.approx(expected, abs=1e-12)
     names = {c.name for c in candidate_set_of(vehicle, speeds=np.ones(3)).candidates}
     assert "waves" not in names
+
+
+def test_waves_of_a_log_have_sharper_crests() -> None:
+    """A crest of Stokes' second order is higher by k a^2 / 2, and a trough as much less deep."""
+    law = sea_laws()["waves"]
+    linear = law(amplitude=0.1, period=2.0)
+    sharp = law.of_log(amplitude=0.1, period=2.0, direction=0.0, phase=0.0)
+    for time, side in ((0.0, 1.0), (1.0, -1.0)):
+        at = (np.zeros((1, 3)), np.array([[time]]), 0.0)
+        before, after = linear.at(*at).elevation[0, 0], sharp.at(*at).elevation[0, 0]
+        assert before == pytest.approx(side * 0.1)
+        assert after - before == pytest.approx(0.5 * linear.wavenumber * 0.01)
+
+
+def test_the_rise_of_sharp_crests_is_the_rate_of_the_surface() -> None:
+    """Speed along the normal and slope agree with differences of the elevation."""
+    sea = sea_laws()["waves"].of_log(amplitude=0.1, period=2.0, direction=0.4, phase=0.2)
+    place, step = np.array([[0.3, -0.2, 0.0]]), 1e-6
+
+    def height(shift: float, time: float) -> float:
+        moved = place + shift * np.array([[np.cos(0.4), np.sin(0.4), 0.0]])
+        return float(sea.at(moved, np.array([[time]]), 0.0).elevation[0, 0])
+
+    found = sea.at(place, np.array([[0.7]]), 0.0)
+    rate = (height(0.0, 0.7 + step) - height(0.0, 0.7 - step)) / (2 * step)
+    slope = (height(step, 0.7) - height(-step, 0.7)) / (2 * step)
+    assert found.rise[0, 0] == pytest.approx(rate / np.hypot(1.0, slope), rel=1e-6)
+    assert found.normal[0, 0] / found.normal[0, 2] == pytest.approx(-slope * np.cos(0.4), rel=1e-6)

@@ -14,19 +14,20 @@ from seals.effects.identification import Addition, Freed, Identification, Stage,
 from seals.errors import UnknownPlugin
 from seals.sysid.candidates.parameters import CandidateSet, Collector, Waves
 from seals.sysid.data.installed import loaded
-from seals.sysid.data.known_sea import sea_laws
+from seals.sysid.data.known_sea import own_key, sea_laws
 from seals.sysid.data.vehicle import Vehicle
 
 _SURFACE = 0.04
 """1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
 
 
-def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
+def candidate_set_of(vehicle: Vehicle, *, speeds: Floats, logs: int = 1) -> CandidateSet:
     """Collect tolerances and candidates of a vehicle from all installed effects.
 
     Args:
         vehicle: nominal model.
         speeds: typical speeds along the body axes [m/s], shape (3,).
+        logs: number of logs that are fitted together.
     """
     subject = subject_of(vehicle, speeds)
     found: list[tuple[str, Identification, Addition]] = []
@@ -37,15 +38,37 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats) -> CandidateSet:
         found += [(name, known, a) for a in law.additions(name, subject)]
     found += [("", Identification(), a) for a in _structure(subject)]
     made, waves = Collector(vehicle.effects), dict[str, Waves]()
-    # waves that are known leave no room for others
-    for law in () if vehicle.sea is not None else wave_laws():
-        additions = law.additions(subject)
+    for law in wave_laws():
+        if vehicle.sea is not None:
+            # waves that are known leave no room for others; what goes with them may be a little off
+            known = (replace(a, effect=None) for a in law.additions(subject))
+            found += [
+                (law.candidate, law.identification, a)
+                for a in known
+                if a.instance in vehicle.effects
+            ]
+            continue
+        additions = [_of_each_log(law, a, logs) for a in law.additions(subject)]
         beside = tuple(a.instance for a in additions if a.effect is not None)
         waves |= {a.instance: Waves(law=law, beside=beside) for a in additions if a.effect is None}
         found += [(law.candidate, law.identification, a) for a in additions]
     for name, known, addition in sorted(found, key=lambda f: f[2].order):
         made.take(name, known, addition)
     return made.candidate_set(waves)
+
+
+def _of_each_log(law: Any, addition: Addition, logs: int) -> Addition:
+    """The same with parameters for each log of what differs from log to log, as times do."""
+    if addition.effect is not None or logs < 2:
+        return addition
+    own = {
+        own_key(name, k): addition.parameters[name] for name in law.per_log for k in range(1, logs)
+    }
+    return replace(
+        addition,
+        parameters={**addition.parameters, **own},
+        nuisance=(*addition.nuisance, *own),
+    )
 
 
 def wave_laws() -> list[Any]:

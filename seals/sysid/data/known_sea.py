@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -25,25 +25,77 @@ class SeaOfLogs:
     """Waves of several logs, one after the other on one clock.
 
     Args:
-        law: waves whose fields hold one number for each log.
+        law: waves of one log.
+        values: of its fields: a number or an array over the points given to `at`, or a tuple of
+            these, one for each log.
         begins: clock at the first row of each log [s], increasing, shape (n,).
         shift: clock less the time of each log [s], shape (n,).
     """
 
     law: Any
-    values: Mapping[str, Floats]
+    values: Mapping[str, Any]
     begins: Floats
     shift: Floats
 
     def at(self, position: Array, time: Array, level: float) -> Sea:
         """Return the sea at points, each in the waves of the log to which its time belongs."""
-        clock = np.broadcast_to(np.asarray(time), (len(position), 1))
+        count = len(position)
+        clock = np.broadcast_to(np.asarray(time), (count, 1))
         log = log_of(self.begins, clock[:, 0])
         here = copy.copy(self.law)
         for name, value in self.values.items():
-            setattr(here, name, value[log])
+            chosen = value
+            if isinstance(value, tuple):
+                each = np.array([np.broadcast_to(v, count) for v in value])
+                chosen = each[log, np.arange(count)]
+            setattr(here, name, chosen)
         found: Sea = here.at(position, clock - self.shift[log][:, None], level)
         return found
+
+
+class Span(Protocol):
+    """Place of a log on the clock of all of them."""
+
+    @property
+    def begin(self) -> float:
+        """Clock at its first row [s]."""
+        ...
+
+    @property
+    def shift(self) -> float:
+        """Clock less its own time [s]."""
+        ...
+
+
+def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
+    """Return waves with some values in place of those of calm ones.
+
+    Args:
+        calm: waves of no strength.
+        values: of their fields, arrays over the points; of several logs each may have its own of a
+            field in ``per_log``, that of log k under the name with ``_k`` behind it.
+        logs: places of the logs on one clock; fewer than two for the time of the log itself.
+    """
+    if len(logs) < 2:
+        here = copy.copy(calm)
+        for name, value in values.items():
+            setattr(here, name, value)
+        return here
+    whole = {name: v for name, v in values.items() if hasattr(calm, name)}
+    for name in calm.per_log:
+        every = [name, *(own_key(name, k) for k in range(1, len(logs)))]
+        whole[name] = tuple(values.get(key, getattr(calm, name)) for key in every)
+    return SeaOfLogs(
+        law=calm,
+        values=whole,
+        begins=np.array([log.begin for log in logs]),
+        shift=np.array([log.shift for log in logs]),
+    )
+
+
+def own_key(name: str, log: int) -> str:
+    """Return the name of a parameter of which each log has its own; the first has the plain one."""
+    return f"{name}_{log + 1}" if log else name
 
 
 def log_of(begins: Floats, clock: Floats) -> Any:
@@ -75,7 +127,7 @@ def known_sea(
         return None, {}
     law = laws[name]
     off = dict.fromkeys(strengths_of(law), 0.0)
-    each = [law(**{**off, **given}, **_gravity(law, environment)) for _, given in stated]
+    each = [law.of_log(**{**off, **given}, **_gravity(law, environment)) for _, given in stated]
     beside: dict[str, Effect] = law.beside()
     if len(each) == 1:
         return each[0], beside
@@ -83,7 +135,7 @@ def known_sea(
     return (
         SeaOfLogs(
             law=each[0],
-            values={n: np.array([getattr(one, n) for one in each]) for n in numeric},
+            values={n: tuple(getattr(one, n) for one in each) for n in numeric},
             begins=np.array([float(part["begin"]) for part in parts]),
             shift=np.array([float(part["shift"]) for part in parts]),
         ),

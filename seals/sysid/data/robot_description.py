@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from seals.effects.effect import Effect
+from seals.errors import LogError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.urdf import read_urdf
@@ -21,12 +23,14 @@ class RobotDescription:
         effects: of ``robot.yaml`` by instance name.
         actuators: of ``robot.yaml`` by instance name.
         listed: names of the movable joints in the order in which the URDF lists them.
+        sea: waves of a run; None for what the log states.
     """
 
     robot: RobotModel
     effects: Mapping[str, Effect]
     actuators: Mapping[str, Effect]
     listed: tuple[str, ...] = ()
+    sea: Any = None
 
 
 def described(config: Any) -> RobotDescription | None:
@@ -61,6 +65,35 @@ def described(config: Any) -> RobotDescription | None:
         actuators=made["actuators"],
         listed=read_urdf(settings.urdf_path).listed,
     )
+
+
+def describe_run(folder: Path) -> RobotDescription | None:
+    """Return the robot of a run of SEALS as it was simulated, or None for another log.
+
+    Args:
+        folder: of the log.
+
+    Raises:
+        SealsError: the configuration of the run cannot be used.
+        LogError: the water of the run was simulated, of which no law is known.
+    """
+    from seals.config.build import build
+    from seals.run.replay_config import recalled
+
+    if not (folder / ".hydra" / "config.yaml").is_file():
+        return None
+    config = recalled(folder, key="log")
+    if config.get("fluid") is not None:
+        raise LogError(
+            f"log={folder} is a run in water that was simulated itself (fluid).\n"
+            "A diagnosis needs laws: take a run without a fluid, see docs/limits.md."
+        )
+    found = described(config)
+    if found is None:
+        return None
+    wave = None if config.get("wave") is None else build(config.wave, where="wave")
+    # a run lists joints in the order of its model
+    return replace(found, sea=wave, listed=found.robot.joints)
 
 
 def describe_robot(robot: str, overrides: Sequence[str] = ()) -> RobotDescription:

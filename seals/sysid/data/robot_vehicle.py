@@ -18,6 +18,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError
 from seals.robot.fusing import fused
 from seals.robot.model import RobotModel
+from seals.schema import parameters_of
 from seals.sysid.data.installed import loaded
 from seals.sysid.data.robot_description import RobotDescription
 
@@ -72,14 +73,14 @@ def parts_of(
         )
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured else ()
-    effects = {**description.effects, **description.actuators}
+    effects = {**_acting(description, meta), **description.actuators}
     if not moving:
         of_joints = (JointLoads, JointDriven)
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
     model = fused(robot, _stowed(robot), _named(effects, robot), moving=moving)
     servo, model = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)
-    made |= _surroundings(made, model, environment)
+    made = _surroundings(made, model, environment, given=bool(_instances_of(meta)))
     actuators = [e for e in effects.values() if has_hook(e, Actuated)]
     actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
     lags = [e.lag for e in actuators]  # type: ignore[attr-defined]  # of actuators
@@ -161,16 +162,52 @@ def _instance(
 
 
 def _surroundings(
-    effects: Mapping[str, Effect], robot: RobotModel, environment: EnvironmentSettings
+    effects: Mapping[str, Effect],
+    robot: RobotModel,
+    environment: EnvironmentSettings,
+    *,
+    given: bool,
 ) -> dict[str, Effect]:
-    """Weight and buoyancy, where the robot's folder leaves them to its surroundings."""
-    made: dict[str, Effect] = {}
+    """Effects with those that surroundings give every robot, such as its weight.
+
+    Args:
+        effects: by instance.
+        robot: on which they act.
+        environment: of the log.
+        given: whether the effects hold them already; they are then split among the links as a
+            diagnosis needs them, where nothing is changed about them.
+    """
+    made = dict(effects)
     for name, law in loaded("effect").items():
-        if issubclass(law, Effect) and not any(
-            isinstance(effect, law) for effect in effects.values()
-        ):
-            made |= law.of_surroundings(name, robot, environment)
+        if not issubclass(law, Effect):
+            continue
+        own = [k for k, e in made.items() if isinstance(e, law)]
+        around = law.of_surroundings(name, robot, environment)
+        if not around or (given and not own):
+            continue
+        if not own:
+            made |= around
+        elif len(own) == 1 and _plain(made[own[0]]):
+            del made[own[0]]
+            made |= around
     return made
+
+
+def _plain(effect: Effect) -> bool:
+    """Return true for an effect of which nothing was changed but where it acts."""
+    other = type(effect)()
+    return all(getattr(effect, p) == getattr(other, p) for p in parameters_of(effect))
+
+
+def _instances_of(meta: Mapping[str, Any]) -> set[str]:
+    """Instances of effects that a log of SEALS lists; none in other logs."""
+    return {str(e["instance"]) for e in meta.get("baseline") or [] if "instance" in e}
+
+
+def _acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
+    """Effects of the robot that act in the nominal model of a log: of a run, those it lists."""
+    listed = _instances_of(meta)
+    return {k: e for k, e in description.effects.items() if not listed or k in listed}
 
 
 def _channel(actuator: Effect) -> str:

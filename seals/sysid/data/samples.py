@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError
@@ -28,6 +29,7 @@ class LogSpan:
         name: of the log.
         first: row.
         last: row after its last one.
+        begin: common clock at its first row [s].
         shift: common clock less the log's own time [s].
         sigma: white noise of its channels, 1-sigma; those left out are the vehicle's.
     """
@@ -35,6 +37,7 @@ class LogSpan:
     name: str
     first: int
     last: int
+    begin: float = 0.0
     shift: float = 0.0
     sigma: Mapping[str, float] = field(default_factory=dict)
 
@@ -71,6 +74,14 @@ class Samples:
         for log in self.logs:
             clock[log.first : log.last] += log.shift
         return clock
+
+    @property
+    def log_index(self) -> NDArray[np.int64]:
+        """Index of the log of every row, shape (T,)."""
+        index = np.zeros(self.rows, dtype=np.int64)
+        for k, log in enumerate(self.logs):
+            index[log.first : log.last] = k
+        return index
 
     def noise(self, channel: str, sigma: float) -> Floats:
         """White noise of a channel at every row, 1-sigma, shape (T,).
@@ -163,6 +174,7 @@ def _spans(log: Log) -> tuple[LogSpan, ...]:
                 name=str(part["name"]),
                 first=first,
                 last=last,
+                begin=float(part["begin"]),
                 shift=float(part["shift"]),
                 sigma=part["sigma"],
             )

@@ -103,6 +103,8 @@ def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None)
         else _of_robot(meta, environment, entries, robot)
     )
     sea, beside = known_sea(meta, environment)
+    if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
+        sea = robot.sea
     made["effects"] = {**made["effects"], **beside}
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
@@ -152,10 +154,14 @@ def _of_robot(
     """Model of the vehicle that a robot's folder describes; the metadata may add flows."""
     parts = parts_of(description, environment, meta)
     effects = dict(parts.effects)
+    known = {key.partition(".")[2] for key in parts.written.values()}
+    around = {type(effect) for effect in effects.values()}
     for entry in entries:
-        # a log of the simulator repeats what the robot's folder states
-        if _flows(str(entry["name"])):
-            effects |= _effect(entry, {}, environment, None)
+        # a run of SEALS lists the robot's own effects, too
+        if entry["name"] in _STRUCTURE or entry.get("instance") in {*known, *effects}:
+            continue
+        more = _effect(entry, {}, environment, None)
+        effects |= {k: e for k, e in more.items() if k not in effects and type(e) not in around}
     return {
         "name": parts.robot.name,
         "robot": parts.robot,
@@ -167,11 +173,6 @@ def _of_robot(
         "columns": parts.columns,
         "written": parts.written,
     }
-
-
-def _flows(name: str) -> bool:
-    """Return true where an entry of the metadata is a flow of water or air."""
-    return name not in _STRUCTURE and callable(getattr(get("effect", name).load(), "flow", None))
 
 
 READ = (

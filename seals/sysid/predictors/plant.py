@@ -23,6 +23,7 @@ from seals.registry import get
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import ACTIVE, Activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.data.known_sea import sea_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
 
@@ -216,16 +217,20 @@ class Plant:
         return nominal + change if np.ndim(change) else float(nominal + change)
 
     def _waves(self, values: Values, batch: int) -> Any:
-        """Waves under ``values``, one for each link of each vehicle; the calm ones without any."""
+        """Waves under ``values``, one for each link of each vehicle; the known ones without any."""
         for instance, waves in self.candidate_set.waves.items():
             own = {k.partition(".")[2]: v for k, v in values.items() if _instance(k) == instance}
-            if own:
-                sea = copy.copy(waves.law(**dict.fromkeys(strengths_of(waves.law), 0.0)))
-                for name, value in own.items():
-                    each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
-                    setattr(sea, name, np.tile(each, len(self.vehicle.robot.links)))
-                return sea
+            if not own:
+                continue
+            calm = waves.law.of_log(**dict.fromkeys(strengths_of(waves.law), 0.0))
+            given = {name: self._tiled(value, batch) for name, value in own.items()}
+            return sea_of(calm, given, self.samples.logs)
         return self.waves
+
+    def _tiled(self, value: Any, batch: int) -> Floats:
+        """A value for each link of each vehicle, links in blocks."""
+        each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
+        return np.tile(each, len(self.vehicle.robot.links))
 
     def inputs(
         self,

@@ -35,8 +35,6 @@ _LOOSE, _IMPACT = 0.3, 3.0
 """Free force, in weights, under which the trajectory is refined, in general and on impact."""
 _BIASES = (0.1, 1.0)
 """1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
-_QUICK = 0.05
-"""Spacing of the knots of the gusts where a hull pierces the surface [s]."""
 _FINE = 0.04
 """Spacing of the knots of the free force [s]."""
 _FORGOTTEN = 5.0
@@ -112,7 +110,9 @@ def prepare(
         trajectory = measured_trajectory(samples, vehicle)
     else:
         trajectory = simulated_trajectory(samples, vehicle, parts=parts)
-    candidate_set = candidate_set_of(vehicle, speeds=typical_speeds(trajectory))
+    candidate_set = candidate_set_of(
+        vehicle, speeds=typical_speeds(trajectory), logs=max(len(samples.logs), 1)
+    )
     candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)
     plant = Plant(vehicle, candidate_set, samples, parts=parts)
@@ -172,7 +172,7 @@ def windows_of(
         gusts=gusts,
         extra=None if surface_error is None else surface_error.push,
         blur=None if surface_error is None else surface_error.blur,
-        knot=None if surface_error is None else max(_QUICK, 1.5 * plant.samples.step),
+        knot=None if surface_error is None else max(surface_error.knot, 1.5 * plant.samples.step),
         stated=None if posed else stated_starts(plant, trajectory),
         skip=transient_rows(plant),
         delay=delay,

@@ -10,6 +10,7 @@ from seals.arrays import Floats
 from seals.frames import matrix_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.plant import Plant
 
 _LIFT = 0.03
@@ -18,6 +19,10 @@ _SUDDEN = 0.1
 """Error of all other forces while the hull pierces the surface, as a share of them."""
 _DRY = 1e-4
 """Submerged share below which a hull has not touched the water."""
+_QUICK, _CALM = 0.05, 0.1
+"""Spacing of the knots of the gusts where a hull strikes the surface, and where it floats [s]."""
+_RIPPLE, _RIPPLE_LENGTH = 1.5e-3, 0.1
+"""Height and length of the ripple that any open surface has [m]."""
 _ARM = 0.1
 """Lever of these errors in hull lengths."""
 
@@ -29,10 +34,12 @@ class SurfaceModelError:
     Args:
         push: standard deviation of short pushes [N, N m], shape (T, 6).
         blur: standard deviation of the specific force [m/s^2], shape (T,).
+        knot: spacing of the knots of the gusts that follow them [s].
     """
 
     push: Floats
     blur: Floats
+    knot: float = _QUICK
 
 
 def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelError | None:
@@ -48,11 +55,40 @@ def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelErr
         return None
     weight = float(vehicle.environment.water_density or 998.0)
     weight *= vehicle.environment.gravity * hull.volume
-    level = _LIFT * weight * _widest(4.0 * share * (1.0 - share))
+    level = _LIFT * weight * _widest(_uncertain(share, floats=bool(touching.all())))
     level += _SUDDEN * touching * _widest(_sudden(plant, trajectory, share * weight))
     push = np.repeat(level[:, None], 6, axis=1)
     push[:, 3:] *= _ARM * hull.volume ** (1.0 / 3.0)
-    return SurfaceModelError(push=push, blur=level / vehicle.mass)
+    if touching.all():
+        push = np.hypot(push, touching[:, None] * _ripple(vehicle, float(hull.plan_area)))
+    knot = _CALM if touching.all() else _QUICK
+    return SurfaceModelError(push=push, blur=level / vehicle.mass, knot=knot)
+
+
+def _uncertain(share: Floats, *, floats: bool) -> Floats:
+    """Share of the full lift that follows the hull's shape as it gets wet or dry, shape (T,).
+
+    Of a hull that floats throughout only the changes count: an error of its mean lift is constant,
+    and one of mass and volume.
+    """
+    if floats:
+        return np.abs(share - np.mean(share))
+    crossing: Floats = 4.0 * share * (1.0 - share)
+    return crossing
+
+
+def _ripple(vehicle: Vehicle, area: float) -> Floats:
+    """Force [N] and torque [N m] of ripple on a hull with a waterplane, 1-sigma, shape (6,).
+
+    Equation:
+        F = rho g a l sqrt(A) / (sqrt(2) pi), T = F sqrt(A) / 2: waves of height a and length l that
+        are short against the waterplane A cancel but for the last half of one.
+    """
+    density = float(vehicle.environment.water_density or 998.0)
+    side = float(np.sqrt(area))
+    force = density * vehicle.environment.gravity * _RIPPLE * _RIPPLE_LENGTH * side
+    force /= np.sqrt(2.0) * np.pi
+    return np.repeat([force, 0.5 * force * side], 3)
 
 
 def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:

@@ -10,8 +10,9 @@ from typing import Any
 from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
+from seals.run.hidden import hide
 from seals.sysid.data.join import join_logs
-from seals.sysid.data.robot_description import RobotDescription, described
+from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
@@ -38,12 +39,12 @@ def execute(config: Any) -> int:
     if config.log is None:
         raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
     places = places_of(config.log, key="log")
-    robot = described(config)
+    robot = described(config) or describe_run(places[0])
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     make_folder(out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
-            log = join_logs([read_log(config, place) for place in places])
+            log = join_logs([_without(read_log(config, place), config) for place in places])
             found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
@@ -58,6 +59,17 @@ def execute(config: Any) -> int:
     for page in (out / ANSWER, *pages):
         print(f"{page}")
     return found.answer.verdict.exit_code
+
+
+def _without(log: Log, config: Any) -> Log:
+    """The log with a nominal model that lacks some effects."""
+    names = [str(name) for name in config.without]
+    if not names:
+        return log
+    entries, around = log.meta.get("baseline") or [], dict(log.meta.get("environment") or {})
+    gone, change = hide(names, entries, around.get("wave"), key="without")
+    kept = [e for e in entries if str(e.get("instance", e["name"])) not in gone]
+    return replace(log, meta={**log.meta, "baseline": kept, "environment": around | change})
 
 
 def _found(

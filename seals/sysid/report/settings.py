@@ -24,6 +24,8 @@ class DiagnoseSettings:
         effects: of the robot, by instance name.
         sensors: of the robot; the log's own metadata rule.
         actuators: of the robot, by instance name.
+        without: effects to leave out of the nominal model that the log states: names of instances
+            or of effects, ``waves`` for the waves.
         controller: of the robot, which a diagnosis has no use for.
     """
 
@@ -38,4 +40,5 @@ class DiagnoseSettings:
     effects: dict[str, Any] = field(default_factory=dict)
     sensors: dict[str, Any] = field(default_factory=dict)
     actuators: dict[str, Any] = field(default_factory=dict)
+    without: list[str] = field(default_factory=list)
     controller: Any = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from seals.arrays import Floats
 from seals.effects.identification import Residual
 from seals.frames import matrix_of, rotate
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
@@ -26,9 +25,7 @@ def initial_guesses(
     guessed = [c for c in candidate_set.candidates if c.identification.guessed]
     if not guessed:
         return {}
-    position, force, time = free_force(problem, base)
-    subject = subject_of(problem.vehicle, typical_speeds(base.fitter.trajectory))
-    residual = Residual(position=position, force=force, time=time, subject=subject)
+    residual = free_force(problem, base)
     given = {k: base.fit.values[k] for k in base.fit.free}
     out: dict[str, list[dict[str, float]]] = {}
     for candidate in guessed:
@@ -47,12 +44,18 @@ def law_of(candidate_set: CandidateSet, candidate: Candidate) -> Any:
     return candidate_set.waves[stem].law if stem in candidate_set.waves else None
 
 
-def free_force(problem: Problem, base: EvidenceHypothesis) -> tuple[Floats, Floats, Floats]:
-    """Estimate the residual force of a model, world axes: positions, forces and times."""
+def free_force(problem: Problem, base: EvidenceHypothesis) -> Residual:
+    """Estimate the residual force of a model, world axes."""
     fitter = rewindowed(base.fitter, gusts=LOOSE)
     misfit = fitter.misfit(base.fit.values)
     _, wrench = fitter.windows.explained(misfit.outputs[:, :, 0])
     rows = fitter.windows.rows[:, ::_EVERY].ravel()
-    trajectory = fitter.trajectory
-    force = rotate(matrix_of(trajectory.quaternion[rows]), wrench[:, ::_EVERY, :3].reshape(-1, 3))
-    return trajectory.position[rows], force, problem.samples.clock[rows]
+    trajectory, samples = fitter.trajectory, problem.samples
+    turn = matrix_of(trajectory.quaternion[rows])
+    return Residual(
+        position=trajectory.position[rows],
+        force=rotate(turn, wrench[:, ::_EVERY, :3].reshape(-1, 3)),
+        time=samples.time[rows],
+        subject=subject_of(problem.vehicle, typical_speeds(trajectory)),
+        log=samples.log_index[rows],
+    )

@@ -1,0 +1,50 @@
+"""Effects that act in a run and that the nominal model of its log does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from seals.errors import ConfigError, suggestion
+
+WAVES = "waves"
+"""Name under which the waves of a run are hidden."""
+
+
+def hide(
+    names: Sequence[str], effects: Sequence[Mapping[str, Any]], wave: Any, *, key: str = "hide"
+) -> tuple[set[str], dict[str, Any]]:
+    """Return the instances that some names mean, and changes of the environment's entries.
+
+    Args:
+        names: of instances or of effects, or ``waves``.
+        effects: entries of the nominal model with ``name`` and ``instance``.
+        wave: entry of the waves, or None for none.
+        key: that gave the names, for messages.
+
+    Raises:
+        ConfigError: no effect has such a name.
+
+    Example:
+        >>> drift = [{"name": "current", "instance": "drift"}]
+        >>> hide(["current"], drift, None)
+        ({'drift'}, {})
+    """
+    found: set[str] = set()
+    change: dict[str, Any] = {}
+    for name in names:
+        own = {str(e.get("instance", e["name"])) for e in effects if _means(e, name)}
+        if name == WAVES and wave is not None:
+            change = {"wave": None}
+        elif not own:
+            known = [str(e.get("instance", e["name"])) for e in effects]
+            raise ConfigError(
+                f"{key}={name}: the nominal model holds no such effect.\n"
+                f"{suggestion(name, [*known, *([WAVES] if wave is not None else [])])}"
+            )
+        found |= own
+    return found, change
+
+
+def _means(entry: Mapping[str, Any], name: str) -> bool:
+    return name in (entry.get("instance"), entry["name"])

@@ -1,0 +1,71 @@
+"""A run that hides an effect from its log, and the nominal model that a diagnosis reads there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seals.cli.main import main
+from seals.errors import ConfigError
+from seals.logs.native import read_native
+from seals.run.hidden import hide
+from seals.sysid.data.robot_description import describe_run
+from seals.sysid.data.vehicle import read_vehicle
+
+ENTRIES = [
+    {"name": "quadratic_drag", "instance": "water_drag"},
+    {"name": "current", "instance": "drift"},
+]
+
+
+@pytest.fixture(scope="module")
+def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A box that a current carries along, which its log does not know."""
+    place = tmp_path_factory.mktemp("runs") / "drifting"
+    words = ["robot=box", "water=fossen", "wave=airy", "time.duration=0.4", "hide=[current]"]
+    more = ["+effect@effects.drift=current", "effects.drift.velocity_x=1.0"]
+    assert main(["run", *words, *more, f"hydra.run.dir={place}"]) == 0
+    return place
+
+
+def test_what_is_hidden_acts_and_is_not_listed(drifting: Path) -> None:
+    """The box is carried east; the log's nominal model holds all but the current."""
+    log = read_native(drifting)
+    assert log.columns["position_x"][-1] > 0.01
+    listed = {entry["instance"] for entry in log.meta["baseline"] if "instance" in entry}
+    assert {"gravity", "buoyancy", "water_drag", "added_mass"} <= listed
+    assert "drift" not in listed
+
+
+def test_the_nominal_model_of_a_run_is_its_own_without_what_was_hidden(drifting: Path) -> None:
+    """Robot, effects and waves are those of the run, under the names that a diagnosis uses."""
+    vehicle = read_vehicle(read_native(drifting).meta, describe_run(drifting))
+    names = set(vehicle.effects)
+    assert {"gravity", "buoyancy", "quadratic_drag_water", "added_mass_water"} <= names
+    assert not any("current" in name or name == "drift" for name in names)
+    assert vehicle.sea.amplitude == 0.05
+    # the waves of a run push where the water is displaced
+    assert "wave_moment" not in names
+
+
+def test_a_log_of_another_source_is_no_run(tmp_path: Path) -> None:
+    """Without the configuration of a run nothing is described."""
+    assert describe_run(tmp_path) is None
+
+
+def test_names_of_effects_and_of_instances_hide() -> None:
+    """Both are understood; waves are hidden by that word."""
+    none: Any = None
+    assert hide(["current"], ENTRIES, none) == ({"drift"}, {})
+    assert hide(["water_drag"], ENTRIES, none) == ({"water_drag"}, {})
+    assert hide(["waves"], ENTRIES, {"name": "airy"}) == (set(), {"wave": None})
+
+
+@pytest.mark.parametrize("name", ["curent", "waves"])
+def test_what_is_not_there_cannot_be_hidden(name: str) -> None:
+    """The refusal says what there is."""
+    with pytest.raises(ConfigError, match=f"without={name}.*no such effect") as refusal:
+        hide([name], ENTRIES, None, key="without")
+    assert "drift" in str(refusal.value)
