@@ -16,6 +16,7 @@ from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
 from seals.logs.resample import even_rows
+from seals.logs.shipped import find_log
 from seals.logs.suffixes import foreign_reader_of
 from seals.untrusted_io import read_bytes, read_yaml
 
@@ -38,7 +39,7 @@ def convert(arguments: list[str]) -> int:
         if named is not None and given.get("reader", named) != named:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
         if "reader" not in given:
-            words.append(f"reader={named or _reader_of(Path(given['log'].strip(_QUOTES)))}")
+            words.append(f"reader={named or _reader_of(find_log(given['log'].strip(_QUOTES)))}")
     return launch("convert", words, _task)
 
 
@@ -47,8 +48,6 @@ def _reader_of(place: Path) -> str:
     found = foreign_reader_of(place)
     if found is not None:
         return found
-    if not place.exists():
-        raise ConfigError(f"log={place} does not exist.\nGive the path of a log file or folder.")
     raise ConfigError(
         f"log={place}: its name does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
@@ -83,7 +82,7 @@ def execute(config: Any) -> int:
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}
     urdf = _urdf(config.urdf)
-    logs: list[Log] = reader.read(str(config.log))
+    logs: list[Log] = reader.read(str(find_log(config.log)))
     sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")

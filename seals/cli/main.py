@@ -227,6 +227,7 @@ VERBS = {
         target="seals.cli.new:new",
         summary="start a robot of your own from a URDF, or a package for an effect or a sensor",
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3],\n"
+        "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new effect NAME, or: seals new sensor NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
@@ -234,6 +235,7 @@ VERBS = {
         "  robot     makes the folder NAME with robot.yaml, the URDF and its meshes\n"
         "  --package where the files of package://NAME/... lie, when not around the URDF\n"
         "  --density gives links without <inertial> the mass of their shapes\n"
+        "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
         "  effect    makes the package seals-NAME with a law, its test and its pyproject.toml\n"
         "exit code: 0 made, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
     ),

@@ -1,4 +1,4 @@
-"""``seals new``: a robot folder from a URDF, or a package for an effect or a sensor."""
+"""``seals new``: a robot folder from a URDF, a data sheet from a flight, or a package."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ from seals.errors import ConfigError, suggestion
 if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
-KINDS = ("robot", "effect", "sensor")
-OPTIONS = {"robot": ("urdf", "package", "density"), "effect": (), "sensor": ()}
+KINDS = ("robot", "datasheet", "effect", "sensor")
+OPTIONS = {
+    "robot": ("urdf", "package", "density"),
+    "datasheet": ("log", "robot", "replace"),
+    "effect": (),
+    "sensor": (),
+}
 """Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
 
 
@@ -24,21 +29,61 @@ def new(arguments: list[str]) -> int:
         robot = f"Write: seals new robot {kind or 'NAME'} --urdf FILE.  "
         hint = (robot if "urdf" in dict(options) else "") + suggestion(kind, KINDS, label="Kinds")
         raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
+    if kind == "datasheet":
+        return _datasheet(words[1:], options)
     if len(words) != 2:
         urdf = " --urdf FILE" if kind == "robot" else ""
         what = (
             "has no name" if len(words) < 2 else f"has more than one name: {', '.join(words[1:])}"
         )
         raise ConfigError(f"the new {kind} {what}.\nWrite: seals new {kind} NAME{urdf}")
-    for key, _ in options:
-        if key not in OPTIONS[kind]:
-            hint = suggestion(key, OPTIONS[kind], label=f"Options of new {kind}")
-            raise ConfigError(f"there is no option '{key}'.\n{hint}")
+    _refuse_options(kind, options)
     if kind == "robot":
         return _robot(words[1], options)
     from seals.scaffold.plugin import scaffold_plugin
 
     print("\n".join(scaffold_plugin(kind, words[1], parent=Path())))
+    return 0
+
+
+def _refuse_options(kind: str, options: list[tuple[str, str]]) -> None:
+    for key, _ in options:
+        if key not in OPTIONS[kind]:
+            hint = suggestion(key, OPTIONS[kind], label=f"Options of new {kind}")
+            raise ConfigError(f"there is no option '{key}'.\n{hint}")
+
+
+def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
+    """Write the data sheet of a robot folder from a flight, and print what the flight told."""
+    _refuse_options("datasheet", options)
+    given = dict(options)
+    if words or not (given.get("log") and given.get("robot")):
+        raise ConfigError(
+            "a data sheet needs a flight and a robot folder.\n"
+            "Write: seals new datasheet log=FLIGHT robot=FOLDER"
+        )
+    folder = Path(given["robot"])
+    if not (folder / "robot.yaml").is_file():
+        raise ConfigError(
+            f"robot={folder} is not a robot folder of yours.\n"
+            "Make one: seals new robot NAME --urdf FILE"
+        )
+    from seals.logs import read_native, refuse_if_bad
+    from seals.logs.shipped import find_log
+    from seals.run.robot_metadata import DATASHEET, vehicle_of
+    from seals.scaffold.datasheet import write_datasheet
+    from seals.sysid.data.robot_description import describe_robot
+
+    found = describe_robot(str(folder))
+    vehicle = vehicle_of(found.robot, found.actuators)
+    log = read_native(find_log(given["log"]))
+    refuse_if_bad(log, vehicle)
+    place = folder / DATASHEET
+    replace = given.get("replace", "false").lower() == "true"
+    for words_ in write_datasheet(log, vehicle, place, replace=replace):
+        print(words_)
+    print(f"{place}\nNext:\n  look through it, and replace what is assumed")
+    print(f"  seals diagnose log={given['log']} robot={folder} out=answer")
     return 0
 
 
@@ -51,7 +96,7 @@ def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         key, equals, value = word.lstrip("-").partition("=")
         if word.startswith("-"):
             options.append((key, value if equals else _value(word, rest)))
-        elif equals and key in OPTIONS["robot"]:
+        elif equals and any(key in known for known in OPTIONS.values()):
             options.append((key, value))
         else:
             words.append(word)

@@ -166,7 +166,8 @@ def with_rotor_speeds(
             speed = speed * _sag(log, curve)[:, None]
     named = {f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(len(rotors))}
     order = ", ".join(str(k + 1) for k in columns)
-    hint = "" if curve.command else " (by their values; motors.command= says otherwise)"
+    by = "by their values" if kind != log.meta.get("motor_command") else "as the log says"
+    hint = "" if curve.command else f" ({by}; motors.command= says otherwise)"
     return log.with_columns(named), [
         f"{said}{hint}",
         f"rotors 1 to {len(rotors)} are driven by motors {order} (motors.order= says otherwise)",

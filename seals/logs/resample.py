@@ -17,6 +17,8 @@ _BRIDGED = 1.6
 """Longest distance of two samples between which a value is interpolated, in usual steps."""
 _DENSE = 1.5
 """Samples per row from which their mean is taken in place of the value at the row's time."""
+_ROUNDING = 2e-6
+"""Difference of times that are one row [s]: stamps are written in microseconds."""
 FASTEST = 10_000.0
 """Largest rate of rows [Hz]."""
 
@@ -88,8 +90,8 @@ def _held(stamps: Floats, values: Floats, time: Floats) -> Floats:
     out = np.full((time.size, values.shape[1]), np.nan)
     for k in range(values.shape[1]):
         good = np.isfinite(values[:, k])
-        # times that differ by rounding are one row
-        last = np.searchsorted(stamps[good], time + 1e-9, side="right") - 1
+        # times that differ by rounding, to a microsecond or so, are one row
+        last = np.searchsorted(stamps[good], time + _ROUNDING, side="right") - 1
         some = last >= 0
         out[some, k] = values[good, k][last[some]]
     return out

@@ -9,20 +9,22 @@ from seals.errors import ConfigError, nearest
 from seals.logs.native import TABLES
 
 _HOME = "seals.experiments"
+_RECORDINGS = (".ulg", ".mcap")
 _MOST = 2000
 """Neighbours of a mistyped path that are looked at for the nearest name."""
 
 
 def shipped_logs() -> dict[str, Path]:
-    """Return the folders of the logs that come with the package, by short name.
+    """Return the logs that come with the package, folders and recordings, by short name.
 
     Example:
-        >>> sorted(shipped_logs())
+        >>> sorted(shipped_logs())[:2]
         ['hidden_effect/flight_a', 'hidden_effect/flight_b']
     """
     home = Path(str(resources.files(_HOME)))
-    tables = [table for name in TABLES for table in home.glob(f"*/*/{name}")]
-    return {str(t.parent.relative_to(home)): t.parent for t in sorted(tables)}
+    found = [table.parent for name in TABLES for table in home.glob(f"*/*/{name}")]
+    found += [file for suffix in _RECORDINGS for file in home.glob(f"*/*{suffix}")]
+    return {str(place.relative_to(home)): place for place in sorted(found)}
 
 
 def find_log(given: str | Path, *, key: str = "log") -> Path:

@@ -193,7 +193,7 @@ def shipped_urdfs() -> dict[str, Path]:
 
     Example:
         >>> list(shipped_urdfs())
-        ['own_animal/beetle', 'own_robot/hexa']
+        ['own_animal/beetle', 'own_flight/quad', 'own_robot/hexa']
     """
     home = Path(str(resources.files("seals.experiments")))
     found = sorted(home.glob("*/*/urdf/*.urdf"))

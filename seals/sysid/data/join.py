@@ -15,7 +15,7 @@ from seals.sysid.data.known_sea import GAP, sea_laws
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
-_LABELS = ("name", "description", "notes", "date")
+_LABELS = ("name", "description", "notes", "date", "recording", "motor_command", "motors", "clock")
 """Facts that may differ between logs of one vehicle."""
 
 

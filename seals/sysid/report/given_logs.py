@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +44,14 @@ def places_of(given: Any, *, key: str) -> list[Path]:
 def read_log(config: Any, place: Path) -> Log:
     """Read one log with the reader of a composed configuration.
 
+    What the log does not say, the data sheet in the robot's folder may.
+
     Raises:
         ConfigError: there are several.
         LogError: there is none, or it cannot be used.
     """
     from seals.config.build import build
+    from seals.run.robot_metadata import datasheet_of
 
     logs = build(config.reader, where="reader").read(str(place))
     if not logs:
@@ -60,7 +64,22 @@ def read_log(config: Any, place: Path) -> Log:
     log: Log = logs[0]
     _tell_time(log)
     refuse_if_bad(log)
+    if config.robot.folder:
+        log = replace(log, meta={**datasheet_of(config.robot.folder), **log.meta})
+    _tell_stated(log)
     return log
+
+
+def _tell_stated(log: Log) -> None:
+    """Say in words that numbers without a stated tolerance count as exact."""
+    if log.meta.get("tolerance"):
+        return
+    print(
+        f"log '{log.name}' states no tolerances: every number of the vehicle counts as exact, and "
+        "what misses it as an effect.\nLet the flight write them: "
+        f"seals new datasheet log={log.name} robot=FOLDER",
+        file=sys.stderr,
+    )
 
 
 def _tell_time(log: Log) -> None:

@@ -1,0 +1,1 @@
+"""Two recordings of one quadrotor, as its autopilot and a ROS 2 recorder wrote them."""

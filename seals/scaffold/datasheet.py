@@ -1,0 +1,182 @@
+"""``datasheet.yaml``: what a diagnosis must know of motors, sensors and tolerances of a robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from seals.errors import ConfigError
+from seals.logs.atomic import write_text
+from seals.logs.log import Log
+from seals.scaffold.flight_facts import FlightFacts, flight_facts, unit_of
+
+
+class _Assumed(NamedTuple):
+    """A tolerance that no flight tells: its size, meaning and reason."""
+
+    sigma: float
+    meaning: str
+    why: str
+
+
+_ASSUMED = {
+    "mass": _Assumed(0.01, "relative", "a kitchen scale, cables and payload fixed"),
+    "inertia": _Assumed(0.1, "relative, each axis", "from a drawing; 0.03 after a swing test"),
+    "thrust_coefficient": _Assumed(0.03, "relative, common to all", "propellers of one batch"),
+    "thrust_coefficient_each": _Assumed(0.02, "relative, each rotor", "propellers of one batch"),
+    "torque_coefficient": _Assumed(0.1, "relative", "seldom measured"),
+    "rotor_time_constant": _Assumed(0.01, "s", "data sheets leave it out"),
+    "centre_of_gravity": _Assumed(0.003, "m, each axis", "balanced on a finger"),
+    "drag_coefficient": _Assumed(0.3, "relative, each axis and coefficient", "of a box as large"),
+    "angular_drag_coefficient": _Assumed(0.5, "relative", "of a box as large"),
+    "command_delay": _Assumed(0.005, "s", "one cycle of a controller and its protocol"),
+    "accelerometer_bias": _Assumed(0.1, "m/s^2, each axis", "a sensor that is not calibrated"),
+    "accelerometer_scale": _Assumed(0.005, "relative, each axis", "data sheets of such sensors"),
+    "gyroscope_bias": _Assumed(0.005, "rad/s, each axis", "after the calibration at the start"),
+    "sensor_misalignment": _Assumed(0.01, "rad, each axis", "half a degree of mounting"),
+    "sensor_delay": _Assumed(0.003, "s", "filters of the sensor"),
+}
+_LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
+"""Error of a pose beside its noise [m, rad, m/s]: filters and cameras are smooth, not exact."""
+_GUST = 0.02
+"""Gusts over mass where the flight does not tell them [m/s^2]: still air indoors."""
+_LEVER = 0.011
+"""Torque of gusts over their force [m]."""
+
+
+def write_datasheet(
+    log: Log, vehicle: Mapping[str, Any], place: Path, *, replace: bool
+) -> list[str]:
+    """Write the data sheet of a robot from a flight, and return in words what was found.
+
+    Args:
+        log: of a healthy flight, or of the flight in question.
+        vehicle: mass and rotors of the robot, as in ``meta.yaml``.
+        place: file to write.
+        replace: whether a file already there is replaced.
+
+    Raises:
+        ConfigError: the file exists.
+        LogError: it cannot be written.
+    """
+    if place.exists() and not replace:
+        raise ConfigError(f"{place} exists already.\nAdd replace=true, or edit it.")
+    facts = flight_facts(log, vehicle)
+    write_text(place, "\n".join(_lines(log, vehicle, facts)) + "\n")
+    return list(_told(vehicle, facts))
+
+
+def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
+    mass = float(vehicle["mass"])
+    yield f"# Data sheet of {vehicle['name']}, from the flight {log.name}. Every number says where"
+    yield "# it is from: 'measured' in that flight, or 'assumed': a rule of thumb to be replaced."
+    yield "environment:"
+    yield "  gravity: [0.0, 0.0, -9.81]"
+    yield f"  water_level: {_water(log)}"
+    yield "  ground_level: null  # height of the ground [m], for ground effect"
+    yield "  air_density: 1.2  # assumed: sea level, 20 degrees"
+    yield "baseline: []  # what is known of the surroundings, such as waves"
+    yield from _battery(facts)
+    yield "sensors:"
+    yield "  # assumed: at the origin, its axes those of the body"
+    yield "  imu: {position: [0.0, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0]}"
+    yield "  channels:"
+    for stem, sigma in facts.noise.items():
+        yield f"    {_channel(stem, sigma, facts.rate[stem])}"
+    yield "tolerance:"
+    for name, (sigma, meaning, why) in _tolerances(facts).items():
+        yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
+    yield from _disturbance(facts, mass)
+    yield from _motors(log)
+
+
+def _channel(stem: str, sigma: float, rate: float) -> str:
+    least = _LEAST.get(stem, 0.0)
+    source = "measured" if sigma >= least else "assumed: its noise is smaller, its error is not"
+    value = _figure(max(sigma, least, 1e-6))
+    entry = f"sigma: {value}, rate: {_figure(rate)}, unit: {unit_of(stem)}"
+    return f"{stem}: {{{entry}}}  # {source}"
+
+
+def _tolerances(facts: FlightFacts) -> dict[str, _Assumed]:
+    found = {name: a._replace(why=f"assumed: {a.why}") for name, a in _ASSUMED.items()}
+    for name, fact in (
+        ("gyroscope_bias", facts.gyroscope_bias),
+        ("accelerometer_bias", facts.accelerometer_bias),
+    ):
+        if fact is not None:
+            least = 0.2 * _ASSUMED[name].sigma
+            why = f"measured: {fact.how} {_figure(fact.value)}"
+            found[name] = found[name]._replace(sigma=max(fact.value, least), why=why)
+    return found
+
+
+def _disturbance(facts: FlightFacts, mass: float) -> Iterator[str]:
+    gust = facts.gust
+    level = max(gust.value, 0.005) if gust is not None else _GUST
+    yield "disturbance:"
+    yield f"  force_sigma: {_figure(level * mass)}  # " + (
+        f"measured: {gust.how}" if gust is not None else "assumed: still air"
+    )
+    torque = _figure(level * mass * _LEVER)
+    yield f"  torque_sigma: {torque}  # assumed: an arm of {_LEVER * 1e3:g} mm"
+    yield "  correlation_time: 0.35  # assumed"
+
+
+def _battery(facts: FlightFacts) -> Iterator[str]:
+    if facts.full_voltage is not None:
+        volts = facts.full_voltage
+        yield f"battery: {{full_voltage: {volts.value:.4g}}}  # measured: {volts.how}"
+
+
+def _motors(log: Log) -> Iterator[str]:
+    stated = log.meta.get("motors")
+    yield "# Motor curve, where commands are no speeds: see docs/logs.md"
+    if isinstance(stated, Mapping):
+        inside = ", ".join(f"{key}: {value}" for key, value in stated.items())
+        yield f"motors: {{{inside}}}"
+    else:
+        yield "# motors: {command: pwm, range: [1000, 2000], full_voltage: 16.8, order: [1, 2, 3]}"
+
+
+def _water(log: Log) -> str:
+    return "0.0" if log.has("depth") else "null"
+
+
+def _told(vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
+    """Yield what the flight told, and what it did not."""
+    for stem, sigma in facts.noise.items():
+        rate = f"{facts.rate[stem]:.4g} Hz"
+        yield f"measured: noise of {stem} {_figure(sigma)} {unit_of(stem)} at {rate}"
+    ratio = facts.hover_ratio
+    if ratio is not None:
+        words = f"measured: thrust is {ratio.value:.3f} of mass times specific force in flight"
+        if abs(ratio.value - 1.0) > 3.0 * _both():
+            words += (
+                ", more than three tolerances from 1: if the vehicle is healthy, "
+                f"thrust_coefficient is {1.0 / ratio.value:.3f} of what robot.yaml states"
+            )
+        yield words
+    response = facts.response
+    if response is not None:
+        stated = [float(r["time_constant"]) for r in vehicle.get("rotors") or []]
+        yield (
+            f"measured: lag of the rotors {response.value * 1e3:.0f} ms ({response.how}); "
+            f"robot.yaml states a lag of {max(stated, default=0.0) * 1e3:.0f} ms"
+        )
+    if facts.late is not None:
+        yield f"measured: inertial channels {facts.late.value * 1e3:+.0f} ms late against the pose"
+    if facts.gyroscope_bias is None:
+        yield "assumed: biases, for the vehicle never stood still"
+    guesses = [name for name, each in _tolerances(facts).items() if "assumed" in each.why]
+    yield f"assumed tolerances: {', '.join(guesses)}"
+
+
+def _both() -> float:
+    return math.hypot(_ASSUMED["mass"].sigma, _ASSUMED["thrust_coefficient"].sigma)
+
+
+def _figure(value: float) -> str:
+    return f"{value:.3g}"

@@ -1,0 +1,274 @@
+"""What a flight tells of its own vehicle: noise, rates, biases, hover thrust, delays, gusts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.logs.channels import CHANNELS
+from seals.logs.check_thrust import hover_ratio
+from seals.logs.log import Log
+from seals.logs.time_offset import time_offset
+
+SENSED = ("angular_velocity", "specific_force", "position", "orientation", "velocity", "depth",
+          "joint_position", "battery_voltage")  # fmt: skip
+"""Channels whose noise a data sheet states."""
+_STILL_RATE, _STILL_FORCE = 0.05, 0.3
+"""Scatter of gyroscope [rad/s] and accelerometer [m/s^2] of a body that stands still."""
+_STILL_FOR = 1.0
+_SLOW = 0.5
+"""Speed below which drag does not matter to the level of gusts [m/s]."""
+_GUST_TIME = 0.35
+_WINDOW = 2.0
+_SLOWEST, _LONGEST_LAG, _ALIKE = 0.021, 0.25, 0.5
+"""Step of rows [s] and lag [s] up to which a lag is looked for, and the correlation it needs."""
+_THIRD = 20.0
+"""Variance of third differences of white noise, in units of its own."""
+
+
+class Measured(NamedTuple):
+    """A number that a flight told, and how."""
+
+    value: float
+    how: str
+
+
+class FlightFacts(NamedTuple):
+    """What a flight tells; None where it does not.
+
+    Args:
+        noise: white noise of each channel, 1-sigma, in its unit.
+        rate: of its samples [Hz].
+        gyroscope_bias: largest mean rate at rest of any axis [rad/s].
+        accelerometer_bias: deviation of the mean specific force at rest from gravity [m/s^2].
+        hover_ratio: thrust of the commanded speeds over mass and specific force [1].
+        response: time from commands to the turning they cause: lag of the rotors and delay [s].
+        late: lateness of inertial channels against the pose [s].
+        gust: standard deviation of force that comes and goes, over mass [m/s^2].
+        full_voltage: highest voltage of the battery [V].
+        seconds_at_rest: time that the vehicle stood still [s].
+    """
+
+    noise: Mapping[str, float]
+    rate: Mapping[str, float]
+    gyroscope_bias: Measured | None
+    accelerometer_bias: Measured | None
+    hover_ratio: Measured | None
+    response: Measured | None
+    late: Measured | None
+    gust: Measured | None
+    full_voltage: Measured | None
+    seconds_at_rest: float
+
+
+def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
+    """Return what a flight tells of its vehicle.
+
+    Args:
+        log: in SI units, ENU and FLU, with even rows and rotor speeds.
+        vehicle: mass and rotors, as in ``meta.yaml``.
+    """
+    held = [stem for stem in SENSED if log.has(stem)]
+    rest = _at_rest(log)
+    seconds = float(rest.sum()) * _step(log)
+    offset = time_offset(log)
+    return FlightFacts(
+        noise={stem: _noise(log, stem) for stem in held},
+        rate={stem: _rate(log, stem) for stem in held},
+        gyroscope_bias=_rest_rate(log, rest),
+        accelerometer_bias=_rest_force(log, rest),
+        hover_ratio=_hover(log, vehicle),
+        response=_response(log, vehicle),
+        late=None if offset is None else Measured(offset.late, "gyroscope against attitude"),
+        gust=_gust(log, vehicle),
+        full_voltage=_full(log),
+        seconds_at_rest=seconds,
+    )
+
+
+def _step(log: Log) -> float:
+    steps = np.diff(log.time)
+    return float(np.median(steps[steps > 0.0])) if steps.size else 0.01
+
+
+def _sampled(log: Log, stem: str) -> Floats:
+    values = log.channel(stem)
+    there = np.isfinite(values).any(axis=1)
+    return values[there][:, np.isfinite(values).any(axis=0)]
+
+
+def _noise(log: Log, stem: str) -> float:
+    """White noise by the median third difference: motion slower than the samples drops out."""
+    from seals.frames import conjugate, multiply, rotation_vector
+    from seals.logs.resample import one_sign
+
+    values = _sampled(log, stem)
+    if len(values) < 20:
+        return 0.0
+    if stem == "orientation":
+        q = one_sign(values)[:, [1, 2, 3, 0]]
+        turns = rotation_vector(multiply(conjugate(q[:-1]), q[1:]))
+        third = np.diff(turns, 2, axis=0)
+    else:
+        third = np.diff(values, 3, axis=0)
+    middle = np.median(np.abs(third), axis=0) / 0.6745
+    return float(np.sqrt(np.max(middle) ** 2 / _THIRD))
+
+
+def _rate(log: Log, stem: str) -> float:
+    there = np.isfinite(log.channel(stem)).any(axis=1)
+    steps = np.diff(log.time[there])
+    return float(1.0 / np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
+
+
+def _at_rest(log: Log) -> NDArray[np.bool_]:
+    """Rows of stretches in which neither sensor moves and no rotor turns."""
+    still = np.zeros(log.rows, dtype=bool)
+    if not (log.has("angular_velocity") and log.has("specific_force")):
+        return still
+    width = max(5, round(_STILL_FOR / _step(log)))
+    gyro, force = log.channel("angular_velocity"), log.channel("specific_force")
+    turning = np.zeros(log.rows, dtype=bool)
+    if log.has("rotor_speed_cmd"):
+        speed = np.nan_to_num(log.channel("rotor_speed_cmd"))
+        turning = speed.max(axis=1) > 0.05 * max(float(speed.max()), 1e-9)
+    for first in range(0, log.rows - width + 1, width):
+        part = slice(first, first + width)
+        quiet = np.nanmax(np.nanstd(gyro[part], axis=0), initial=0.0) < _STILL_RATE
+        calm = np.nanmax(np.nanstd(force[part], axis=0), initial=0.0) < _STILL_FORCE
+        still[part] = quiet and calm and not turning[part].any()
+    return still
+
+
+def _rest_rate(log: Log, rest: NDArray[np.bool_]) -> Measured | None:
+    if not rest.any():
+        return None
+    mean = np.nanmean(log.channel("angular_velocity")[rest], axis=0)
+    return Measured(float(np.nanmax(np.abs(mean))), "mean rate at rest")
+
+
+def _rest_force(log: Log, rest: NDArray[np.bool_]) -> Measured | None:
+    if not rest.any():
+        return None
+    mean = np.nanmean(log.channel("specific_force")[rest], axis=0)
+    return Measured(abs(float(np.linalg.norm(mean)) - 9.81), "size of specific force at rest")
+
+
+def _hover(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
+    ratios = hover_ratio(log, vehicle)
+    if ratios.size < 50:
+        return None
+    return Measured(float(np.median(ratios)), "thrust over mass and specific force in flight")
+
+
+def _turning(log: Log, vehicle: Mapping[str, Any]) -> tuple[Floats, Floats] | None:
+    """Commanded and measured angular acceleration about x and y, shape (T, 2)."""
+    rotors = vehicle.get("rotors") or []
+    if not (rotors and log.has("rotor_speed_cmd") and log.has("angular_velocity")):
+        return None
+    speed = np.nan_to_num(log.channel("rotor_speed_cmd"))
+    gyro = log.channel("angular_velocity")
+    if speed.shape[1] != len(rotors) or not np.isfinite(gyro).all(axis=1).mean() > 0.9:
+        return None
+    place = np.array([r["position"] for r in rotors], dtype=float)
+    axis = np.array([r["axis"] for r in rotors], dtype=float)
+    factor = np.array([float(r["thrust_coefficient"]) for r in rotors])
+    thrust = speed**2 * factor
+    torque = thrust @ np.cross(place - np.asarray(vehicle["centre_of_gravity"]), axis)
+    wanted = torque @ np.linalg.inv(np.asarray(vehicle["inertia"], dtype=float)).T
+    good = np.isfinite(gyro).all(axis=1)
+    even = np.stack([np.interp(log.time, log.time[good], v) for v in gyro[good].T], axis=1)
+    return wanted[:, :2], np.gradient(even, _step(log), axis=0)[:, :2]
+
+
+def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
+    """Time constant whose lag makes the commanded angular acceleration most like the measured."""
+    from scipy.signal import lfilter
+
+    found, step = _turning(log, vehicle), _step(log)
+    if found is None or step > _SLOWEST:
+        return None
+    wanted, turned = (values - values.mean(axis=0) for values in found)
+    lags = np.arange(0.0, _LONGEST_LAG, 0.5 * step)
+    scores = []
+    for lag in lags:
+        keep = math.exp(-step / lag) if lag > 0.0 else 0.0
+        follow = lfilter([1.0 - keep], [1.0, -keep], wanted, axis=0)
+        size = math.sqrt(float(np.sum(follow**2) * np.sum(turned**2)))
+        scores.append(float(np.sum(follow * turned)) / max(size, 1e-12))
+    best = int(np.argmax(scores))
+    if scores[best] < _ALIKE or best == len(lags) - 1:
+        return None
+    how = f"commands against angular acceleration, correlation {scores[best]:.2f}"
+    return Measured(float(lags[best]), how)
+
+
+def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
+    """Level of force that comes and goes within seconds, in slow flight.
+
+    Specific force less commanded thrust over mass, less its mean over two seconds and less white
+    noise. A coloured force of 0.35 s keeps 1 - 2 * 0.35 / 2 of its variance above that mean.
+    """
+    rotors = vehicle.get("rotors") or []
+    if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
+        return None
+    speed, force = np.nan_to_num(log.channel("rotor_speed_cmd")), log.channel("specific_force")
+    if speed.shape[1] != len(rotors) or not np.isfinite(force).all(axis=1).mean() > 0.9:
+        return None
+    lifted = speed**2 @ np.array([float(r["thrust_coefficient"]) for r in rotors])
+    slow = lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0)) if lifted.any() else None
+    if slow is None or not slow.any():
+        return None
+    slow &= _pace(log) < _SLOW
+    width = max(3, round(_WINDOW / _step(log)))
+    if slow.sum() < 2 * width:
+        return None
+    level = []
+    for k in (0, 1):
+        values = np.nan_to_num(force[:, k])
+        short = max(1, round(0.1 / _step(log)))
+        smooth = np.convolve(values, np.ones(short) / short, mode="same")
+        slowly = np.convolve(values, np.ones(width) / width, mode="same")
+        white = _noise(log, "specific_force") ** 2 / short
+        level.append(float(np.var((smooth - slowly)[slow])) - white)
+    share = 1.0 - 2.0 * _GUST_TIME / _WINDOW
+    value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
+    return Measured(value, "level specific force in slow flight, faster than two seconds")
+
+
+def _pace(log: Log) -> Floats:
+    """Speed over ground [m/s], shape (T,); without a bound where nothing tells it."""
+    if log.has("velocity"):
+        return np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
+    fast = np.full(log.rows, np.inf)
+    if not log.has("position"):
+        return fast
+    place = log.channel("position")
+    good = np.isfinite(place).all(axis=1)
+    if good.sum() < 2:
+        return fast
+    half = max(1, round(0.25 / _step(log)))
+    even = np.stack([np.interp(log.time, log.time[good], v) for v in place[good].T], axis=1)
+    moved = np.linalg.norm(even[2 * half :] - even[: -2 * half], axis=1)
+    fast[half:-half] = moved / (2 * half * _step(log))
+    return fast
+
+
+def _full(log: Log) -> Measured | None:
+    if not log.has("battery_voltage"):
+        return None
+    volts = log.columns["battery_voltage"]
+    good = volts[np.isfinite(volts)]
+    if not good.size:
+        return None
+    return Measured(float(np.quantile(good, 0.999)), "highest voltage in the flight")
+
+
+def unit_of(stem: str) -> str:
+    """Return the unit of a channel's noise."""
+    return "rad" if stem == "orientation" else CHANNELS[stem].unit

@@ -1,0 +1,125 @@
+"""The data sheet that a flight writes: noise, biases, lag and gusts of a made-up hover."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+from seals.errors import ConfigError
+from seals.logs.log import Log
+from seals.scaffold.datasheet import write_datasheet
+from seals.scaffold.flight_facts import flight_facts
+
+STEP, ROWS, REST = 0.01, 6000, 600
+MASS, FACTOR, LAG = 1.5, 1.2e-5, 0.06
+SIGMA = {"angular_velocity": 0.012, "specific_force": 0.09, "position": 0.008}
+INERTIA = np.diag([0.012, 0.014, 0.022])
+PLACES = np.array([[0.12, -0.12, 0.0], [-0.12, 0.12, 0.0], [0.12, 0.12, 0.0], [-0.12, -0.12, 0.0]])
+VEHICLE: dict[str, Any] = {
+    "name": "quad",
+    "mass": MASS,
+    "inertia": INERTIA,
+    "centre_of_gravity": np.zeros(3),
+    "rotors": [
+        {
+            "position": place,
+            "axis": [0.0, 0.0, 1.0],
+            "direction": 1.0,
+            "thrust_coefficient": FACTOR,
+            "torque_coefficient": 2e-7,
+            "time_constant": 0.02,
+            "max_speed": 1000.0,
+            "radius": 0.1,
+        }
+        for place in PLACES
+    ],
+}
+
+
+def _coloured(rng: np.random.Generator, time: float, columns: int) -> NDArray[np.float64]:
+    """Ornstein-Uhlenbeck noise of unit variance."""
+    keep = np.exp(-STEP / time)
+    out = np.zeros((ROWS, columns))
+    for k in range(1, ROWS):
+        out[k] = keep * out[k - 1] + np.sqrt(1 - keep**2) * rng.standard_normal(columns)
+    return out
+
+
+def _flight(gust: float = 0.4) -> Log:
+    """Six seconds at rest, then hover: rotors dither, lag by 60 ms, gusts push level."""
+    rng = np.random.default_rng(4)
+    flying = np.arange(ROWS) >= REST
+    hover = np.sqrt(MASS * 9.81 / 4 / FACTOR)
+    command = (hover * (1.0 + 0.05 * _coloured(rng, 0.08, 4))) * flying[:, None]
+    actual = np.zeros_like(command)
+    for k in range(1, ROWS):
+        actual[k] = command[k] + np.exp(-STEP / LAG) * (actual[k - 1] - command[k])
+    thrust = FACTOR * actual**2
+    torque = thrust @ np.cross(PLACES, [0.0, 0.0, 1.0])
+    gyro = np.cumsum(torque @ np.linalg.inv(INERTIA), axis=0) * STEP
+    force = np.zeros((ROWS, 3))
+    force[:, :2] = gust * _coloured(rng, 0.35, 2) * flying[:, None]
+    force[:, 2] = np.where(flying, thrust.sum(axis=1) / MASS, 9.81)
+    position = np.zeros((ROWS, 3))
+    columns = {"t": np.arange(ROWS) * STEP}
+    for stem, values, bias in (
+        ("angular_velocity", gyro, 0.02),
+        ("specific_force", force, 0.0),
+        ("position", position, 0.0),
+    ):
+        for k, axis in enumerate("xyz"):
+            noise = SIGMA[stem] * rng.standard_normal(ROWS)
+            columns[f"{stem}_{axis}"] = values[:, k] + noise + bias * (k == 1)
+    columns |= {f"rotor_speed_cmd_{k + 1}": command[:, k] for k in range(4)}
+    return Log(name="hover", columns=columns)
+
+
+def test_a_flight_tells_noise_bias_lag_thrust_and_gusts() -> None:
+    """Every number that went into the flight comes out of it."""
+    calm, facts = flight_facts(_flight(gust=0.01), VEHICLE), flight_facts(_flight(), VEHICLE)
+    for stem, sigma in SIGMA.items():
+        assert calm.noise[stem] == pytest.approx(sigma, rel=0.1)
+        assert calm.rate[stem] == pytest.approx(100.0)
+    assert facts.seconds_at_rest == pytest.approx(6.0, abs=1.0)
+    assert facts.gyroscope_bias is not None
+    assert facts.gyroscope_bias.value == pytest.approx(0.02, abs=0.003)
+    assert facts.hover_ratio is not None
+    assert facts.hover_ratio.value == pytest.approx(1.0, abs=0.02)
+    assert facts.response is not None
+    assert facts.response.value == pytest.approx(LAG, abs=0.015)
+    assert facts.gust is not None
+    assert facts.gust.value == pytest.approx(0.4, rel=0.35)
+
+
+def test_the_sheet_says_of_every_number_where_it_is_from(tmp_path: Path) -> None:
+    """Each line of a number is marked; what is stated can be read back; nothing is overwritten."""
+    place = tmp_path / "datasheet.yaml"
+    told = write_datasheet(_flight(), VEHICLE, place, replace=False)
+    text = place.read_text()
+    sheet = yaml.safe_load(text)
+    assert sheet["sensors"]["channels"]["angular_velocity"]["sigma"] == pytest.approx(
+        0.012, rel=0.1
+    )
+    assert sheet["tolerance"]["gyroscope_bias"]["sigma"] == pytest.approx(0.02, abs=0.003)
+    numbers = [line for line in text.splitlines() if "sigma" in line]
+    assert len(numbers) > 12
+    assert all("# measured" in line or "# assumed" in line for line in numbers)
+    assert any(line.startswith("measured: thrust is 1.0") for line in told)
+    assert any("60 ms" in line or "55 ms" in line or "65 ms" in line for line in told)
+    with pytest.raises(ConfigError, match="replace=true"):
+        write_datasheet(_flight(), VEHICLE, place, replace=False)
+
+
+def test_a_flight_without_rest_leaves_biases_assumed(tmp_path: Path) -> None:
+    """What a flight cannot tell is said to be assumed, and never measured."""
+    log = _flight().select(np.arange(ROWS) > REST + 200)
+    place = tmp_path / "datasheet.yaml"
+    told = write_datasheet(log, VEHICLE, place, replace=False)
+    assert any("never stood still" in line for line in told)
+    line = next(x for x in place.read_text().splitlines() if "gyroscope_bias" in x)
+    assert "# assumed" in line
