@@ -19,7 +19,12 @@ from tests.docs.pages import WHENS, blocks, pages, steps, told  # noqa: E402
 
 PAGES = pages(ROOT)
 # their own tests look at what they make, too
-TUTORIALS = ("tutorial_missing_effect.md", "tutorial_own_robot.md", "tutorial_own_animal.md")
+TUTORIALS = (
+    "tutorial_missing_effect.md",
+    "tutorial_own_robot.md",
+    "tutorial_own_animal.md",
+    "tutorial_own_flight.md",
+)
 LANGUAGES = {"console", "python", "yaml", "toml", "text", "json", "xml", "bibtex"}
 COMMAND = re.compile(r"^\s*(?:\$ )?(?:seals|python|pip|pytest|make|git|apt-get) \S", re.M)
 

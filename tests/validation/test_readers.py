@@ -256,3 +256,21 @@ def test_real_logs_pass_the_check(
     assert len(logs) == 49
     for log in logs:
         assert not [found for found in check_log(log) if found.severity is Severity.REFUSE]
+
+
+def test_a_lost_link_is_the_only_bad_log_of_the_nanobench_flights(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One flight goes on in straight lines from 36.85 s; clocks are within 25 ms in the others."""
+    from seals.logs import check_log
+    from seals.logs.time_offset import time_offset
+    from seals.plugins.readers.nanobench import ReaderNanobench
+
+    bad = {}
+    for log in _logs(ReaderNanobench(), "nanobench", monkeypatch):
+        grave = [f for f in check_log(log) if f.severity.value == "refuse"]
+        bad |= {log.name: (f.code, f.where) for f in grave}
+        offset = time_offset(log)
+        assert offset is not None
+        assert abs(offset.late) < 0.025
+    assert bad == {"B9_trefoil_medium_rep13": ("filled", pytest.approx(36.85, abs=0.02))}
