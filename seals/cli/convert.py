@@ -161,8 +161,10 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
     """
     from omegaconf import OmegaConf
 
-    log, said = with_axes(_cut(log, list(config.span)), OmegaConf.to_object(config.axes))
-    stated = {k: v for k, v in OmegaConf.to_container(config.motors).items() if v is not None}
+    axes: Any = OmegaConf.to_object(config.axes)
+    log, said = with_axes(_cut(log, list(config.span)), axes)
+    motors: Any = OmegaConf.to_container(config.motors)
+    stated = {k: v for k, v in motors.items() if v is not None}
     curve = motor_curve({**(log.meta.get("motors") or {}), **stated})
     rotors = vehicle.get("rotors") or (log.meta.get("vehicle") or {}).get("rotors") or []
     if log.has("motor_pwm") and not log.has("rotor_speed_cmd"):

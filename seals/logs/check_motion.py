@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.logs.accelerations import even, second_derivative, world_acceleration
@@ -56,15 +57,16 @@ def check_motion(log: Log) -> list[Finding]:
     return found if found else _clocks(log)
 
 
-def _shift(moved: Floats, felt: Floats, there: Floats) -> int:
+def _shift(moved: Floats, felt: Floats, there: NDArray[np.bool_]) -> int:
     """Rows by which the accelerometer is late, told by sizes: axes do not matter for them."""
     sizes = (np.linalg.norm(moved, axis=1)[:, None], np.linalg.norm(felt, axis=1)[:, None])
-    late, likeness = delay_between(*sizes, there.astype(bool))
+    late, likeness = delay_between(*sizes, there)
     return round(late / 0.01) if likeness > _UNSURE else 0
 
 
 def _centred(values: Floats) -> Floats:
-    return values - values.mean(axis=0)
+    centred: Floats = values - values.mean(axis=0)
+    return centred
 
 
 def _size(values: Floats) -> float:

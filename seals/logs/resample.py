@@ -78,7 +78,7 @@ def _part(log: Log, rate: float, late: Mapping[str, float]) -> Log:
 def one_sign(q: Floats) -> Floats:
     """Return quaternions with a sign that does not flip along the rows, shape (T, 4)."""
     good = np.flatnonzero(np.isfinite(q).all(axis=1))
-    out = q.copy()
+    out: Floats = q.copy()
     if good.size:
         dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
         out[good] *= np.concatenate([[1.0], np.cumprod(np.where(dots < 0.0, -1.0, 1.0))])[:, None]

@@ -244,7 +244,8 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
 def _pace(log: Log) -> Floats:
     """Speed over ground [m/s], shape (T,); without a bound where nothing tells it."""
     if log.has("velocity"):
-        return np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
+        known: Floats = np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
+        return known
     fast = np.full(log.rows, np.inf)
     if not log.has("position"):
         return fast
