@@ -66,6 +66,8 @@ class Buoyancy(Effect):
     zero_when_dry: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
         confounders=("payload",),
+        may_begin=True,
+        may_end=True,
         measurement="Weighing the vehicle under water would distinguish them.",
         words={"volume_change": "displaced volume"},
         compared=Comparison(

@@ -69,6 +69,8 @@ class CentreOfGravity(Effect):
     }
     identification: ClassVar[Identification] = Identification(
         confounders=("weak_rotor", "centre_of_buoyancy"),
+        may_begin=True,
+        may_end=True,
         measurement="Balancing the vehicle on an edge would distinguish them.",
         words={"offset": "centre of gravity"},
         compared=Comparison(

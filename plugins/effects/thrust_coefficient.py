@@ -55,6 +55,8 @@ class ThrustCoefficient(Effect):
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
+        may_end=True,
         confounders=("payload", "battery_sag", "wind", "ground_effect"),
         data_sheet="thrust and mass",
         answers=True,

@@ -53,6 +53,7 @@ class WeakRotor(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("centre_of_gravity",),
         may_begin=True,
+        may_end=True,
         answers=True,
         measurement="A thrust stand would distinguish them.",
         words={"relative_loss": "thrust loss of actuator {}"},

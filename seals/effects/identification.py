@@ -104,8 +104,9 @@ class Identification:
         data_sheet: two sides of one proportion of a vehicle, such as thrust and mass, share a
             name here: a data sheet that is wrong about one looks like an effect of the other. The
             effect whose unnamed addition is the vehicle's own value stands for the data sheet.
-        may_begin: it may begin midway through a log: a gust, a part that breaks.
-        may_end: it may end midway through a log: a gust, a payload that is dropped.
+        may_begin: it may begin midway through a log: a gust, a part that breaks, sliding ballast.
+        may_end: it may end midway through a log: a gust, a payload that is dropped, a fouled blade
+            that comes clear.
         guessed: it is not linear about zero and needs a pose and starting values from the residual
             force, see `seals.effects.Effect.guesses`.
         placed: its force depends on the place in the world.

@@ -114,8 +114,6 @@ def test_an_effect_outside_its_times_changes_nothing(fitter: Fitter) -> None:
 
 def test_what_acts_for_a_time_comes_on_top_of_a_tolerance(fitter: Fitter) -> None:
     """The tolerance of the same quantity holds throughout, the effect while it acts."""
-    candidate = next(c for c in fitter.candidate_set.candidates if c.name == "thrust_coefficient")
-    assert not candidate.may_change
     weak = next(c for c in fitter.candidate_set.candidates if c.name == "weak_rotor")
     acting = weak.acting(Activity(spans=(Span(log=0, start=at(0.5)),)))
     plant = fitter.plant.acting([acting])

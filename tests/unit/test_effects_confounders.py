@@ -51,7 +51,10 @@ def test_confounders_are_installed(name: str) -> None:
 MIDWAY = {
     "wind": (True, True),
     "payload": (True, True),
-    "weak_rotor": (True, False),
+    "weak_rotor": (True, True),
+    "centre_of_gravity": (True, True),
+    "buoyancy": (True, True),
+    "thrust_coefficient": (True, True),
     "accelerometer_bias": (True, False),
     "quadratic_drag": (False, False),
 }
@@ -60,7 +63,10 @@ MIDWAY = {
 
 @pytest.mark.parametrize("name", MIDWAY)
 def test_an_effect_declares_its_onset(name: str) -> None:
-    """Flows, loads and faults may begin midway; a hull's drag may not."""
+    """Flows, loads and faults may begin midway; a hull's drag may not.
+
+    A blade that was fouled comes clear, ballast that slid slides back, a float that was lost held.
+    """
     known = registry.get("effect", name).load().identification
     assert (known.may_begin, known.may_end) == MIDWAY[name]
 

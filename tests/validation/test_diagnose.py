@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import yaml
 
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.sysid.report.sentence import sentence
+from seals.sysid.validation.answer import read_answer
+from seals.sysid.validation.refit import refit
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -48,6 +52,35 @@ def test_wind_is_named_and_measured(tmp_path: Path) -> None:
     for name, value in truth["wind"].items():
         assert fitted[name]["value"] == pytest.approx(value, abs=0.08 * size)
     assert found.held_out["after"] < 1.06 < found.held_out["before"]
+
+
+@pytest.mark.slow
+def test_an_onset_is_named_with_its_time(tmp_path: Path) -> None:
+    """Wind that does not blow all the time is found with its times, and added at its strength."""
+    words = ("--level", "onset", "--vehicle", "quad", "--effect", "wind", "--seed", "5")
+    found, truth = answered(tmp_path / "logs", *words, "--no-gain")
+    case = next((tmp_path / "logs").iterdir())
+    told = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))["effects"][0]["active"]
+    answer = found.to_dict()
+    (effect,) = answer["effects"]
+    (entry,) = effect["active"]
+    assert (answer["verdict"], effect["name"], entry["log"]) == ("named", "wind", "log")
+    for moment, true in zip((entry["start"], entry["end"]), told, strict=True):
+        assert (moment is None) == (true is None)
+        if true is not None:
+            assert moment["value"] == pytest.approx(true, abs=0.05)
+    size = max(abs(v) for v in truth["wind"].values())
+    for name, value in truth["wind"].items():
+        assert effect["parameters"][name]["value"] == pytest.approx(value, abs=0.1 * size)
+    moments = [m for m in (entry["start"], entry["end"]) if m is not None]
+    assert all(f"{m['value']:.2f} s" in sentence(found) for m in moments)
+    file = tmp_path / "diagnosis.json"
+    effect["active"][0]["log"] = case.name
+    file.write_text(json.dumps(answer), encoding="utf-8")
+    added = refit(read_native(case), read_answer(file))
+    assert [c.activity for c in added.candidates] == [None]
+    for name, value in truth["wind"].items():
+        assert added.values[f"wind.{name}"] == pytest.approx(value, abs=0.1 * size)
 
 
 def test_a_sensor_fault_is_not_taken_for_a_force(tmp_path: Path) -> None:

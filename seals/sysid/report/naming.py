@@ -83,6 +83,7 @@ def candidate_words(candidate: Candidate) -> str:
     if variant.get("link") == 0:
         variant.pop("link")
     parts += [f"{k} {v:g}" for k, v in variant.items()]
+    parts += ["for a time"] if candidate.activity is not None else []
     return candidate.name + (f" ({', '.join(parts)})" if parts else "")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.sysid.least_squares.normal_equations import solve_scaled
@@ -17,10 +18,34 @@ def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
     return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
 
 
-def held_out_by_window(hypothesis: EvidenceHypothesis) -> Floats:
-    """Held-out misfit of every window, shape (W,); each is predicted by a fit to other blocks."""
+def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
+    """Number of the part that each window is held out with, shape (W,).
+
+    Parts are blocks of the log. Where effects act for a time, the windows in which the same ones
+    act are dealt out to the parts block by block: no part holds all that is known of an effect.
+    """
+    windows, plant = hypothesis.fitter.windows, hypothesis.fitter.plant
+    activity = [c.activity for c in hypothesis.candidates if c.activity is not None]
+    weights = [a.weights(plant.samples)[windows.rows].mean(axis=1) > 0.5 for a in activity]
+    acting = np.stack([np.zeros(windows.count, dtype=bool), *weights], axis=1)
+    fold = np.zeros(windows.count, dtype=np.int64)
+    for kind in np.unique(acting, axis=0):
+        own = np.flatnonzero((acting == kind).all(axis=1))
+        fold[own] = np.arange(len(own)) * min(FOLDS, len(own)) // len(own)
+    return fold
+
+
+def held_out_by_window(
+    hypothesis: EvidenceHypothesis, fold: NDArray[np.int64] | None = None
+) -> Floats:
+    """Held-out misfit of every window, shape (W,); each is predicted by a fit to other parts.
+
+    Args:
+        hypothesis: fitted to all windows.
+        fold: part of each window, shape (W,); those of `folds_of` when left out.
+    """
     fit, count = hypothesis.fit, hypothesis.fitter.windows.count
-    fold = np.arange(count) * min(FOLDS, count) // count
+    fold = folds_of(hypothesis) if fold is None else fold
     at = np.array([fit.values[k] for k in fit.keys])
     out = np.empty(count)
     for part in range(int(fold.max()) + 1):
@@ -42,8 +67,9 @@ def held_out_fall(smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> fl
         smaller: with fewer effects.
         larger: with more effects.
     """
+    fold = folds_of(larger)
     before, after = (
-        float(held_out_by_window(h).sum()) + h.fit.penalty - h.fitter.windows.observed
+        float(held_out_by_window(h, fold).sum()) + h.fit.penalty - h.fitter.windows.observed
         for h in (smaller, larger)
     )
     return before - after

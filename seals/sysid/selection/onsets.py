@@ -26,15 +26,14 @@ _ROUNDS = 2
 def may_act_for_a_time(problem: Problem, candidate: Candidate) -> bool:
     """Return true where the times of an effect can be found in the windows of a log.
 
-    A fall in one window has no times to compare; delays are no sum of parts of a log, waves and
-    what needs a guess of its place are not linear in when they act.
+    A fall in one window has no times to compare; delays are no sum of parts of a log, and waves
+    not linear in when they act.
     """
     plant = problem.plant
     return (
         candidate.may_change
         and problem.samples.posed
         and not problem.impact
-        and not candidate.identification.guessed
         and candidate.instance not in plant.timed
         and candidate.instance not in plant.candidate_set.waves
         and plant.candidate_set.sensor_delay not in candidate.throughout.all_keys
@@ -62,7 +61,8 @@ def proposals(
     least = max(top - policy.behind - policy.behind_share * top, policy.screen_further)
     ranked: list[tuple[float, Candidate]] = []
     for candidate in candidates:
-        if not may_act_for_a_time(problem, candidate):
+        # what needs a first guess is timed once it is fitted throughout
+        if candidate.identification.guessed or not may_act_for_a_time(problem, candidate):
             continue
         equations = coarse_equations(fitter, table, candidate)
         found = ChangePointSearch(equations, candidate, policy).run()
