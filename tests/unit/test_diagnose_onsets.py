@@ -18,6 +18,7 @@ from seals.sysid.least_squares.normal_equations import newton_step
 from seals.sysid.predictors.activity_equations import ActivityEquations, Blocks, activity_equations
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.held_out import folds_of
 from seals.sysid.selection.change_points import ChangePointSearch, LogPlaces, Part
 from tests.unit.test_diagnose_along import described, waving
 
@@ -212,3 +213,17 @@ def test_what_cannot_end_only_begins() -> None:
     signal = 3.0 * (np.arange(200) < 90)
     result = found(scalar(signal, noise=0.5), breaks)
     assert result.activity is None or all(s.end is None for s in result.activity.spans)
+
+
+def test_no_held_out_part_holds_all_of_an_effect() -> None:
+    """Windows in which an effect acts are dealt out to all parts; without times they are blocks."""
+    rows = np.arange(200).reshape(-1, 10)
+    samples = timed(200)
+    fitter = SimpleNamespace(
+        windows=SimpleNamespace(rows=rows, count=len(rows)), plant=SimpleNamespace(samples=samples)
+    )
+    acting = WIND.acting(Activity(spans=(Span(log=0, end=at(5.0 + 5.04)),)))
+    early: Any = SimpleNamespace(fitter=fitter, candidates=(acting,))
+    throughout: Any = SimpleNamespace(fitter=fitter, candidates=(WIND,))
+    assert set(folds_of(early)[:5]) == set(range(5))
+    assert folds_of(throughout).tolist() == np.repeat(np.arange(5), 4).tolist()

@@ -36,7 +36,9 @@ def with_data_sheet(
     if sheet is None:
         return list(claims)
     word = sheet.identification.data_sheet
-    sides = [c for c in claims if c.candidate.identification.data_sheet == word]
+    # what acts for a time is no error of the data sheet
+    constant = [c for c in claims if c.candidate.activity is None]
+    sides = [c for c in constant if c.candidate.identification.data_sheet == word]
     if len(sides) > 1:
         own = {c.index for c in sides}
         rest = tuple(c for k, c in enumerate(best.candidates) if k not in own)

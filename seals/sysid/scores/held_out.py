@@ -24,10 +24,11 @@ def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
     Parts are blocks of the log. Where effects act for a time, the windows in which the same ones
     act are dealt out to the parts block by block: no part holds all that is known of an effect.
     """
-    windows, plant = hypothesis.fitter.windows, hypothesis.fitter.plant
-    activity = [c.activity for c in hypothesis.candidates if c.activity is not None]
-    weights = [a.weights(plant.samples)[windows.rows].mean(axis=1) > 0.5 for a in activity]
-    acting = np.stack([np.zeros(windows.count, dtype=bool), *weights], axis=1)
+    windows = hypothesis.fitter.windows
+    acting = np.zeros((windows.count, 1), dtype=bool)
+    for activity in (c.activity for c in hypothesis.candidates if c.activity is not None):
+        weights = activity.weights(hypothesis.fitter.plant.samples)[windows.rows]
+        acting = np.concatenate([acting, weights.mean(axis=1, keepdims=True) > 0.5], axis=1)
     fold = np.zeros(windows.count, dtype=np.int64)
     for kind in np.unique(acting, axis=0):
         own = np.flatnonzero((acting == kind).all(axis=1))
