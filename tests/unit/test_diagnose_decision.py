@@ -345,6 +345,17 @@ def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:
     assert wrong.fit.robust_spread(key) > 2.0 * wrong.fit.spread(key)
 
 
+@pytest.mark.parametrize(("blind", "advice"), [(("inertia",), True), ((), False)])
+def test_more_motion_is_advised_only_where_motion_was_missing(
+    blind: tuple[str, ...], advice: bool
+) -> None:
+    """A fit that misses its own simulation is not mended by a livelier flight."""
+    answer = SimpleNamespace(verdict=Verdict.cannot_tell, reasons=("why",), blind=blind)
+    held = {"before": 1.0, "after": 1.0}
+    found: Any = SimpleNamespace(answer=answer, held_out=held, to_dict=lambda: {"fitted": []})
+    assert sentence(found) == "Cannot tell: why." + " Move the vehicle more." * advice
+
+
 def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """A third effect that is too uncertain to be named stands in the answer and on the console."""
     monkeypatch.setattr(diagnosis, "parameters", lambda *given: {})

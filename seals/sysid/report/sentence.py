@@ -20,7 +20,8 @@ def sentence(found: Diagnosis) -> str:
     if verdict is Verdict.nothing_missing:
         return f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
     if verdict is Verdict.cannot_tell:
-        return f"Cannot tell: {'; '.join(answer.reasons)}. Move the vehicle more."
+        advice = " Move the vehicle more." if answer.blind else ""
+        return f"Cannot tell: {'; '.join(answer.reasons)}.{advice}"
     beside = [
         f"  fitted, too uncertain to be named: {effect['name']}"
         for effect in table["fitted"]

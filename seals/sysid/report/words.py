@@ -33,7 +33,10 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         count = len({c.name for c in diagnosis.problem.plant.candidate_set.candidates})
         return f"Something is missing that none of the {count} effects of the library explains."
     if verdict is Verdict.cannot_tell:
-        return "This log cannot tell what is missing: the vehicle hardly moved where it matters."
+        moved_little = ": the vehicle hardly moved where it matters"
+        return (
+            f"This log cannot tell what is missing{moved_little if diagnosis.answer.blind else ''}."
+        )
     if verdict is Verdict.nothing_missing:
         return "Nothing is missing: the model explains the log within noise and tolerances."
     return "The log cannot be used."
@@ -118,6 +121,11 @@ def next_steps(
         if alike:
             others = joined([n for s in alike for n in s[1:]])
             words.insert(0, f"One more flight would exclude {others}, or not.")
+        words += dict.fromkeys(
+            claim.candidate.identification.measurement
+            for claim in diagnosis.answer.claims
+            if claim.alike and claim.candidate.identification.data_sheet
+        )
         words.append("Add the effect to the model, then check it on a log that was never fitted.")
         lines = [add, "seals verify log=ANOTHER_LOG model=my_model"]
         return words, "\n".join([*lines, plan] if alike else lines)
@@ -133,8 +141,10 @@ def next_steps(
         words.append("Then describe it in an effect of your own.")
         return words, ""
     if verdict is Verdict.cannot_tell:
-        words.append("Fly again and move the vehicle more.")
-        return words, plan
+        blind = bool(diagnosis.answer.blind)
+        exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
+        words.append("Fly again and move the vehicle more." if blind else exact)
+        return words, plan if blind else ""
     words.append("Nothing to add. A livelier flight would test the model harder.")
     return words, ""
 
