@@ -92,7 +92,7 @@ class WindowModels:
         seen = float(base.fitter.windows.observed)
         spread = self.problem.policy.standard_errors * math.sqrt(2.0 * seen)
         least = self.problem.policy.noise_floor * seen - spread
-        return not self.problem.vehicle.gust.any() and base.fit.cost < least
+        return bool(base.fit.cost < least and not self.problem.vehicle.gust.any())
 
     def _asked(self, base: EvidenceHypothesis, best: EvidenceHypothesis) -> float:
         """Evidence asked of one effect more."""
