@@ -7,9 +7,11 @@ import pytest
 
 from seals.config.compose import compose
 from seals.errors import PhysicsError
+from seals.plugins.backends.free import BackendFree
 from seals.run import build_world, initial_configuration
 from seals.run.build import build_run
 from seals.world import World
+from tests.verification.conftest import Bench
 
 
 def world_of(*words: str) -> World:
@@ -68,3 +70,20 @@ def test_the_ground_is_refused_in_words_or_passed(passable: bool) -> None:
         with pytest.raises(PhysicsError, match="pybullet"):
             fall(world, steps)
     world.close()
+
+
+def test_a_joint_beyond_its_limit_ends_the_run(bench: Bench) -> None:
+    """Without stops a joint that leaves its range is refused in words, or let pass."""
+    hinge = (
+        '<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/>'
+        '<axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="1" velocity="9"/></joint>'
+    )
+    parts = (bench.link("base", 1.0, [0.01] * 3), bench.link("arm", 0.5, [0.004] * 3), hinge)
+    settings = bench.settings(bench.robot(*parts), weight=False, joint_velocity=[2.0])
+    for passable in (True, False):
+        settings.backend = BackendFree(passable=passable)
+        if passable:
+            assert bench.run("world", settings).joints[-1, 0] > 1.0
+        else:
+            with pytest.raises(PhysicsError, match=r"'hinge'.*range of -0\.5 to 0\.5"):
+                bench.run("world", settings)

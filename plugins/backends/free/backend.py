@@ -22,7 +22,8 @@ class BackendFree:
         v(t + h) = v(t + h/2) + h a(t) / 2 where forces need it.
 
     Args:
-        passable: whether a robot may go through the ground; otherwise the run ends there in words.
+        passable: whether a robot may go through the ground, and joints beyond their limits;
+            otherwise the run ends there in words.
 
     Assumptions:
         Nothing touches anything: no ground, no obstacles, no other robots, no joint stops.

@@ -40,6 +40,10 @@ class State(NamedTuple):
     change: Floats | None = None
 
 
+STRAY = 0.05
+"""Way beyond a joint's limit that a servo may overshoot [rad or m]; more needs a stop."""
+
+
 class FreeBody(BodyOptions):
     """A robot that touches nothing; it takes joint drives implicitly.
 
@@ -64,6 +68,7 @@ class FreeBody(BodyOptions):
         self._state = State(np.zeros(3), upright, joints, HalfStep(np.zeros(robot.degrees)))
         self._poses: tuple[Floats, Floats] | None = None
         self._change = np.zeros(robot.degrees)
+        self._limits = robot.lower - STRAY, robot.upper + STRAY
 
     def reset(self, configuration: Configuration) -> None:
         """Place the robot; memory of earlier steps is forgotten."""
@@ -152,6 +157,7 @@ class FreeBody(BodyOptions):
         self._set(State(position, quaternion, joints, speed, change))
         if self._ground is not None:
             self._refuse_ground(self._ground)
+            self._refuse_stops(joints)
 
     def _refuse_ground(self, ground: EnvironmentSettings) -> None:
         x, y, z = self._state.position.tolist()
@@ -161,6 +167,18 @@ class FreeBody(BodyOptions):
                 f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
                 "backend=free has no contacts.\n"
                 "Take backend=pybullet or backend=mujoco, or let it through: backend.passable=true"
+            )
+
+    def _refuse_stops(self, joints: Floats) -> None:
+        lower, upper = self._limits
+        beyond = np.flatnonzero((joints < lower) | (joints > upper))
+        if beyond.size:
+            k = int(beyond[0])
+            limits = f"{self.robot.lower[k]:g} to {self.robot.upper[k]:g}"
+            raise PhysicsError(
+                f"joint '{self.robot.joints[k]}' of robot '{self.robot.name}' has left its range "
+                f"of {limits}, and backend=free has no stops.\n"
+                "Take backend=pybullet or backend=mujoco, or let it pass: backend.passable=true"
             )
 
     def contact_wrenches(self) -> Floats:
