@@ -87,7 +87,7 @@ class Diagnosis:
         return [
             {
                 "name": c.name,
-                **_place(c),
+                **_place(c, best),
                 "named": c.label in named,
                 "parameters": parameters(c, best.fit, best),
                 **_active(c, self.logs),
