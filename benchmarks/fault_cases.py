@@ -70,6 +70,8 @@ def _run(before: Path, after: Path, code: int, folder: str = "a") -> str:
         pass  # whoever comes next mends what was moved half-way
     if visible(place) == (visible(before / folder) if (before / folder).exists() else {}):
         return "before"
+    if set(visible(place)) <= {".hydra/config.yaml", ".hydra/hydra.yaml"}:
+        return "cut"  # nobody takes it for a run, and the same words begin one
     rows = {str(row.values["run"]): row for row in find_rows(place)}
     earlier, row = before / folder, rows.get(folder)
     if earlier.exists() and visible(place / "earlier_1") != visible(earlier):

@@ -33,6 +33,8 @@ _NUMBERS = (
     "1e-5",
 )
 _NAMES = ("/dev/zero", "../../../../etc/passwd", "absent.x", "pipe", "link", "a b", "~/a", "C:\\a")
+_LONGEST = 1 << 22
+"""Characters of a list of one thing again and again: lists of lists of them filled the memory."""
 _SIZES = (0, 1, -1, 2**31 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1)
 
 
@@ -54,7 +56,8 @@ def _tree(data: Random, depth: int) -> str:
     if kind == 2:
         return str(_pick(data, ("[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60, "[]")))
     if kind == 3:
-        return "[" + ",".join([_tree(data, depth - 1)] * _pick(data, (0, 1, 3, 1000))) + "]"
+        one, count = _tree(data, depth - 1), _pick(data, (0, 1, 3, 1000))
+        return "[" + ",".join([one] * min(count, 1 + _LONGEST // len(one))) + "]"
     names = [_pick(data, ("a", "format", "\\udc00", "vehicle")) for _ in range(_count(data, 4))]
     return "{" + ",".join(f'"{name}":{_tree(data, depth - 1)}' for name in names) + "}"
 

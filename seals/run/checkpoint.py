@@ -49,7 +49,7 @@ class Checkpoints:
     def __init__(self, folder: Path, every: float) -> None:
         """Start the clock."""
         self.folder, self.every = folder / FOLDER, every
-        self._last = time.perf_counter()
+        self._last, self._full = time.perf_counter(), False
 
     def tick(self, world: World, books: Any) -> None:
         """Write one when it is time.
@@ -62,10 +62,13 @@ class Checkpoints:
         if self.every > 0.0 and now - self._last >= self.every:
             try:
                 write_checkpoint(self.folder, world, books.snapshot())
+                self._full = False
             except DiskFull as full:
                 # the run itself needs no room until its end: there may be some by then
                 text = " ".join(str(full).split())
-                print(f"note: no checkpoint at {world.time:.4g} s: {text}", file=sys.stderr)
+                if not self._full:
+                    print(f"note: no checkpoint at {world.time:.4g} s: {text}", file=sys.stderr)
+                self._full = True
             self._last = time.perf_counter()
 
     def clear(self) -> None:

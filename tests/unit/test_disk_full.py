@@ -94,7 +94,10 @@ def test_a_checkpoint_without_room_stops_no_run(
 
     monkeypatch.setattr(checkpoint, "_write", full_later)
     assert main([*DROP, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
-    assert "no checkpoint at 0.044 s: there is no room left" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "no checkpoint at 0.044 s: there is no room left" in said
+    # and not again at each of the next twenty
+    assert said.count("no checkpoint at") == 1
     monkeypatch.undo()
     monkeypatch.chdir(elsewhere)
     assert sorted(p.name for p in Path("cut").glob("*checkpoint*")) == ["checkpoint"]
