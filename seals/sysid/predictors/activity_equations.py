@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Blocks:
             right=self.right + other.right,
         )
 
-    def __getitem__(self, at: object) -> Blocks:
+    def __getitem__(self, at: Any) -> Blocks:
         """Return some of the choices."""
         return Blocks(cross=self.cross[at], own=self.own[at], right=self.right[at])
 

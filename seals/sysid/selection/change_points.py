@@ -228,7 +228,7 @@ class ChangePointSearch:
         if part == Part():
             return 0.0
         instants = max(log.span / self.policy.activity_resolution, 1.0)
-        return 2.0 * (np.log(_KINDS) + part.times * np.log(instants))
+        return float(2.0 * (np.log(_KINDS) + part.times * np.log(instants)))
 
     def _spans(self, parts: Sequence[Part]) -> tuple[Span, ...]:
         """Parts in seconds, with intervals from the profile of each time."""
