@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -172,7 +173,12 @@ def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:
         names = [log.name, *(f"{log.name}/{int(n)}" for n in np.unique(log.segment))]
         return any(fnmatch.fnmatch(name, p) for name in names for p in patterns)
 
-    return [log for log in logs if named(log)] or logs
+    kept = [log for log in logs if named(log)] or logs
+    left = [log.name for log in logs if not any(log is one for one in kept)]
+    if left:
+        words = f"left out, named by neither train nor held_out: {', '.join(left)}"
+        print(words, file=sys.stderr, flush=True)
+    return kept
 
 
 def print_variants(comparison: Comparison) -> None:

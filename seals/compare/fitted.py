@@ -41,8 +41,17 @@ def fit_keys(keys: list[str], effects: Mapping[str, Effect]) -> list[FitKey]:
     return [_resolve(key, effects) for key in keys]
 
 
+_ELSEWHERE = ("robot", "mass", "inertia", "hulls", "actuators")
+"""Heads of keys that a comparison does not fit."""
+
+
 def _resolve(key: str, effects: Mapping[str, Effect]) -> FitKey:
     name, _, rest = key.removeprefix("effects.").partition(".")
+    if name in _ELSEWHERE:
+        raise ConfigError(
+            f"fit: '{key}' is no parameter of an effect, and a comparison fits those alone.\n"
+            "Masses, inertia, hulls, actuators: seals calibrate log=FOLDER parameters=[mass]"
+        )
     if name not in effects:
         raise ConfigError(
             f"fit: there is no effect '{name}' in '{key}'.\n{suggestion(name, effects)}"

@@ -114,6 +114,7 @@ def test_the_clock_offset_is_reported() -> None:
     [
         ("fit=[effects.drga.coefficient_x]", "drag"),
         ("fit=[effects.drag.coeficient_x]", "coefficient_x"),
+        ("fit=[robot.mass]", "seals calibrate"),
         ("train=['fal/0']", "fall/0"),
     ],
 )

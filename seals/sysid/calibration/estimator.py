@@ -181,11 +181,6 @@ def calibrate(
     Raises:
         ConfigError: there is no such log, or a name means none of the vehicle's numbers.
         LogError: a log cannot be used.
-
-    Example:
-        >>> found = calibrate("hidden_effect/flight_b", ["effects.linear_drag_air.coefficient_x"])
-        >>> found.parameters_["effects.linear_drag_air.coefficient_x"].unit
-        'N s/m'
     """
     made = Calibrator(parameters=parameters, robot=robot, prior=prior, progress=progress)
     return made.fit(log, held_out=held_out)
