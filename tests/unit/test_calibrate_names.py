@@ -39,6 +39,8 @@ def test_the_numbers_are_those_that_the_log_states() -> None:
     vehicle, _, numbers = quadrotor()
     spec = read_native(find_log("hidden_effect/flight_a")).meta["vehicle"]
     assert numbers["mass"].value == pytest.approx(spec["mass"])
+    # parameters of an effect that acts for a while are no numbers of the vehicle
+    assert not [n.name for n in numbers.values() if "|" in n.name + n.key]
     assert numbers["inertia_yy"].value == pytest.approx(spec["inertia"][1][1])
     assert numbers[THRUST].value == pytest.approx(spec["rotors"][0]["thrust_coefficient"])
     assert numbers[THRUST].unit == "N/(rad/s)^2"

@@ -13,6 +13,7 @@ from seals.effects.effect import Actuated, ActuatorOptions, Effect, JointDriven,
 from seals.effects.identification import Property
 from seals.plugin_options import options_of
 from seals.schema import parameters_of
+from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.candidates.parameters import CandidateSet, Parameter
 from seals.sysid.data.vehicle import Vehicle
 
@@ -80,7 +81,7 @@ def _properties(vehicle: Vehicle, candidate_set: CandidateSet, hull: str) -> Ite
     drives = [n for n, e in vehicle.effects.items() if has_hook(e, Actuated)]
     for key, parameter in candidate_set.parameters.items():
         changes = parameter.changes
-        if changes is None:
+        if changes is None or key.endswith(ACTIVE):
             continue
         if changes.section != ACTUATORS:
             head = f"{HULLS}.{hull}." if changes.section == HULLS else ""
@@ -151,7 +152,8 @@ def _sensors(vehicle: Vehicle, candidate_set: CandidateSet) -> Iterator[StatedNu
     late = candidate_set.sensor_delay
     for key, parameter in candidate_set.parameters.items():
         effect = candidate_set.effects.get(parameter.instance)
-        if effect is None or parameter.instance in vehicle.effects:
+        own = effect is not None and parameter.instance not in vehicle.effects
+        if effect is None or not own or key.endswith(ACTIVE):
             continue
         if key == late or has_hook(effect, Measure):
             meta = parameters_of(effect)[parameter.parameter]
