@@ -1,7 +1,7 @@
 """A flying base that carries three joints about its y axis: Newton and Euler for each link.
 
 State rows 7-12 hold velocity and spin (body axes) instead of momentum; after the actuators follow
-joint angles, joint rates, motor angles and motor rates, three rows each.
+joint angles, joint rates, motor angles and motor rates, a row for each joint.
 """
 
 from __future__ import annotations
@@ -80,21 +80,21 @@ class ArmBody(Body):
         super().__init__(plant, rotor=rotor, ground=ground, water=water)
         # gravity acts on every member of the chain, not on one body
         self._weight, self._moment = np.zeros(self.size), np.zeros((3, self.size))
-        first = HEAD + self.count
-        self.joint_rows = slice(first, first + JOINTS)
-        self.rate_rows = slice(first + 3, first + 6)
-        self.motor_rows = slice(first + 6, first + 12)
+        first, self.joints = HEAD + self.count, int(plant["joint_start"].shape[0])
+        self.joint_rows = slice(first, first + self.joints)
+        self.rate_rows = slice(first + self.joints, first + 2 * self.joints)
+        self.motor_rows = slice(first + 2 * self.joints, first + 4 * self.joints)
         self.loose = plant["backlash"] > 0.0
 
     @property
     def commands(self) -> int:
         """Rotor speeds and joint angles."""
-        return self.count + JOINTS
+        return self.count + self.joints
 
     @property
     def band(self) -> Array:
         """Stiction of each command."""
-        return np.concatenate((self.plant["stick_band"], np.zeros((JOINTS, self.size))))
+        return np.concatenate((self.plant["stick_band"], np.zeros((self.joints, self.size))))
 
     def still(self, place: Array, q: Array, velocity: Array, spin: Array, act: Array) -> Array:
         """State of given motion with the joints where the plant says they begin."""
@@ -111,7 +111,7 @@ class ArmBody(Body):
 
     def hold(self, state: Array) -> Array:
         """Commands that keep actuators and joints where they are."""
-        return state[HEAD : HEAD + self.count + JOINTS]
+        return state[HEAD : HEAD + self.count + self.joints]
 
     def motion(self, state: Array, t: Array) -> tuple[Motion, Array, Array | None]:
         """Motion of the base."""
@@ -130,7 +130,7 @@ class ArmBody(Body):
         return super()._strange(state, m, t, out, force, torque)
 
     def derivative(self, state: Array, command: Array, t: Array) -> Array:
-        """Rate of the state under rotor speeds and joint angles (na + 3, n)."""
+        """Rate of the state under rotor speeds and joint angles (na + joints, n)."""
         plant, count = self.plant, self.count
         m = self.motion(state, t)[0]
         self.seen = m
@@ -142,7 +142,8 @@ class ArmBody(Body):
         out[HEAD : HEAD + count] = (command[:count] - act) / lag
         drive, armature = self._drive(state, command[count:], out)
         mass, bias = self._chain(state, m)
-        mass[:, range(6, 9), range(6, 9)] += armature.T
+        own = range(6, 6 + self.joints)
+        mass[:, own, own] += armature.T
         right = np.concatenate((force, torque, drive)) - bias
         accel = np.linalg.solve(mass, right.T[..., None])[..., 0].T
         out[7:13] = accel[:6]
@@ -154,7 +155,7 @@ class ArmBody(Body):
         """Torque on each joint and the motor inertia that turns with it."""
         plant = self.plant
         angle, speed = state[self.joint_rows], state[self.rate_rows]
-        motor, spin = state[self.motor_rows][:3], state[self.motor_rows][3:]
+        motor, spin = np.split(state[self.motor_rows], 2)
         motor = np.where(self.loose, motor, angle)
         spin = np.where(self.loose, spin, speed)
         servo = plant["servo_stiff"] * (wanted - motor) - plant["servo_damp"] * spin
@@ -164,8 +165,10 @@ class ArmBody(Body):
         push = CONTACT * deep + CUSHION * np.sign(gap) * (spin - speed) * (deep > 0.0)
         push = np.sign(gap) * np.maximum(push, 0.0)
         first = self.motor_rows.start
-        out[first : first + 3] = np.where(self.loose, spin, speed)
-        out[first + 3 : first + 6] = np.where(self.loose, (servo - push) / plant["armature"], 0.0)
+        out[first : first + self.joints] = np.where(self.loose, spin, speed)
+        out[first + self.joints : self.motor_rows.stop] = np.where(
+            self.loose, (servo - push) / plant["armature"], 0.0
+        )
         rub = friction(plant, speed, plant["rub"], plant["rub_viscous"])
         extra = friction(plant, speed, plant["hidden_rub"], plant["hidden_viscous"])
         drive = np.where(self.loose, push, servo) + rub + extra

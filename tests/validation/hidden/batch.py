@@ -132,7 +132,7 @@ class Flight:
             one = self.replay(self.with_it, self.sent, member[some], first[some], rows)
             two = self.replay(self.without, self.sent.obeyed(), member[some], first[some], rows)
             kind = self.cases[0].spec.body
-            for name, value in sensors.differences(one, two, kind).items():
+            for name, value in sensors.differences(one, two, sensors.CHANNELS[kind]).items():
                 # the first rows lack the past that a late sensor reads
                 kept.setdefault(name, []).append((value[4:rows] ** 2).mean(0))
         for i, case in enumerate(self.cases):

@@ -17,7 +17,6 @@ from tests.validation.hidden.rotation import Array, cross, matrix, rate, to_body
 
 HEAD = 23
 CHARGE, PHASE, IMPULSE = 13, 14, slice(21, 23)
-CELL_THICK = 0.012
 
 
 def rigid_mass(plant: Plant) -> Array:
@@ -26,6 +25,8 @@ def rigid_mass(plant: Plant) -> Array:
     out = np.zeros((n, 6, 6))
     inertia = np.zeros((n, 3, 3))
     inertia[:, range(3), range(3)] = plant["inertia"].T
+    for value, (i, j) in zip(plant["products"], ((0, 1), (0, 2), (1, 2)), strict=True):
+        inertia[:, i, j] = inertia[:, j, i] = value
     bodies = [(plant["mass"], plant["com"], inertia)]
     bodies.append((plant["payload_mass"], plant["payload_place"], np.zeros((n, 3, 3))))
     for mass, centre, own in bodies:
@@ -115,7 +116,7 @@ class Body:
             water = {key: self.plant[key][..., near] for key in ("wave", "ripple", "gravity")}
             surface[:, near] = surroundings.elevation(water, x, y, t[near])
         wet, centroid, layer = submerged(
-            cell, self.plant["cell_share"], up, surface=surface, thick=CELL_THICK
+            cell, self.plant["cell_share"], up, surface=surface, thick=self.plant["cell_thick"]
         )
         return wet, centroid + shift, layer
 

@@ -114,7 +114,8 @@ def _flat(rng: Rng, size: float, upward: float = 0.0) -> Array:
 
 def linear_drag(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Drag in proportion to the speed."""
-    base = {"quad": 0.34, "aam": 0.45, "auv": 11.5, "drop": 3.2, "crossing": 4.5}[v.kind]
+    base: Any = {"quad": 0.34, "aam": 0.45, "auv": 11.5, "drop": 3.2, "crossing": 4.5}
+    base = base.get(v.kind, 0.7 * v.water_quadratic[0] if v.water else 0.2 * v.mass)
     value = f * base * rng.uniform(0.85, 1.15) * rng.uniform(0.9, 1.1, 3)
     return _three("linear_drag", "coefficient", value, "hidden_linear", medium=_medium(v))
 
@@ -124,7 +125,7 @@ def quadratic_drag(v: Vehicle, rng: Rng, f: float) -> Hidden:
     if v.water:
         value = f * v.water_quadratic * rng.uniform(0.55, 0.75) * rng.uniform(0.85, 1.15, 3)
     else:
-        base = 0.18 if v.kind == "quad" else 0.34
+        base = {"quad": 0.18, "aam": 0.34}.get(v.kind, 0.1 * v.mass)
         value = f * base * rng.uniform(0.8, 1.2) * rng.uniform(0.85, 1.15, 3)
     return _three("quadratic_drag", "coefficient", value, "hidden_quadratic", medium=_medium(v))
 
@@ -163,7 +164,7 @@ def buoyancy(v: Vehicle, rng: Rng, f: float) -> Hidden:
 
 def centre_of_buoyancy(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Shift of the centroid of the displaced volume."""
-    size = {"auv": 0.012, "drop": 0.009, "crossing": 0.012}[v.kind]
+    size = {"auv": 0.012, "drop": 0.009, "crossing": 0.012}.get(v.kind, 0.012)
     value = f * _flat(rng, size * rng.uniform(0.9, 1.25), size * rng.uniform(-0.35, 0.35))
     made = _three("centre_of_buoyancy", "offset", value, "cob_shift")
     first = made.set_in
@@ -178,7 +179,7 @@ def centre_of_buoyancy(v: Vehicle, rng: Rng, f: float) -> Hidden:
 
 def slamming(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Entry force."""
-    size = rng.uniform(0.6, 1.1) * (1.0 if v.kind == "drop" else 6.0)
+    size = rng.uniform(0.6, 1.1) * (6.0 if v.kind == "crossing" else 1.0)
     return _one("slamming", "coefficient", f * size, "slam")
 
 
@@ -239,7 +240,7 @@ def tether(v: Vehicle, rng: Rng, f: float, wanted: references.Wanted | None = No
 def payload(v: Vehicle, rng: Rng, f: float, place: Array | None = None) -> Hidden:
     """A point mass on the body."""
     mass = six(f * v.mass * rng.uniform(0.07, 0.12) * (1.0 if v.arm is None else 0.55))
-    if v.arm is not None:
+    if v.arm is not None and place is None:
         place = six(np.array([0.0, 0.0, -v.arm.lengths[2] - rng.uniform(0.0, 0.03)]))
     elif place is None:
         place = six(np.array([rng.uniform(-0.03, 0.03), rng.uniform(-0.03, 0.03), -0.05]))
@@ -255,7 +256,8 @@ def payload(v: Vehicle, rng: Rng, f: float, place: Array | None = None) -> Hidde
 
 def centre_of_gravity(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Centre of gravity away from the origin."""
-    size = {"quad": 0.01, "aam": 0.012, "auv": 0.01, "drop": 0.007, "crossing": 0.009}[v.kind]
+    size: Any = {"quad": 0.01, "aam": 0.012, "auv": 0.01, "drop": 0.007, "crossing": 0.009}
+    size = size.get(v.kind, 0.01)
     value = f * _flat(rng, size * rng.uniform(0.9, 1.2))
     return _three("centre_of_gravity", "offset", value, "com")
 
@@ -368,7 +370,7 @@ def accelerometer_scale_of(value: Array) -> Hidden:
 
 def joint_friction(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Dry friction and grease in one joint."""
-    which = int(rng.integers(3))
+    which = int(rng.integers(v.arm.joints))
     values = {
         "joint": float(which + 1),
         "coulomb": six(f * rng.uniform(0.09, 0.13)),
@@ -376,7 +378,7 @@ def joint_friction(v: Vehicle, rng: Rng, f: float) -> Hidden:
     }
 
     def set_in(plant: Plant) -> None:
-        one = np.arange(3) == which
+        one = np.arange(plant["hidden_rub"].shape[0]) == which
         plant["hidden_rub"] = plant["hidden_rub"] + one * values["coulomb"]
         plant["hidden_viscous"] = plant["hidden_viscous"] + one * values["viscous"]
 
@@ -385,10 +387,11 @@ def joint_friction(v: Vehicle, rng: Rng, f: float) -> Hidden:
 
 def joint_backlash(v: Vehicle, rng: Rng, f: float) -> Hidden:
     """Play between motor and link of one joint."""
-    which = int(rng.integers(3))
+    which = int(rng.integers(v.arm.joints))
     values = {"joint": float(which + 1), "width": six(f * rng.uniform(0.05, 0.075))}
 
     def set_in(plant: Plant) -> None:
-        plant["backlash"] = plant["backlash"] + (np.arange(3) == which) * values["width"]
+        one = np.arange(plant["backlash"].shape[0]) == which
+        plant["backlash"] = plant["backlash"] + one * values["width"]
 
     return Hidden("joint_backlash", values, [["width"]], set_in)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.validation.hidden.arm import centre_of_all
 from tests.validation.hidden.references import Wanted, at, joints
 from tests.validation.hidden.rotation import Array, cross, exponential, matrix, multiply, to_body
 from tests.validation.hidden.vehicles import GRAVITY, WATER, Vehicle
@@ -16,7 +15,9 @@ class Controller:
     def __init__(
         self, vehicles: list[Vehicle], wanted: Wanted, dither: Array, rng: np.random.Generator
     ) -> None:
-        self.kind, self.wanted, self._rng = vehicles[0].kind, wanted, rng
+        self.wanted, self._rng = wanted, rng
+        self._driven_by_rotors = vehicles[0].rotor
+        self._centre = np.stack([v.centre for v in vehicles], axis=-1)
         self._dither = dither
         self._mass = np.array([v.mass for v in vehicles])
         self._inertia = np.stack([v.inertia for v in vehicles], axis=-1)
@@ -41,13 +42,13 @@ class Controller:
         spin = spin + self._noise(3, 0.004)
         q = multiply(q, exponential(self._noise(3, 0.001)))
         self._lean = np.zeros((3, place.shape[1]))
-        if self.kind == "aam":
+        if self._arms[0] is not None:
             joint = joints(self.wanted, t)
             for i, arm in enumerate(self._arms):
-                self._lean[:, i] = centre_of_all(arm, joint[:, i : i + 1])[:, 0]
+                self._lean[:, i] = arm.centre(joint[:, i : i + 1])[:, 0] - self._centre[:, i]
             speed = self._rotors(t, place, q, velocity, spin, step)
             return np.concatenate((speed, joint))
-        if self.kind == "auv":
+        if not self._driven_by_rotors:
             return self._thrusters(t, place, q, velocity, spin, step)
         return self._rotors(t, place, q, velocity, spin, step)
 
@@ -123,12 +124,16 @@ class Controller:
 
 def _allocation(vehicle: Vehicle) -> Array:
     """Matrix from the controlled wrench to the thrust of each actuator."""
-    moment = cross(vehicle.positions, vehicle.axes)
+    moment = cross(vehicle.positions - vehicle.centre[:, None], vehicle.axes)
     if vehicle.rotor:
         ratio = vehicle.torque / vehicle.thrust
         rows = np.stack((vehicle.axes[2], moment[0], moment[1], -ratio * vehicle.directions))
     else:
         rows = np.stack((*vehicle.axes, moment[0], moment[2]))
+        out = np.zeros(rows.shape[::-1])
+        driven = list(vehicle.driven)
+        out[:, driven] = np.linalg.pinv(rows[driven])
+        return out
     return np.asarray(np.linalg.pinv(rows), dtype=float)
 
 

@@ -181,7 +181,7 @@ class Windows:
         """Differences in units of the noise, (numbers, windows), thinned to each sensor's rate."""
         kind, parts = self.case.spec.kind, []
         skip = 2 if self.flight.kind == "drop" else 4
-        for name, value in sensors.differences(one, two, kind).items():
+        for name, value in sensors.differences(one, two, sensors.CHANNELS[kind]).items():
             every = round(1.0 / self.flight.step) // sensors.CHANNELS[kind][name][1]
             parts.append(value[skip : self.rows : every].reshape(-1, value.shape[2]))
         return np.concatenate(parts)

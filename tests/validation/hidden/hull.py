@@ -19,6 +19,8 @@ CELL = {
 def _local_points(part: dict[str, Any], coarse: float) -> tuple[Array, float]:
     """Cell centres (3, k) in the part's own frame and the volume of one cell."""
     size, kind = np.asarray(part["size"], dtype=float), part["type"]
+    if kind == "sphere":
+        kind, size = "capsule", np.array([size[0], 0.0])
     if kind == "box":
         half = size / 2.0
     elif kind == "cylinder":
@@ -61,7 +63,7 @@ def _about(axis: int, angle: float) -> Array:
 
 
 def submerged(
-    place: Array, share: Array, up: Array, *, surface: Array, thick: float
+    place: Array, share: Array, up: Array, *, surface: Array, thick: Array | float
 ) -> tuple[Array, Array, Array]:
     """Share under water (n,), its centroid (3, n) and the wet layer (k, n) of each case.
 
@@ -70,7 +72,7 @@ def submerged(
         share: Share of the volume in each cell, (k, n).
         up: Height of each cell above the still water, (k, n) [m].
         surface: Elevation of the water above each cell, (k, n) [m].
-        thick: Height over which a cell fills [m].
+        thick: Height over which a cell fills, (n,) or one [m].
     """
     fill = np.clip((surface - up) / thick + 0.5, 0.0, 1.0)
     wet = share * fill

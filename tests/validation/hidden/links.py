@@ -32,6 +32,7 @@ class Arm:
     base_centre: Array
     limit: float = 2.5
     armature: float = 0.002
+    joints: int = JOINTS
 
     def shapes(self, share: Array) -> tuple[Array, Array, Array]:
         """Masses, centres below the joint and inertias (3, links) with scaled masses (4,)."""
@@ -57,6 +58,10 @@ class Arm:
             "link_length": self.lengths,
             "joint_origin": origin,
         }
+
+    def centre(self, angle: Array) -> Array:
+        """Nominal centre of gravity of the vehicle (3, n) at joint angles (3, n)."""
+        return centre_of_all(self, angle)
 
     def as_plant(self, n: int) -> Plant:
         """Nominal numbers of n like cases, enough for forward kinematics."""

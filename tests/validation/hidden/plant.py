@@ -12,6 +12,7 @@ from tests.validation.hidden.vehicles import GRAVITY, WATER, Vehicle
 
 Plant = dict[str, Array]
 FULL_VOLTAGE = 16.4
+THICK = 0.012  # height over which a cell of a hull fills [m]
 
 TOLERANCE = {
     "mass": (0.005, "relative"),
@@ -44,6 +45,8 @@ TOLERANCE = {
     "link_mass": (0.01, "relative, each link and the gripper"),
     "joint_kp": (0.01, "relative"),
     "joint_kd": (0.03, "relative"),
+    "tether_stiffness": (0.04, "relative"),
+    "tether_length": (0.008, "m"),
 }
 
 
@@ -54,8 +57,10 @@ def stated(vehicle: Vehicle) -> list[str]:
         off |= {"thrust_coefficient", "thrust_coefficient_each", "command_delay"}
     if not vehicle.rotor:
         off |= {"torque_coefficient", "rotor_time_constant"}
-    if vehicle.kind != "auv":
+    if vehicle.rotor or not vehicle.count:
         off.add("thruster_time_constant")
+    if vehicle.mooring is None:
+        off |= {"tether_stiffness", "tether_length"}
     if not vehicle.water:
         off |= {"displaced_volume", "centre_of_buoyancy", "added_mass"}
     if vehicle.kind != "crossing":
@@ -100,7 +105,8 @@ def draw(vehicle: Vehicle, rng: np.random.Generator, *, exact: bool = False) -> 
 
 def _body(plant: Plant, vehicle: Vehicle, off: Deviations) -> None:
     plant["mass"] = vehicle.mass * (1.0 + off("mass"))
-    plant["com"] = off("centre_of_gravity", 3)
+    plant["com"] = vehicle.centre + off("centre_of_gravity", 3)
+    plant["products"], plant["imu_place"] = vehicle.products, vehicle.imu
     plant["inertia"] = vehicle.inertia * (1.0 + off("inertia", 3))
     plant["payload_mass"] = np.zeros(())
     plant["payload_place"] = np.zeros(3)
@@ -158,8 +164,17 @@ def _media(
     plant["wave"] = np.array([0.0, 1.0, 0.0, rng.uniform(0.0, 6.28), rng.uniform(0.0, 0.1)])
     plant["tether_anchor"], plant["tether_length"] = np.zeros(3), np.array(1.0)
     plant["tether_gain"], plant["tether_hardening"] = np.zeros(()), np.array(rng.uniform(0.0, 0.25))
+    if vehicle.mooring is not None:
+        _moor(plant, vehicle.mooring, off)
     plant["slam"], plant["slam_shape"] = np.zeros(()), np.array(rng.uniform(0.85, 1.15))
     plant["slam_area"] = np.array(vehicle.plan_area)
+
+
+def _moor(plant: Plant, mooring: dict[str, float], off: Deviations) -> None:
+    plant["tether_anchor"] = np.array([mooring[f"anchor_{a}"] for a in "xyz"])
+    plant["tether_length"] = mooring["length"] + off("tether_length")
+    plant["tether_gain"] = mooring["stiffness"] * (1.0 + off("tether_stiffness"))
+    plant["tether_hardening"] = np.zeros(())
 
 
 def _hull(
@@ -169,11 +184,12 @@ def _hull(
     plant["volume"] = vehicle.volume * (1.0 + off("displaced_volume"))
     if not vehicle.primitives:
         return
-    place, share = cells(vehicle.primitives, coarse=2.0 if vehicle.kind == "auv" else 1.0)
+    place, share = cells(vehicle.primitives, coarse=vehicle.coarse)
     # the stated volume and centroid rule: scale and shift of the shape
     centre = vehicle.centre_of_buoyancy + off("centre_of_buoyancy", 3)
     plant["cob_shift"], plant["centroid_whole"] = centre - place @ share, centre
     plant["cell_place"], plant["cell_share"] = place, share
+    plant["cell_thick"] = np.array(THICK * vehicle.coarse)
     plant["wet_power"] = np.array(1.0 if exact else rng.uniform(0.94, 1.06))
 
 

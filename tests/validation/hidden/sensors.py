@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from tests.validation.hidden.fly import Track
@@ -16,6 +18,7 @@ from tests.validation.hidden.rotation import (
 )
 
 # noise and rate of each channel: (sigma, rate)
+Channels = Mapping[str, tuple[float, float]]
 QUAD = {
     "angular_velocity": (0.01, 100),
     "specific_force": (0.08, 100),
@@ -81,13 +84,14 @@ STEP = {
 
 
 def _inertial(track: Track, plant: Plant) -> tuple[Array, Array]:
-    """True spin and specific force of the origin at the inner steps, (inner, 3, n) each."""
+    """True spin and specific force at the IMU at the inner steps, (3, inner, n) each."""
     fine = track.fine
-    change = np.gradient(fine[:, 4:7], track.inner, axis=0, edge_order=1)
     spin = np.ascontiguousarray(fine[:, 7:].transpose(1, 0, 2))
     velocity = np.ascontiguousarray(fine[:, 4:7].transpose(1, 0, 2))
+    velocity = velocity + cross(spin, plant["imu_place"][:, None])
+    change = np.gradient(velocity, track.inner, axis=1, edge_order=1)
     turn = matrix(fine[:, :4].transpose(1, 0, 2))
-    force = change.transpose(1, 0, 2) + cross(spin, velocity) + plant["gravity"] * turn[2]
+    force = change + cross(spin, velocity) + plant["gravity"] * turn[2]
     return spin, force
 
 
@@ -129,11 +133,11 @@ def exact(track: Track, plant: Plant, joints: slice | None = None) -> dict[str, 
 
 
 def measured(
-    values: dict[str, Array], kind: str, rate: int, rng: np.random.Generator
+    values: dict[str, Array], channels: Channels, rate: float, rng: np.random.Generator
 ) -> dict[str, Array]:
     """One log's channels with noise, rate, quantisation and lost samples, each (rows, axes)."""
     out = {}
-    for name, (sigma, own_rate) in CHANNELS[kind].items():
+    for name, (sigma, own_rate) in channels.items():
         value = values[name]
         if name == "orientation":
             error = sigma * rng.standard_normal((3, value.shape[0]))
@@ -141,7 +145,7 @@ def measured(
         else:
             value = value + sigma * rng.standard_normal(value.shape)
         value = np.round(value / STEP[name]) * STEP[name]
-        every = rate // own_rate
+        every = round(rate / own_rate)
         keep = np.arange(value.shape[0]) % every == rng.integers(every)
         if name != "battery_voltage":
             keep &= rng.random(value.shape[0]) > rng.uniform(0.003, 0.012)
@@ -149,10 +153,12 @@ def measured(
     return out
 
 
-def differences(one: dict[str, Array], two: dict[str, Array], kind: str) -> dict[str, Array]:
+def differences(
+    one: dict[str, Array], two: dict[str, Array], channels: Channels
+) -> dict[str, Array]:
     """Differences of two sets of readings in units of the noise, each (rows, axes, n)."""
     out = {}
-    for name, (sigma, _) in CHANNELS[kind].items():
+    for name, (sigma, _) in channels.items():
         if name == "battery_voltage":
             continue
         if name == "orientation":

@@ -60,7 +60,7 @@ def _at(*values: float) -> rotation.Array:
 
 def test_no_module_imports_the_package() -> None:
     """Every import of every module is the standard library, numpy's family or this folder."""
-    for path in sorted(HERE.glob("*.py")):
+    for path in sorted(HERE.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names: list[str] = []
             if isinstance(node, ast.Import):

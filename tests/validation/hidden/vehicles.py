@@ -22,11 +22,19 @@ def six(value: Any) -> Any:
 
 @dataclass
 class Vehicle:
-    """Nominal vehicle; batch-free arrays, lists of actuators along the last axis."""
+    """Nominal vehicle; batch-free arrays, lists of actuators along the last axis.
+
+    The centre of gravity and the place of the IMU are in the body frame, the inertia is about the
+    centre of gravity: diagonal, and products xy, xz, yz as the matrix holds them. `driven` lists
+    what of x, y, z, roll and yaw the thrusters control.
+    """
 
     kind: str
     mass: float
     inertia: Array
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    products: Array = field(default_factory=lambda: np.zeros(3))
+    imu: Array = field(default_factory=lambda: np.zeros(3))
     positions: Array = field(default_factory=lambda: np.zeros((3, 0)))
     axes: Array = field(default_factory=lambda: np.zeros((3, 0)))
     directions: Array = field(default_factory=lambda: np.zeros(0))
@@ -39,6 +47,7 @@ class Vehicle:
     volume: float = 0.0
     centre_of_buoyancy: Array = field(default_factory=lambda: np.zeros(3))
     plan_area: float = 0.0
+    coarse: float = 1.0
     air_linear: Array = field(default_factory=lambda: np.zeros(3))
     air_quadratic: Array = field(default_factory=lambda: np.zeros(3))
     water_quadratic: Array = field(default_factory=lambda: np.zeros(3))
@@ -53,11 +62,13 @@ class Vehicle:
     gust_force: float = 0.0
     gust_torque: float = 0.0
     arm: Any = None
+    driven: tuple[int, ...] = (0, 1, 2, 3, 4)
+    mooring: dict[str, float] | None = None
 
     @property
     def rotor(self) -> bool:
         """Whether the actuators are rotors, whose command is a speed."""
-        return self.kind in {"quad", "aam", "crossing"}
+        return self.torque > 0.0
 
     @property
     def count(self) -> int:
@@ -186,6 +197,7 @@ def auv(rng: np.random.Generator) -> Vehicle:
     ]
     return Vehicle(
         kind="auv",
+        coarse=2.0,
         mass=mass,
         inertia=inertia,
         positions=six([[x, x, -x, -x, 0, 0], [-y, y, -y, y, -rise, rise], [0.0] * 6]),

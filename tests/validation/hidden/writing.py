@@ -251,7 +251,9 @@ def table(flight: Flight, index: int, readings: dict[str, Array]) -> Any:
         columns |= _commands(case.vehicle, logged)
         values = {k: v[..., member] for k, v in readings.items()}
         rate = round(1.0 / flight.step)
-        for name, value in sensors.measured(values, case.spec.kind, rate, rng).items():
+        for name, value in sensors.measured(
+            values, sensors.CHANNELS[case.spec.kind], rate, rng
+        ).items():
             for i, column in enumerate(_columns(name, value.shape[1])):
                 columns[column] = value[:, i]
         frames.append(pd.DataFrame(columns))

@@ -1,0 +1,1 @@
+"""Robots of the user's own, several logs of each, effects that begin and end."""
