@@ -37,6 +37,8 @@ from tests.validation.hidden.body import HEAD, Body  # noqa: E402
 from tests.validation.hidden.cases import Spec, build  # noqa: E402
 
 ALLOWED = {"numpy", "scipy", "pandas", "pyarrow", "yaml", "pytest"} | set(sys.stdlib_module_names)
+# writers of the formats of recordings
+ALLOWED |= {"mcap", "rosbags"}
 STEP = 1e-3
 
 
