@@ -167,7 +167,7 @@ def onsets(truth: Case, found: Case) -> list[float]:
     named = {e["name"]: e for e in reversed(found.get("effects") or [])}
     for effect in truth["effects"]:
         said = {a["log"]: a for a in named.get(effect["name"], {}).get("active") or []}
-        for log, span in effect["active"].items():
+        for log, span in (effect.get("active") or {}).items():
             for key, true in zip(("start", "end"), span, strict=True):
                 if true is None or log == "h":
                     continue

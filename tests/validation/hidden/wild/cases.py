@@ -101,7 +101,8 @@ class Case:
         wave = out["wave"].copy()
         if self.robot.waves is not None:
             wave[:3] = [self.robot.waves[k] for k in ("amplitude", "period", "direction")]
-        wave[3] = log.phase
+        # in deep water the second order has no orbital motion
+        wave[3:] = log.phase, 0.0
         out["wave"] = wave
         for i, (effect, spans) in enumerate(zip(self.hidden, self.active, strict=True)):
             if not bare and i != leave and (t is None or acts(spans.get(log.name), t)):
