@@ -83,7 +83,7 @@ def _facts(case: Case, log: Log) -> dict[str, Any]:
             *(["water_level"] if v.water else []),
         ],
     }
-    if not v.count:
+    if v.primitives and (not v.count or case.spec.family == "boat"):
         out["disturbance"]["surface_ripple"] = "1 to 2 mm, wavelengths of 5 to 15 cm"
     if case.spec.family == "projectile":
         out["initial_state"] = [

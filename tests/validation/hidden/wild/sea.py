@@ -12,7 +12,7 @@ from tests.validation.hidden.vehicles import GRAVITY, WATER, Vehicle, six
 from tests.validation.hidden.wild.robots import Rng, Robot, noise
 
 BOTTOM = -8.0
-CELLS = 350.0  # about as many cells as a hull is cut into
+CELLS = 2000.0  # about as many cells as a hull is cut into: smaller than a ripple is long
 
 
 def part(kind: str, place: list[float], size: list[float], pitch: float = 0.0) -> dict[str, Any]:
