@@ -96,7 +96,7 @@ def _stack(lines: list[Series], columns: Columns) -> list[dict[str, Any]]:
     one part has a line for the sum.
     """
     made: list[dict[str, Any]] = []
-    ground = {1.0: 0.0, -1.0: 0.0}
+    ground: dict[float, float | Floats] = {1.0: 0.0, -1.0: 0.0}
     for line in lines:
         values = np.nan_to_num(line.y)
         signs = [sign for sign in ground if np.any(sign * values > 0.0)] or [1.0]

@@ -81,11 +81,7 @@ class MujocoBody:
                 m.M_colind[m.M_rowadr[dof] : m.M_rowadr[dof] + m.M_rownnz[dof]]
             )
         ]
-        self._at, self._row, self._column = (
-            (np.array(x) for x in zip(*table, strict=True))
-            if (table)
-            else (np.zeros(0, dtype=int),) * 3
-        )
+        self._at, self._row, self._column = np.array(table, dtype=int).reshape(-1, 3).T
         diagonal = {row: at for at, row, column in table if row == column}
         lead = self._lead
         self._diagonal = np.array([diagonal[lead + j] for j in range(len(every) - lead)], dtype=int)
@@ -175,7 +171,8 @@ class MujocoBody:
         """Return the drives' forces on the joints over the last step, less their armature's."""
         if self._drive is None:
             return np.zeros_like(self._pull)
-        return self._pull - self._drive.armature * self._qacc.take(self._dofs)
+        forces: Floats = self._pull - self._drive.armature * self._qacc.take(self._dofs)
+        return forces
 
     def load(self) -> None:
         """Write added inertia and generalised forces into the engine's data."""
@@ -192,7 +189,7 @@ class MujocoBody:
     def _in_coordinates(self, inertia: Floats) -> Floats:
         """Generalised inertia in the engine's coordinates: angular velocity in axes of the base."""
         turn = self._rotations[self._rows[0]].reshape(3, 3)
-        added = inertia.copy()
+        added: Floats = inertia.copy()
         added[:, 3:6] = added[:, 3:6] @ turn
         added[3:6] = turn.T @ added[3:6]
         return added

@@ -52,7 +52,8 @@ def describe(engine: Any, spec: Any, robot: RobotModel, number: int, step: float
     Raises:
         RobotError: a collision mesh cannot be used.
     """
-    tree, parts = robot.tree, []
+    tree = robot.tree
+    parts: list[Any] = []
     # the engine integrates the way of a free base's frame: that of its centre of mass is exact
     shift = np.zeros((len(robot.links), 3))
     shift[0] = 0.0 if tree.fixed_base else robot.centre[0]

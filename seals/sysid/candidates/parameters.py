@@ -230,12 +230,13 @@ class Collector:
             known: its traits.
             addition: one way in which it may be missing.
         """
-        if addition.effect is not None:
+        effect = addition.effect
+        if effect is not None:
             if addition.instance in self._nominal:
                 # beside one of the nominal model
                 addition = replace(addition, instance=f"{addition.instance}_change")
-            addition.effect.correction = True
-            self.effects[addition.instance] = addition.effect
+            effect.correction = True
+            self.effects[addition.instance] = effect
         for parameter, known_size in addition.parameters.items():
             key = f"{addition.instance}.{parameter}"
             self.parameters[key] = Parameter(

@@ -41,10 +41,10 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats, logs: int = 1) -> Cand
     for law in wave_laws():
         if vehicle.sea is not None:
             # waves that are known leave no room for others; what goes with them may be a little off
-            known = (replace(a, effect=None) for a in law.additions(subject))
+            inside = (replace(a, effect=None) for a in law.additions(subject))
             found += [
                 (law.candidate, law.identification, a)
-                for a in known
+                for a in inside
                 if a.instance in vehicle.effects
             ]
             continue

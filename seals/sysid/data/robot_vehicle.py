@@ -77,7 +77,7 @@ def parts_of(
     if not moving:
         of_joints = (JointLoads, JointDriven)
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
-    model = fused(robot, _stowed(robot), _named(effects, robot), moving=moving)
+    model = fused(robot, list(_stowed(robot)), _named(effects, robot), moving=moving)
     servo, model = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)
     made = _surroundings(made, model, environment, given=bool(_instances_of(meta)))

@@ -94,6 +94,8 @@ def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None)
     Raises:
         LogError: something needed is missing or of an unknown kind.
     """
+    if robot is None:
+        _part(meta, "vehicle")
     environment = _environment(_part(meta, "environment"))
     entries = list(meta.get("baseline") or [])
     entries = [entry for entry in entries if entry["name"] not in sea_laws()]

@@ -22,7 +22,14 @@ from seals.sysid.predictors.problem import Problem
 class _Planned(Plant):
     """Plant in which an added inertia runs over the batch as soon as one of its parameters does."""
 
-    def twin(self, values: Mapping[str, Any], batch: int, *, stiff: bool = True) -> BatchDynamics:
+    def twin(
+        self,
+        values: Mapping[str, Any],
+        batch: int,
+        *,
+        stiff: bool = True,
+        over_steps: bool = False,
+    ) -> BatchDynamics:
         """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
         effects = self.candidate_set.effects
         arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
@@ -32,7 +39,7 @@ class _Planned(Plant):
             for key, factor in self.candidate_set.parameters.items()
             if factor.instance in moved
         }
-        return super().twin({**values, **full}, batch, stiff=stiff)
+        return super().twin({**values, **full}, batch, stiff=stiff, over_steps=over_steps)
 
 
 def planned_plant(

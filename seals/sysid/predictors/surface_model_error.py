@@ -72,7 +72,8 @@ def _uncertain(share: Floats, *, floats: bool) -> Floats:
     and one of mass and volume.
     """
     if floats:
-        return np.abs(share - np.mean(share))
+        change: Floats = np.abs(share - np.mean(share))
+        return change
     crossing: Floats = 4.0 * share * (1.0 - share)
     return crossing
 

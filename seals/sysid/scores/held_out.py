@@ -73,4 +73,4 @@ def held_out_fall(smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> fl
         float(held_out_by_window(h, fold).sum()) + h.fit.penalty - h.fitter.windows.observed
         for h in (smaller, larger)
     )
-    return before - after
+    return float(before - after)

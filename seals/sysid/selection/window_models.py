@@ -153,7 +153,7 @@ class WindowModels:
         misfit = held_out_misfit(larger)
         if misfit > self.problem.policy.misfit_trusted and gain < (misfit - 1.0) * seen:
             return False
-        return held_out_fall(smaller, larger) > -gain
+        return bool(held_out_fall(smaller, larger) > -gain)
 
     def _pairs(self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
         """Combine the likeliest effects in pairs: a pair may hide behind a third effect.
