@@ -109,6 +109,8 @@ class DragAngular(Effect):
     zero_when_dry: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
         resists=True,
+        may_begin=True,
+        may_end=True,
         answers=True,
         needs_motion=1,
         compared=Comparison(

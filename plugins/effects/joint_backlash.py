@@ -65,6 +65,8 @@ class JointBacklash(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
     material: ClassVar[dict[str, float]] = {"kp": 0.2, "kd": 0.004, "width": 0.4}
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
+        may_end=True,
         compared=None,
     )
 

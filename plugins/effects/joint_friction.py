@@ -69,6 +69,8 @@ class JointFriction(Effect):
     stiff: ClassVar[bool] = True
     accounts_for: ClassVar[tuple[str, ...]] = ("joint friction",)
     identification: ClassVar[Identification] = Identification(
+        may_begin=True,
+        may_end=True,
         compared=Comparison(
             order=(Stage.joints, 0),
             scales={

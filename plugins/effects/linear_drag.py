@@ -75,6 +75,8 @@ class DragLinear(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("rotor_drag", "quadratic_drag"),
         resists=True,
+        may_begin=True,
+        may_end=True,
         needs_motion=0,
         family="drag",
         compared=Comparison(

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Array, fixed, namespace
+from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import (
     AXES,
@@ -126,23 +126,28 @@ class Payload(Effect):
 
     @classmethod
     def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
-        """A load on the base anywhere, on an arm about the tip of its last link."""
+        """A load on the base spread as its own mass is; on an arm about the tip of a last link."""
         total = subject.mass
         centre = subject.robot.centre[link]
-        tip: dict[str, Any] = (
-            {f"position_{a}": 2.0 * float(centre[i]) for i, a in enumerate(AXES)} if link else {}
-        )
-        axes = (AXES[int(np.argmax(np.abs(centre)))],) if link else AXES
-        place = {f"position_{a}": Freed(scale=0.03) for a in axes}
+        at: dict[str, Any] = {
+            f"position_{a}": (2.0 if link else 1.0) * float(centre[i]) for i, a in enumerate(AXES)
+        }
+        along = int(np.argmax(np.abs(centre)))
+        spread = _gyration(subject.robot, link)
+        place = {
+            f"position_{a}": Freed(scale=0.03 if link else float(spread[i]))
+            for i, a in enumerate(AXES)
+            if not link or i == along
+        }
         load = Freed(scale=0.1 * total, bounds=(0.0, 2.0 * total))
         return Addition(
             instance=instance,
-            effect=cls(links=[subject.robot.links[link]], **tip),
+            effect=cls(links=[subject.robot.links[link]], **at),
             parameters={"mass": load, **place},
             named=("mass",),
             nuisance=tuple(place),
             variant={"link": link},
-            starts=[(s * total, 0.0) for s in (0.03, 0.06, 0.12)] if link else (),
+            starts=[(s * total, *(0.0 for _ in place)) for s in (0.03, 0.06, 0.12)],
             order=(Stage.body, 0, 3),
         )
 
@@ -155,6 +160,13 @@ class Payload(Effect):
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)
         return params["mass"][:, :, None] * xp.concat((upper, lower), axis=1)
+
+
+def _gyration(robot: RobotModel, link: int) -> Floats:
+    """Standard deviation of a link's own mass along its axes [m], shape (3,)."""
+    turning = np.diag(robot.inertia[link])
+    second: Floats = 0.5 * turning.sum() - turning
+    return np.sqrt(np.maximum(second, 0.0) / float(robot.mass[link]))
 
 
 def _ends(robot: RobotModel) -> set[int]:

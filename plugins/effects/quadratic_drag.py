@@ -76,6 +76,8 @@ class DragQuadratic(Effect):
     identification: ClassVar[Identification] = Identification(
         confounders=("linear_drag",),
         resists=True,
+        may_begin=True,
+        may_end=True,
         family="drag",
         compared=Comparison(
             order=(Stage.water, 8),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -28,6 +29,8 @@ _POINT = 0.3
 buoyancy: a hull feels them all along its length."""
 _KEEP = 2
 """Starting values that are kept."""
+_SHORTEST, _LONGEST, _FINEST = 0.5, 6.0, 0.005
+"""Periods that are tried [s], and the least relative step between them."""
 
 
 @dataclass(kw_only=True)
@@ -201,47 +204,93 @@ def _heading(direction: Array) -> tuple[Array, Array]:
 
 
 def _guessed(residual: Residual) -> list[dict[str, float]]:
-    """Waves whose pressure force fits best, over a grid of periods and directions."""
-    subject = residual.subject
-    hull = subject.hull
-    displaced = 998.0 * (hull.volume if hull is not None else 0.0)
-    mass = displaced + float(subject.nominal("added_mass_water", "mass")[2])
+    """Waves whose push and lift fit best, over a grid of periods and directions."""
     log = np.broadcast_to(np.asarray(residual.log), len(residual.force))
-    logs = [log == k for k in np.unique(log)]
+    logs = [_RegularPush(residual, log == k) for k in np.unique(log)]
+    longest = max(float(np.ptp(part.time)) for part in logs)
+    directions = np.arange(0.0, 2.0 * np.pi, np.pi / 8.0)
     found = []
-    for period in np.geomspace(0.5, 6.0, 60):
-        for direction in np.arange(0.0, 2.0 * np.pi, np.pi / 8.0):
-            fits = [_phases(residual, rows, mass, period, direction) for rows in logs]
-            left, waves = sum(f[0] for f in fits), [f[1] for f in fits]
-            found.append((left, float(period), float(direction), waves))
+    for period in _periods(longest):
+        fits = [part.fit(period, directions) for part in logs]
+        left = np.sum([f[0] for f in fits], axis=0)
+        for k in np.argsort(left)[:_KEEP]:
+            found.append((float(left[k]), period, float(directions[k]), [f[1][k] for f in fits]))
     found.sort(key=lambda f: f[0])
-    out = []
-    for _, period, direction, waves in found[:_KEEP]:
-        amplitude = float(np.mean([np.hypot(*pair) for pair in waves]))
-        phases = {
-            f"phase_{k + 1}" if k else "phase": float(np.arctan2(pair[1], pair[0]))
-            for k, pair in enumerate(waves)
-        }
-        out.append({"amplitude": amplitude, "period": period, "direction": direction} | phases)
+    kept: list[Any] = []
+    for one in found:
+        if all(_apart(one, other) for other in kept) and len(kept) < _KEEP:
+            kept.append(one)
+    return [_values(period, direction, waves) for _, period, direction, waves in kept]
+
+
+def _periods(longest: float) -> list[float]:
+    """Periods so close that the phase drifts by less than a quarter turn over a log."""
+    out = [_SHORTEST]
+    while out[-1] < _LONGEST:
+        out.append(out[-1] * (1.0 + min(max(0.25 * out[-1] / longest, _FINEST), 0.04)))
     return out
 
 
-def _phases(
-    residual: Residual, rows: Any, mass: float, period: float, direction: float
-) -> tuple[float, Floats]:
-    """Left-over square and the two phases of the wave that fits the force of one log best."""
-    position, force = residual.position[rows], residual.force[rows]
-    environment = residual.subject.environment
-    omega = 2.0 * np.pi / period
-    k = omega**2 / environment.gravity
-    decay = np.exp(k * np.minimum(position[:, 2] - (environment.water_level or 0.0), 0.0))
-    east, north = np.cos(direction), np.sin(direction)
-    theta = k * (east * position[:, 0] + north * position[:, 1]) - omega * residual.time[rows]
-    # push = s (rho V + M_A) a_water, a_water from the two phases of the wave
-    sine = mass * omega**2 * decay * np.sin(theta)
-    cosine = mass * omega**2 * decay * np.cos(theta)
-    first = np.stack([east * sine, north * sine, -cosine], axis=1).ravel()
-    second = np.stack([east * cosine, north * cosine, sine], axis=1).ravel()
-    basis = np.stack([first, second], axis=1)
-    solved, rest, *_ = np.linalg.lstsq(basis, force.ravel(), rcond=None)
-    return (float(rest[0]) if rest.size else np.inf), solved
+def _apart(one: Any, other: Any) -> bool:
+    """Return true where two waves are no neighbours in period and direction."""
+    turn = abs(math.remainder(one[2] - other[2], 2.0 * math.pi))
+    return turn > 0.25 * math.pi or abs(math.log(one[1] / other[1])) > 0.1
+
+
+def _values(period: float, direction: float, waves: Sequence[Floats]) -> dict[str, float]:
+    """Parameters of a wave from its two phases in every log."""
+    amplitude = float(np.mean([np.hypot(*pair) for pair in waves]))
+    phases = {
+        f"phase_{k + 1}" if k else "phase": float(np.arctan2(pair[1], pair[0]))
+        for k, pair in enumerate(waves)
+    }
+    return {"amplitude": amplitude, "period": period, "direction": direction} | phases
+
+
+class _RegularPush:
+    """Force of regular waves of unit amplitude along one log, fitted to what is left over.
+
+    Equation:
+        F = (rho V + M_A) a_water, and rho g A_wp eta upward where the hull pierces the surface.
+    """
+
+    def __init__(self, residual: Residual, rows: Any) -> None:
+        """Take the hull's displaced mass, its waterplane and the course."""
+        subject, environment = residual.subject, residual.subject.environment
+        hull, density = subject.hull, environment.water_density or 998.0
+        volume = hull.volume if hull is not None else 0.0
+        area = hull.plan_area if hull is not None else 0.0
+        added = float(subject.nominal("added_mass_water", "mass")[2])
+        self.mass, self.gravity = density * volume + added, environment.gravity
+        self.position, self.force = residual.position[rows], residual.force[rows]
+        self.time = residual.time[rows]
+        self.depth = self.position[:, 2] - (environment.water_level or 0.0)
+        pierces = np.abs(self.depth) < volume / max(area, 1e-9)
+        self.stiffness = density * environment.gravity * area * pierces
+
+    def fit(self, period: float, directions: Floats) -> tuple[Floats, Floats]:
+        """Left-over square and the two phases of the wave that fits best, for some directions.
+
+        Returns:
+            Square [N^2], shape (D,), and amplitude times cosine and sine of the phase, (D, 2).
+        """
+        omega = 2.0 * np.pi / period
+        k = omega**2 / self.gravity
+        decay = np.exp(k * np.minimum(self.depth, 0.0))
+        level = self.mass * omega**2 * decay
+        upward = self.stiffness - level
+        heading = np.stack([np.cos(directions), np.sin(directions)])
+        theta = k * heading.T @ self.position[:, :2].T - omega * self.time
+        sine, cosine = np.sin(theta), np.cos(theta)
+        along, lift = heading.T @ self.force[:, :2].T * level, self.force[:, 2] * upward
+        inner = np.empty((len(directions), 2, 2))
+        inner[:, 0, 0] = sine**2 @ level**2 + cosine**2 @ upward**2
+        inner[:, 1, 1] = cosine**2 @ level**2 + sine**2 @ upward**2
+        inner[:, 0, 1] = inner[:, 1, 0] = (sine * cosine) @ (level**2 - upward**2)
+        right = np.stack(
+            [(sine * along + cosine * lift).sum(1), (cosine * along - sine * lift).sum(1)], axis=1
+        )
+        inner += 1e-12 * np.trace(inner, axis1=1, axis2=2)[:, None, None] * np.eye(2)
+        solved: Floats = np.linalg.solve(inner, right[:, :, None])[:, :, 0]
+        left: Floats = np.sum(self.force**2) - np.sum(solved * right, axis=1)
+        return left, solved

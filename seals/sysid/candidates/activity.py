@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -77,6 +77,24 @@ class Activity:
             ended = _passed(span.end, time, samples.step, over_steps=over_steps, open_is=0.0)
             out[rows] = np.maximum(begun - ended, 0.0)
         return out
+
+    def complement(self, logs: int) -> Activity | None:
+        """Return the activity at all other times; None where these are two parts of one log.
+
+        Args:
+            logs: number of all logs.
+        """
+        known = {span.log: span for span in self.spans}
+        spans = []
+        for k in range(logs):
+            span = known.get(k)
+            if span is None:
+                spans.append(Span(log=k))
+            elif span.start is not None and span.end is not None:
+                return None
+            elif span.start is not None or span.end is not None:
+                spans.append(Span(log=k, start=span.end, end=span.start))
+        return replace(self, spans=tuple(spans))
 
     def to_list(self, names: Sequence[str]) -> list[dict[str, Any]]:
         """Return the activity in the form of ``diagnosis.json``.

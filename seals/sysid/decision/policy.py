@@ -72,6 +72,9 @@ class DecisionPolicy:
     wave_model_error: float = threshold(
         0.01, "1", "share of a wave's evidence that its first-order law leaves over"
     )
+    evidence_share: float = threshold(
+        0.01, "1", "share of what is explained, added for a further effect: laws hold to a per cent"
+    )
     exchange_gain: float = threshold(
         1.0, EVIDENCE, "gain from which another set of as many effects replaces the chosen one"
     )

@@ -98,7 +98,27 @@ def retimed(
                 best = _retimed(problem, nominal, best, k)
         if best is before:
             break
-    return sharpened(nominal, best)
+    return sharpened(nominal, _complemented(nominal, best))
+
+
+def _complemented(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:
+    """Try each effect at the other times, with the other sign; the better model stays.
+
+    A fault that begins looks like a nominal model off by as much from the first row on, and the
+    opposite until then.
+    """
+    for k, candidate in enumerate(best.candidates):
+        if candidate.activity is None:
+            continue
+        other = candidate.activity.complement(len(log_rows(best.fitter.plant.samples)))
+        if other is None:
+            continue
+        acting = candidate.acting(other)
+        candidates = (*best.candidates[:k], acting, *best.candidates[k + 1 :])
+        turned = {key: -best.fit.values[key] for key in acting.keys}
+        found = _fitted(nominal, best, candidates, turned)
+        best = found if found.score > best.score else best
+    return best
 
 
 def _retimed(

@@ -30,7 +30,7 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.onsets import proposals, retimed
+from seals.sysid.selection.onsets import may_act_for_a_time, proposals, retimed
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import Job, fitted, hopeful, refined
@@ -76,7 +76,7 @@ class WindowModels:
             tried.sort(key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm))
         if not tried:
             return None
-        best, least = tried[0], base.score + self._asked(base, tried[0])
+        best, least = tried[0], base.score + self._asked(base, tried[0].candidates[-1])
         if best.score < least:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
@@ -94,14 +94,15 @@ class WindowModels:
         least = self.problem.policy.noise_floor * seen - spread
         return bool(base.fit.cost < least and not self.problem.vehicle.gust.any())
 
-    def _asked(self, base: EvidenceHypothesis, best: EvidenceHypothesis) -> float:
-        """Evidence asked of one effect more."""
+    def _asked(self, base: EvidenceHypothesis, added: Candidate) -> float:
+        """Evidence asked of one effect more than a model has."""
         policy = self.problem.policy
         asked = policy.evidence + (policy.evidence_surface if self._pierces else 0.0)
         asked += policy.evidence_further if base.candidates else 0.0
         approximate = any(c.identification.approximate for c in base.candidates)
         asked += policy.wave_model_error * base.score if approximate else 0.0
-        if self.problem.vehicle.servo and not _in_the_arm(best):
+        asked += policy.evidence_share * max(base.score, 0.0)
+        if self.problem.vehicle.servo and not added.in_arm:
             asked += policy.evidence_arm
         return asked
 
@@ -116,6 +117,7 @@ class WindowModels:
             return self._without_superfluous(best)
         pairs = step is Refinement.pairs
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
+        jobs += self._alone(best) if pairs else []
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
         before = best
@@ -127,7 +129,7 @@ class WindowModels:
     def _without_superfluous(
         self, best: EvidenceHypothesis
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Leave out effects that held-out windows do not bear out, one after the other."""
+        """Leave out effects that do not pay what a further one must, one after the other."""
         tried: list[EvidenceHypothesis] = []
         while len(best.candidates) > 1:
             jobs: list[Job] = [
@@ -136,7 +138,12 @@ class WindowModels:
             ]
             smaller = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
             tried += smaller
-            spare = [h for h in smaller if not self._bears_out(h, best)]
+            left = [next(c for c in best.candidates if c not in h.candidates) for h in smaller]
+            spare = [
+                h
+                for h, added in zip(smaller, left, strict=True)
+                if best.score - h.score < self._asked(h, added) or not self._bears_out(h, best)
+            ]
             if not spare:
                 break
             best = max(spare, key=lambda h: h.score)
@@ -173,6 +180,25 @@ class WindowModels:
             )
             for a, b in pairs
             if {*a.names, *b.names} != known
+        ]
+
+    def _alone(self, best: EvidenceHypothesis) -> list[Job]:
+        """One effect at the times of the best one: a load shifts the centre of gravity and sinks.
+
+        Only those that no linear screen about zero can judge, for they start elsewhere.
+        """
+        times = [c.activity for c in best.candidates if c.activity is not None]
+        if len(times) < len(best.candidates):
+            return []
+        found = [
+            c
+            for c in self.problem.plant.candidate_set.candidates
+            if c.starts and c.name not in best.names and may_act_for_a_time(self.problem, c)
+        ]
+        return [
+            ((acting,), dict(zip(acting.all_keys, start, strict=True)))
+            for acting, starts in ((c.acting(times[0]), c.starts) for c in found)
+            for start in starts
         ]
 
 
