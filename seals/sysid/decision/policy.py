@@ -72,9 +72,6 @@ class DecisionPolicy:
     wave_model_error: float = threshold(
         0.01, "1", "share of a wave's evidence that its first-order law leaves over"
     )
-    evidence_share: float = threshold(
-        0.01, "1", "share of what is explained, added for a further effect: laws hold to a per cent"
-    )
     exchange_gain: float = threshold(
         1.0, EVIDENCE, "gain from which another set of as many effects replaces the chosen one"
     )
@@ -98,7 +95,8 @@ class DecisionPolicy:
         0.05,
         "1",
         "share of an effect's evidence asked besides: laws hold to a few per cent, so a constant "
-        "effect may fit one part of a log better than another",
+        "effect may fit one part of a log better than another; of a further effect that acts for "
+        "a time the same share of what is explained",
     )
     activity_resolution: float = threshold(
         0.1,

@@ -101,7 +101,7 @@ class WindowModels:
         asked += policy.evidence_further if base.candidates else 0.0
         approximate = any(c.identification.approximate for c in base.candidates)
         asked += policy.wave_model_error * base.score if approximate else 0.0
-        asked += policy.evidence_share * max(base.score, 0.0)
+        asked += policy.activity_share * base.score if added.activity is not None else 0.0
         if self.problem.vehicle.servo and not added.in_arm:
             asked += policy.evidence_arm
         return asked
