@@ -254,7 +254,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.logs.table", "if rows * width > _LARGE:", "if False:", PARQUET, "is_said"
     ),
     "rows of a diagnosis": Guard(
-        "seals.sysid.report.application",
+        "seals.sysid.report.given_logs",
         "if log.rows > MOST_ROWS:",
         "if False:",
         "tests/unit/test_diagnose_long_logs.py",

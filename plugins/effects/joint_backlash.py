@@ -14,7 +14,8 @@ from seals.motion import Inputs, Joints
 from seals.schema import param
 
 _HALF_BLEND = 1e-3
-"""Half of the width over which the corners of the dead zone are rounded [rad]."""
+"""Half of the width over which the corners of the dead zone are rounded [rad]; play narrower than
+the whole of it is not resolved."""
 
 
 @dataclass(kw_only=True)
@@ -80,7 +81,7 @@ class JointBacklash(Effect):
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(joint=k, kp=float(kp[k - 1]), kd=float(kd[k - 1])),
-                parameters={"width": Freed(scale=0.04, bounds=(0.0, 1.0))},
+                parameters={"width": Freed(scale=0.04, bounds=(0.0, 1.0), least=2.0 * _HALF_BLEND)},
                 variant={"joint": k},
                 starts=[(0.02,), (0.06,)],
                 order=(Stage.joints, k, 2),

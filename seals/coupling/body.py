@@ -193,8 +193,8 @@ class CoupledBody(BodyOptions):
             return
         if self._at_stop(joints) or self._at_stop(self._joints):
             self._speed, self._joints = HalfStep(raw), joints
-            if self._base:
-                self._move_back(kick, step)
+            if self._base and self._dynamics is not None:
+                self._move_back(self._dynamics, kick, step)
             return
         self._speed = self._speed.kicked(kick)
         middle = self._speed.middle
@@ -205,14 +205,13 @@ class CoupledBody(BodyOptions):
             self.engine.shift_base(shift[:6])
         self.engine.set_velocity(self._speed.now, self._joints)
 
-    def _move_back(self, kick: Floats, step: float) -> None:
+    def _move_back(self, dynamics: Dynamics, kick: Floats, step: float) -> None:
         """Move a robot at a joint stop as its middle velocity does, the stop's impulse left out.
 
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """
-        assert self._dynamics is not None
-        turn = self._dynamics.kinematics.rotations[0, 0]
-        locked = locked_kick(self._assembly, self._dynamics, self._at_origin(kick, turn))
+        turn = dynamics.kinematics.rotations[0, 0]
+        locked = locked_kick(self._assembly, dynamics, self._at_origin(kick, turn))
         shift = -0.5 * step * locked
         shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
         self.engine.shift_base(shift)

@@ -171,6 +171,8 @@ class Freed:
         tolerance: 1-sigma of the change that the vehicle's data admit; 0 where they are exact.
         scale: size of a plausible missing effect.
         bounds: of the change.
+        least: size below which the law does not hold or nobody would call it a fault; an effect
+            that stays below it is not named.
         changes: number of the stated model of which the tolerance is the accuracy; None where that
             is a field of an effect of the same law.
     """
@@ -178,6 +180,7 @@ class Freed:
     tolerance: float = 0.0
     scale: float = 1.0
     bounds: tuple[float, float] = (-math.inf, math.inf)
+    least: float = 0.0
     changes: Property | None = None
 
 

@@ -7,8 +7,15 @@ from typing import Any
 
 from seals.learn.metadata import config_hash
 
-FREE = ("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles")
+FREE = (
+    *("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles"),
+    "hide",
+)
 """Keys of a run that leave its world as it is."""
+
+NEUTRAL = {"thrust_change": 0.0}
+"""Parameters that came later, by the value that changes nothing: worlds made before keep their
+hash."""
 
 SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
@@ -39,9 +46,10 @@ def world_config(config: Any) -> dict[str, Any]:
 
 
 def _placeless(value: Any) -> Any:
-    """Drop the path of the robot's folder, which differs between machines."""
+    """Drop the path of the robot's folder, which differs between machines, and neutral values."""
     if isinstance(value, dict):
-        return {k: _placeless(v) for k, v in value.items() if k != "folder"}
+        kept = {k: v for k, v in value.items() if k != "folder"}
+        return {k: _placeless(v) for k, v in kept.items() if k not in NEUTRAL or v != NEUTRAL[k]}
     return value
 
 

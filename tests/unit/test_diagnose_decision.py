@@ -53,6 +53,7 @@ def model(names: Sequence[str], *, misfit: float, score: float) -> EvidenceHypot
     )
     fitter: Any = SimpleNamespace(
         windows=SimpleNamespace(observed=OBSERVED, count=10),
+        plant=SimpleNamespace(vehicle=SimpleNamespace(written=False)),
         candidate_set=CandidateSet(effects={}, parameters=keys, candidates=candidates),
     )
     chosen = tuple(c for n in names for c in candidates if c.name == n)

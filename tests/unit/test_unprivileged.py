@@ -51,7 +51,7 @@ def place() -> Iterator[Place]:
     (root / "home").chmod(0o555)
     try:
         probes = [Place(root, [*USER, *more]) for more in ([], READS)]
-        found = [probe for probe in probes if probe.start("--version").returncode == 0]
+        found = [probe for probe in probes if probe.can_start()]
         if not found:
             pytest.skip("another user can neither read this installation nor be given the right")
         yield found[0]
@@ -69,6 +69,17 @@ class Place(NamedTuple):
 
     root: Path
     user: list[str]
+
+    def can_start(self) -> bool:
+        """Return true where the user can start a verb, and from it another process."""
+        child = self.root / "work" / "child.py"
+        words = "import subprocess, sys; sys.exit(subprocess.call([sys.executable, '-c', '']))"
+        child.write_text(words, encoding="utf-8")
+        child.chmod(0o644)
+        try:
+            return self.start("--version").returncode == 0 and self.python(child).returncode == 0
+        finally:
+            child.unlink()
 
     def start(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a verb to its end."""

@@ -49,7 +49,7 @@ def test_the_shipped_logs_keep_their_secret() -> None:
     truth = yaml.safe_load(TRUTH.read_text(encoding="utf-8"))
     names = [effect["name"] for effect in truth["effects"]]
     total = 0
-    for folder in shipped_logs().values():
+    for folder in (place for place in shipped_logs().values() if place.is_dir()):
         files = [p for p in folder.iterdir() if p.is_file()]
         assert {p.name for p in files} == {"log.parquet", "meta.yaml", "__init__.py"}
         total += sum(p.stat().st_size for p in files)

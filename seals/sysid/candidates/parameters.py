@@ -29,6 +29,7 @@ class Parameter:
         tolerance: 1-sigma uncertainty of the nominal value; 0 when it is exact.
         scale: size of a plausible missing effect, the prior width of a candidate.
         bounds: least and largest value.
+        least: size below which it makes no effect that is named.
         adds: whether the tolerance can only add, as that of a latency.
         nominal: value in the nominal model.
         start: value from which a fit of a candidate starts.
@@ -41,6 +42,7 @@ class Parameter:
     tolerance: float = 0.0
     scale: float = 1.0
     bounds: tuple[float, float] = (-np.inf, np.inf)
+    least: float = 0.0
     adds: bool = False
     nominal: float = 0.0
     start: float = 0.0
@@ -244,6 +246,7 @@ class Collector:
                 tolerance=known_size.tolerance,
                 scale=known_size.scale,
                 bounds=known_size.bounds,
+                least=known_size.least,
                 adds=parameter in known.adds_only,
                 changes=known_size.changes,
             )

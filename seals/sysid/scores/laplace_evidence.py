@@ -105,6 +105,8 @@ def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) 
         if parameter.tolerance > 0.0:
             tolerated = max(tolerated, abs(fit.values[key]) / parameter.tolerance)
         plausible = max(plausible, abs(fit.values[key]) / parameter.scale)
+    if all(abs(fit.values[k]) < candidate_set.parameters[k].least for k in candidate.keys):
+        return False
     exact = all(candidate_set.parameters[k].tolerance == 0.0 for k in candidate.keys)
     # a slightly different law of another drag looks like a small one
     similar = policy.trace_of_similar if candidate.identification.resists else 1.0
