@@ -13,6 +13,7 @@ import pytest
 
 from seals.effects.identification import Identification
 from seals.sysid import diagnosis
+from seals.sysid.candidates.activity import Activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision import data_sheet, evidence
 from seals.sysid.decision.answer import Claim, verdict_of
@@ -25,7 +26,7 @@ from seals.sysid.predictors.windows_fit import is_determined
 from seals.sysid.report.sentence import sentence
 from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.held_out import held_out_fall
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import WindowModels
@@ -321,6 +322,32 @@ def test_an_effect_that_changes_its_mind_along_the_log_is_superfluous() -> None:
         one = linear(column[:, None], measured, 10)
         assert none.fit.cost - one.fit.cost > 10.0
         assert family(0.2)._bears_out(none, one) is kept
+
+
+def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
+    """Twice the evidence of a single one; for a time, a share of what the others explain."""
+    one = model(["wind"], misfit=1.0, score=10000.0)
+    passing = one.candidates[0].acting(Activity(spans=()))
+    made = family(0.2)
+    made._pierces = False
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    assert made._asked(one, one.candidates[0]) == POLICY.evidence + POLICY.evidence_further
+    more = made._asked(one, passing) - made._asked(one, one.candidates[0])
+    assert more == pytest.approx(POLICY.activity_share * 10000.0)
+
+
+def test_what_a_law_does_not_resolve_is_not_named() -> None:
+    """An effect below the least size that it declares is insignificant, whatever the evidence."""
+    best = model(["wind"], misfit=1.0, score=500.0)
+    (candidate,) = best.candidates
+    (key,) = candidate.keys
+    known = best.fitter.candidate_set
+    least = replace(known.parameters[key], least=0.1)
+    sets = replace(known, parameters={**known.parameters, key: least})
+    for size, named in ((0.09, False), (-0.11, True)):
+        fit = replace(best.fit, values={key: size})
+        assert is_significant(candidate, fit, sets) is named
+        assert is_significant(candidate, fit, known)
 
 
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:

@@ -63,6 +63,17 @@ def test_an_effect_acts_in_no_log_that_is_not_listed() -> None:
     assert Activity(spans=(Span(log=0),)).weights(timed(4)).all()
 
 
+def test_the_other_times_of_an_effect() -> None:
+    """What began in one log ended in the complement; a window of time has no single complement."""
+    begun = Activity(spans=(Span(log=0, start=at(3.0)), Span(log=2)), occam_factor=7.0)
+    other = begun.complement(3)
+    assert other is not None
+    assert other.spans == (Span(log=0, end=at(3.0)), Span(log=1))
+    assert other.occam_factor == 7.0
+    assert other.complement(3) == begun
+    assert Activity(spans=(Span(log=0, start=at(1.0), end=at(2.0)),)).complement(1) is None
+
+
 def test_an_activity_is_read_as_it_was_written() -> None:
     """The entry of an answer holds all of it."""
     activity = Activity(spans=(Span(log=1, end=Moment(value=9.0, low90=8.9, high90=9.2)),))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -83,3 +84,26 @@ def test_a_load_is_added_never_taken() -> None:
     loads = [f for k, f in parameters.items() if k.startswith("payload") and k.endswith(".mass")]
     assert loads
     assert all(f.bounds[0] == 0.0 for f in loads)
+
+
+def test_a_load_is_sought_where_the_vehicle_has_its_mass() -> None:
+    """A long body carries loads far along its length: the spread of its own mass, from its centre.
+
+    A rod of mass m and length 2 m has a second moment m 4/12 along it.
+    """
+    rod = described([link("upper", "body")])
+    rod["vehicle"]["base"] |= {
+        "centre_of_gravity": [0.0, 0.1, 0.0],
+        "inertia": np.diag([2.0 * 4.0 / 12.0, 1e-9, 2.0 * 4.0 / 12.0]).tolist(),
+    }
+    candidate_set = candidate_set_of(read_vehicle(rod), speeds=np.ones(3))
+    load = next(
+        c for c in candidate_set.candidates if c.name == "payload" and not c.variant["link"]
+    )
+    spread = [candidate_set.parameters[k].scale for k in load.nuisance]
+    assert spread == pytest.approx([0.0, math.sqrt(4.0 / 12.0), 0.0], abs=1e-3)
+    effect: Any = candidate_set.effects[load.instance]
+    assert effect.position_y == pytest.approx(0.1)
+    # the place means nothing without a mass, so that the fit starts from some
+    assert load.starts
+    assert all(start[0] > 0.0 for start in load.starts)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.effects.identification import Residual
+from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.plugins.waves.airy import WaveAiry
 from seals.run import build_world
@@ -78,3 +82,37 @@ def test_a_small_float_rides_the_long_wave() -> None:
     world.close()
     # it floats deeper or higher by a constant; what is left is the part that does not follow
     assert np.ptp(off) < 0.05 * 0.6
+
+
+@pytest.mark.parametrize("depth", [0.0, 4.0])
+def test_waves_are_guessed_from_the_force_on_a_hull(depth: float) -> None:
+    """At the surface a float is lifted by the crest, below it pushed along the orbits.
+
+    Both with a second of period read off two minutes: a coarse grid of periods would miss it.
+    """
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 120.0, 0.06)
+    position = 0.1 * rng.standard_normal((len(time), 3)) - [0.0, 0.0, depth]
+    side, height, amplitude, period, direction, phase = 0.5, 0.2, 0.05, 3.21, 5.2, 0.7
+    omega = 2.0 * math.pi / period
+    k = omega**2 / 9.81
+    heading = np.array([math.cos(direction), math.sin(direction)])
+    theta = k * position[:, :2] @ heading - omega * time + phase
+    decay = np.exp(k * np.minimum(position[:, 2], 0.0))
+    push = 998.0 * side**2 * height * amplitude * omega**2 * decay
+    lift = 0.0 if depth else 998.0 * 9.81 * side**2 * amplitude
+    force = np.zeros((len(time), 3))
+    force[:, :2] = (push * np.sin(theta))[:, None] * heading
+    force[:, 2] = (lift - push) * np.cos(theta)
+    force += 0.2 * np.abs(force).max() * rng.standard_normal(force.shape)
+    hull = SimpleNamespace(volume=side**2 * height, plan_area=side**2)
+    subject: Any = SimpleNamespace(
+        hull=hull,
+        environment=EnvironmentSettings(water_level=0.0, water_density=998.0, gravity=9.81),
+        nominal=lambda instance, stem: np.zeros(3),
+    )
+    residual = Residual(position=position, force=force, time=time, subject=subject)
+    found = WaveAiry.guesses(residual)[0]
+    assert found["period"] == pytest.approx(period, rel=0.01)
+    assert abs(math.remainder(found["direction"] - direction, 2.0 * math.pi)) < math.pi / 8.0
+    assert found["amplitude"] == pytest.approx(amplitude, rel=0.2)
