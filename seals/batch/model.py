@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from seals.batch.rigid import RigidBody
 from seals.batch.slopes import Ahead, FusedSlopes
 from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
-from seals.effects.binding import EffectSet
+from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
@@ -279,14 +279,35 @@ def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: in
         Rows link by link, shape (L B, 6, 6); one row per link, shape (L, 6, 6), when no change is
         batched; None for none.
     """
-    links, total = len(robot.links), None
-    single = all(len(x) == 1 for b in effects.inertia_changes for x in b.params.values())
-    count = 1 if single else batch
-    bodies = robot.bodies(like, count)
+    constant: list[BoundEffect] = []
+    varied: list[BoundEffect] = []
     for b in effects.inertia_changes:
-        rows = rows_of(b.links, links, count)
+        (constant if all(len(x) == 1 for x in b.params.values()) else varied).append(b)
+    total = _summed(constant, robot, like, 1)
+    if not varied:
+        return total
+    total = None if total is None else namespace(total).repeat(total, batch, axis=0)
+    return _summed(varied, robot, like, batch, total)
+
+
+def _summed(
+    chosen: Sequence[BoundEffect],
+    robot: RobotModel,
+    like: Array,
+    batch: int,
+    total: Array | None = None,
+) -> Array | None:
+    """Sum of some changes of rigid inertia beside ``total``, which NumPy changes in place."""
+    links = len(robot.links)
+    bodies = robot.bodies(like, batch)
+    for b in chosen:
+        rows = rows_of(b.links, links, batch)
         matrix = b.hooks.inertia_change(take(bodies, rows), b.params)
+        if rows is not None and type(total) is np.ndarray:
+            total[rows] += matrix
+            continue
         if rows is not None:
-            matrix = scatter(matrix, rows, links * count)
-        total = matrix if total is None else total + matrix
+            matrix = scatter(matrix, rows, links * batch)
+        # the first one may be an array that its effect keeps
+        total = matrix + 0.0 if total is None else total + matrix
     return total

@@ -11,7 +11,7 @@ from seals.arrays import Floats
 from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
-from seals.batch.state import TwinState
+from seals.batch.state import Rates, TwinState
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation, Evaluator
@@ -61,6 +61,7 @@ class Response:
     ) -> None:
         """Evaluate and solve the twin's own equations."""
         self.twin, self.inputs, self.posture = twin, inputs, posture
+        self._state, self._time = state, time
         self._joints = Joints(state.joints, state.joint_velocity)
         body = twin.body
         if isinstance(body, RigidBody):
@@ -86,7 +87,7 @@ class Response:
         assert posture.moving is not None
         found, (matrix, right) = body.system(state, posture, self.inputs, memory, explicit=True)
         change = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        self._found, self._matrix = found, matrix
+        self._found, self._matrix, self._right = found, matrix, right
         self.rates = body.state_rates(state, posture.base, change)
         jacobian: Floats = posture.kinematics.jacobian
         batch, links, _, size = jacobian.shape
@@ -94,6 +95,23 @@ class Response:
         rise = np.matmul(jacobian, change[:, None, :, None])[:, :, :, 0]
         out: Floats = rise + posture.kinematics.bias(posture.moving)
         return out
+
+    def rates_under(self, inputs: Inputs) -> Rates:
+        """Rates at the same state under inputs that differ in the commands to the joints alone."""
+        body, posture, state = self.twin.body, self.posture, self._state
+        if isinstance(body, RigidBody):
+            return self.twin.rates(state, self._time, inputs, posture)
+        motion = posture.motion._replace(body=body.bodies)
+        memory, known = self.twin.memory, self._found
+        found = self.twin.evaluator.evaluate(motion, self._joints, inputs, memory, posture.sample)
+        if _differ(found, known):
+            return self.twin.rates(state, self._time, inputs, posture)
+        change = body.joint_force(self._joints, inputs, found, explicit=True)
+        change = change - body.joint_force(self._joints, self.inputs, known, explicit=True)
+        right = self._right.copy()
+        right[:, right.shape[1] - change.shape[1] :] += change
+        solved = np.linalg.solve(self._matrix, right[:, :, None])[:, :, 0]
+        return body.state_rates(state, posture.base, solved)
 
     def force(self, effects: EffectSet) -> Force:
         """Loads of some effects at the states and accelerations of the batch.
@@ -179,3 +197,15 @@ class Response:
             base = self.posture.base
             linear, angular = unrotate(base, linear), unrotate(base, angular)
         return np.concatenate((linear, angular, linear, joints), axis=1)
+
+
+def _differ(one: Evaluation, other: Evaluation) -> bool:
+    """Return true where two evaluations at one state differ in what acts on the links."""
+    kinds = ((one.loads, other.loads), (one.inertias, other.inertias))
+    pairs = [
+        pair
+        for kind in kinds
+        for entries in zip(*kind, strict=True)
+        for pair in zip(*(entry[2] for entry in entries), strict=True)
+    ]
+    return any(a is not b and not np.array_equal(a, b) for a, b in pairs)

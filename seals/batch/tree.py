@@ -113,6 +113,10 @@ class TreeBody:
         """Return poses and velocities of all links at a state."""
         base = matrix_of(state.quaternion)
         kinematics = Kinematics(self.tree, *forward(self.tree, state.position, base, state.joints))
+        return self._moving(base, kinematics, state, time)
+
+    def _moving(self, base: Array, kinematics: Kinematics, state: TwinState, time: Any) -> Posture:
+        """Velocities of all links at known poses."""
         world = rotate(base, state.velocity)
         spin = rotate(base, state.angular_velocity)
         lead = [] if self.tree.fixed_base else [world, spin]
@@ -131,20 +135,30 @@ class TreeBody:
         explicit: bool,
     ) -> tuple[Evaluation, tuple[Array, Array]]:
         """Effects, and the equations of motion, with joint drives if explicit."""
-        xp = namespace(state.position)
         kinematics, moving = posture.kinematics, posture.moving
         assert kinematics is not None
         assert moving is not None
         motion = posture.motion._replace(body=self.bodies)
         joints = Joints(state.joints, state.joint_velocity)
         found = self.evaluator.evaluate(motion, joints, inputs, memory, posture.sample)
-        joint_force = xp.zeros_like(state.joint_velocity) + inputs.joint_torque
+        joint_force = self.joint_force(joints, inputs, found, explicit=explicit)
+        equations = self.assembly.equations(kinematics, moving, motion, found, joint_force)
+        return found, equations
+
+    @staticmethod
+    def joint_force(joints: Joints, inputs: Inputs, found: Evaluation, *, explicit: bool) -> Array:
+        """Generalised force of inputs and effects on the joints, with joint drives if explicit."""
+        force = namespace(joints.velocity).zeros_like(joints.velocity) + inputs.joint_torque
         drives = {b.name for b, _ in found.joint_drives}
         for b, more in found.joint_loads:
             if explicit or b.name not in drives:
-                joint_force = joint_force + more
-        equations = self.assembly.equations(kinematics, moving, motion, found, joint_force)
-        return found, equations
+                force = force + more
+        return force
+
+    def moved(self, posture: Posture, state: TwinState, time: Any) -> Posture:
+        """Return the posture of a state that differs from a known one in velocities alone."""
+        assert posture.kinematics is not None
+        return self._moving(posture.base, posture.kinematics, state, time)
 
     def state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
         """Turn generalised accelerations (world) into the derivative of the state (base axes)."""

@@ -48,6 +48,7 @@ class Assembly:
         """Keep the inertia."""
         self.inertia, self.armature = inertia, armature
         self.links = inertia.shape[1]
+        self._kept: tuple[Kinematics, Array] | None = None
 
     def accelerations(
         self,
@@ -94,7 +95,13 @@ class Assembly:
         # the sum over links is part of the product when their rows stand below each other
         rows = (batch, 6 * links, size)
         across = xp.permute_dims(xp.reshape(jacobian, rows), (0, 2, 1))
-        matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
+        # without added inertia the matrix is that of the poses
+        kept = self._kept if total is self.inertia else None
+        if kept is not None and kept[0] is kinematics:
+            matrix = kept[1]
+        else:
+            matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
+            self._kept = (kinematics, matrix) if total is self.inertia and batch > 1 else None
         right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]

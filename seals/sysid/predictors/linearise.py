@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -171,12 +170,11 @@ def dynamics_along(
     size, joints = trajectory.size, trajectory.joints.shape[1]
     count = plant.samples.rows
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
-    base = _accelerations(plant, trajectory, used, [None], stiff=False)[0]
     state_matrix = np.zeros((count, size, size))
     output_matrix = np.zeros((count, 3, size))
     moved = [k for k in range(size) if k > 2 or k in _places(plant, used)]
-    shifts: list[Floats | None] = [_shift(size, k, _NUDGE) for k in moved]
-    found = _accelerations(plant, trajectory, used, shifts, stiff=False)
+    shifts = [np.zeros(size), *(_shift(size, k, _NUDGE) for k in moved)]
+    base, *found = _accelerations(cache, used, shifts, stiff=False)
     for k, rates in zip(moved, found, strict=True):
         change = (rates - base) / _NUDGE
         state_matrix[:, 6:12, k] = change[:, :6]
@@ -190,7 +188,7 @@ def dynamics_along(
     if plant.friction(used, trajectory.joint_velocity) is not None:
         plain, state_matrix = (
             integral,
-            _with_friction(plant, trajectory, used, state_matrix, output_matrix),
+            _with_friction(cache, used, state_matrix, output_matrix),
         )
         transition, integral = discrete(state_matrix, plant.samples.step)
         friction_correction = np.matmul(integral, np.linalg.inv(plain))
@@ -208,8 +206,7 @@ def dynamics_along(
 
 
 def _with_friction(
-    plant: Plant,
-    trajectory: Trajectory,
+    cache: TrajectoryCache,
     used: Mapping[str, float],
     state_matrix: Floats,
     output_matrix: Floats,
@@ -219,15 +216,15 @@ def _with_friction(
     Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
     slope the noise of a trajectory's rates would turn into torques.
     """
-    joints = trajectory.joints.shape[1]
-    rates = range(12 + joints, trajectory.size)
-    shifts = [None, *(_shift(trajectory.size, k, _NUDGE) for k in rates)]
-    base, *found = _accelerations(plant, trajectory, used, shifts)
+    joints, size = cache.trajectory.joints.shape[1], cache.trajectory.size
+    rates = range(12 + joints, size)
+    shifts = [np.zeros(size), *(_shift(size, k, _NUDGE) for k in rates)]
+    base, *found = _accelerations(cache, used, shifts)
     out: Floats = state_matrix.copy()
     for k, moved in zip(rates, found, strict=True):
         change = (moved - base) / _NUDGE
         out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
-        output_matrix[:, :, k] = at_sensor(plant.vehicle, change)
+        output_matrix[:, :, k] = at_sensor(cache.plant.vehicle, change)
     return out
 
 
@@ -357,11 +354,9 @@ def _shift(size: int, k: int, step: float) -> Floats:
 
 
 def _accelerations(
-    plant: Plant,
-    trajectory: Trajectory,
+    cache: TrajectoryCache,
     used: Mapping[str, float],
-    shifts: Sequence[Floats | None],
-    drive: Any = None,
+    shifts: Sequence[Floats],
     *,
     stiff: bool = True,
 ) -> list[Floats]:
@@ -369,24 +364,33 @@ def _accelerations(
 
     Each result has the shape (T, 9 + J).
     """
-    count = plant.samples.rows
-    drive = plant.drive(used) if drive is None else drive
+    joints = cache.trajectory.joints.shape[1]
+    still = [not (s[:6].any() or s[12 : 12 + joints].any()) for s in shifts]
+    chosen = [s for s, same in zip(shifts, still, strict=True) if same]
+    at_rest = cache.moved(used, chosen, stiff=stiff)
+    if at_rest is None:
+        return _everywhere(cache, used, shifts, stiff=stiff)
+    others = [s for s, same in zip(shifts, still, strict=True) if not same]
+    parts = iter(at_rest), iter(_everywhere(cache, used, others, stiff=stiff))
+    return [next(parts[0] if same else parts[1]) for same in still]
+
+
+def _everywhere(
+    cache: TrajectoryCache, used: Mapping[str, float], shifts: Sequence[Floats], *, stiff: bool
+) -> list[Floats]:
+    """The same for trajectories at other poses."""
+    plant, trajectory = cache.plant, cache.trajectory
+    count, drive = plant.samples.rows, plant.drive(used)
     out: list[Floats] = []
     batch = max(1, _ROWS // count)
     for start in range(0, len(shifts), batch):
         chosen = shifts[start : start + batch]
         rows = np.tile(np.arange(count), len(chosen))
-        state = _shifted(
-            trajectory.state(rows), np.repeat(_dense(chosen, trajectory.size), count, axis=0)
-        )
+        state = _shifted(trajectory.state(rows), np.repeat(np.array(chosen), count, axis=0))
         twin = plant.twin(dict(used), len(rows), stiff=stiff)
         rates = plant.rates(twin, state, rows, None if drive is None else drive.at[rows, 0])
         out += list(packed(rates).reshape(len(chosen), count, -1))
     return out
-
-
-def _dense(shifts: Sequence[Floats | None], size: int) -> Floats:
-    return np.array([np.zeros(size) if s is None else s for s in shifts])
 
 
 def _shifted(state: TwinState, error: Floats) -> TwinState:

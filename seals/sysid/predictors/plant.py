@@ -259,11 +259,16 @@ class Plant:
         return Inputs(0.0, torque, drive, voltage, joint)
 
     def rates(
-        self, twin: BatchDynamics, state: TwinState, rows: Any, drive: Floats | None
+        self,
+        twin: BatchDynamics,
+        state: TwinState,
+        rows: Any,
+        drive: Floats | None,
+        posture: Posture | None = None,
     ) -> Rates:
-        """Rates at rows of the log (repeats allowed)."""
+        """Rates at rows of the log (repeats allowed), with their posture where it is known."""
         time = self.samples.clock[rows][:, None]
-        return twin.rates(state, time, self.inputs(rows, drive, held=Held.row))
+        return twin.rates(state, time, self.inputs(rows, drive, held=Held.row), posture)
 
     def advance(
         self,

@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.batch import Rates, TwinState
 from seals.batch.posture import Posture
 from seals.batch.response import Force, Response
+from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
 from seals.motion import Inputs
@@ -96,6 +97,36 @@ class TrajectoryCache:
             )
         return self._responses[key]
 
+    def moved(
+        self, values: Mapping[str, float], errors: Sequence[Floats], *, stiff: bool
+    ) -> list[Floats] | None:
+        """Accelerations and specific force at the poses of a tree with other velocities.
+
+        Args:
+            values: changes by parameter key.
+            errors: of the state, those of the pose zero, each (n,).
+            stiff: whether effects that are too steep for explicit steps take part.
+
+        Returns:
+            One array (T, 9 + J) for each error; None for a single body, which has no such poses.
+        """
+        twin = self.plant.twin(values, len(self.rows), stiff=stiff)
+        body, state, joints = twin.body, self.state, self.state.joints.shape[1]
+        if not isinstance(body, TreeBody):
+            return None
+        drive = self.plant.drive(values)
+        at = None if drive is None else drive.at[self.rows, 0]
+        out = []
+        for error in errors:
+            other = state._replace(
+                velocity=state.velocity + error[6:9],
+                angular_velocity=state.angular_velocity + error[9:12],
+                joint_velocity=state.joint_velocity + error[12 + joints :],
+            )
+            posture = body.moved(self._posture, other, self.time)
+            out.append(packed(self.plant.rates(twin, other, self.rows, at, posture)))
+        return out
+
     def sensor_rates(self, values: Mapping[str, float]) -> Rates:
         """Rates at the rows for the sensors: servos follow the command in force there.
 
@@ -107,9 +138,8 @@ class TrajectoryCache:
         key = tuple(sorted(used.items()))
         if key not in self._sensor_rates:
             self._forget(self._sensor_rates)
-            twin = self.plant.twin(used, len(self.rows))
             inputs = self.inputs(used, Held.row)
-            self._sensor_rates[key] = twin.rates(self.state, self.time, inputs, self.posture(used))
+            self._sensor_rates[key] = self.response(used).rates_under(inputs)
         return self._sensor_rates[key]
 
     def expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint:
