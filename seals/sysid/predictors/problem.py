@@ -136,10 +136,53 @@ def linearise_model(
     """Linearise the model along a trajectory and set up the windows."""
     cache = TrajectoryCache(plant, trajectory)
     dynamics = dynamics_along(plant, trajectory, at, cache=cache)
-    delay = at.get(plant.candidate_set.sensor_delay, 0.0)
-    delay = delay if abs(delay) > LATE else 0.0
-    windows = windows_of(plant, trajectory, dynamics, window=window, gusts=gusts, delay=delay)
-    return Fitter(plant, trajectory, dynamics, windows, at=at, cache=cache)
+    about = Linearisation(trajectory=trajectory, dynamics=dynamics, at=dict(at), gusts=gusts)
+    return about.fitter(plant, window=window, cache=cache)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linearisation:
+    """What a fitter stands on beside the plant: enough to build it in another process.
+
+    Args:
+        trajectory: about which the model is linear.
+        dynamics: derivatives along it.
+        at: parameters of the linearisation.
+        gusts: factor on their stated level.
+    """
+
+    trajectory: Trajectory
+    dynamics: Dynamics
+    at: Mapping[str, float]
+    gusts: float
+
+    @classmethod
+    def of(cls, fitter: Fitter) -> Linearisation:
+        """Return that of a fitter of `linearise_model`."""
+        return cls(
+            trajectory=fitter.trajectory,
+            dynamics=fitter.dynamics,
+            at=fitter.at,
+            gusts=fitter.windows.gusts,
+        )
+
+    def fitter(
+        self, plant: Plant, *, window: float = WINDOW, cache: TrajectoryCache | None = None
+    ) -> Fitter:
+        """Set up the windows.
+
+        Args:
+            plant: extended model.
+            window: length of the windows [s].
+            cache: the plant along the trajectory, when it is known.
+        """
+        delay = self.at.get(plant.candidate_set.sensor_delay, 0.0)
+        delay = delay if abs(delay) > LATE else 0.0
+        windows = windows_of(
+            plant, self.trajectory, self.dynamics, window=window, gusts=self.gusts, delay=delay
+        )
+        cache = TrajectoryCache(plant, self.trajectory) if cache is None else cache
+        return Fitter(plant, self.trajectory, self.dynamics, windows, at=self.at, cache=cache)
 
 
 def windows_of(

@@ -25,6 +25,8 @@ _DRIVING = (Actuated, Actuation, DriveLoads)
 """Hooks of effects that act on each other through the thrust."""
 _KEPT = 6
 """Values whose predictions are kept."""
+_EQUATIONS = 3
+"""Values whose equations of motion are kept: those of a fit, and of its last trials."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +57,8 @@ class TrajectoryCache:
         self.state: TwinState = trajectory.state(self.rows)
         self.time: Floats = plant.samples.clock[:, None]
         self._posture = plant.twin({}, len(self.rows)).posture(self.state, self.time)
-        self._responses: dict[Any, Response] = {}
+        # shared by the plants in which effects act for a time: each has many models, one at a time
+        self._responses: dict[tuple[Plant, Any], Response] = {}
         self._expansion_points: dict[Any, ExpansionPoint] = {}
         self._sensor_rates: dict[Any, Rates] = {}
         self._parts: dict[frozenset[str], EffectSet] = {}
@@ -63,7 +66,7 @@ class TrajectoryCache:
     def acting(self, plant: Plant) -> TrajectoryCache:
         """Return the cache of the same plant with other effects that act for a time."""
         other = copy.copy(self)
-        other.plant, other._responses, other._sensor_rates = plant, {}, {}
+        other.plant, other._sensor_rates = plant, {}
         # what no such effect changes is known
         other._expansion_points = {
             key: point
@@ -88,9 +91,9 @@ class TrajectoryCache:
     def response(self, values: Mapping[str, float]) -> Response:
         """The equations of motion at given values, kept for the last few."""
         used = nonzero(values)
-        key = tuple(sorted(used.items()))
+        key = self.plant, tuple(sorted(used.items()))
         if key not in self._responses:
-            self._forget(self._responses)
+            self._forget(self._responses, _EQUATIONS)
             twin = self.plant.twin(used, len(self.rows))
             self._responses[key] = Response(
                 twin, self.state, self.time, self.inputs(used), self.posture(used)
@@ -153,9 +156,9 @@ class TrajectoryCache:
         return self._expansion_points[key]
 
     @staticmethod
-    def _forget(kept: dict[Any, Any]) -> None:
+    def _forget(kept: dict[Any, Any], most: int = _KEPT) -> None:
         """Make room: the oldest goes."""
-        if len(kept) >= _KEPT:
+        if len(kept) >= most:
             del kept[next(iter(kept))]
 
     def _defect(self, used: Mapping[str, float]) -> Floats:

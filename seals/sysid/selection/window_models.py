@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
 
 from seals.sysid.candidates.parameters import Candidate
@@ -31,12 +30,9 @@ from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import may_act_for_a_time, proposals, retimed
+from seals.sysid.selection.relinearised import relinearise
 from seals.sysid.selection.search import Refinement, Search
-from seals.sysid.selection.sensor_delay import estimate_sensor_delay
-from seals.sysid.selection.shortlist import Job, fitted, hopeful, refined
-
-_SETTLED = 2.0
-"""Change of the cost below which a repeated fit has converged."""
+from seals.sysid.selection.shortlist import Job, fitted, refined
 
 
 class WindowModels:
@@ -326,7 +322,7 @@ def extensions(
         processes=processes,
     )
     out.sort(key=lambda h: -h.score)
-    return tuple(relinearise(problem, nominal, base, out))
+    return tuple(relinearise(problem, nominal, base, out, processes=processes))
 
 
 def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
@@ -374,48 +370,6 @@ def linear_screen(
         )
     ]
     return table, kept
-
-
-def relinearise(
-    problem: Problem,
-    nominal: EvidenceHypothesis,
-    base: EvidenceHypothesis,
-    tried: Sequence[EvidenceHypothesis],
-) -> list[EvidenceHypothesis]:
-    """Repeat the best fits of high evidence about their own values."""
-    out = list(tried)
-    least = problem.policy.relinearise
-    least = max(least, hopeful(out[0].score, base)) if out else least
-    for i, hypothesis in enumerate(out[: problem.budget.relinearised]):
-        if hypothesis.score > least:
-            out[i] = refit_about_own_values(problem, nominal, hypothesis)
-    return sorted(out, key=lambda h: -h.score)
-
-
-def refit_about_own_values(
-    problem: Problem,
-    nominal: EvidenceHypothesis,
-    hypothesis: EvidenceHypothesis,
-    *,
-    rounds: int = 2,
-) -> EvidenceHypothesis:
-    """Fit a hypothesis again about its own values."""
-    keys = hypothesis.fit.free
-    if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
-        hypothesis = estimate_sensor_delay(nominal, hypothesis)
-    fit, fitter = hypothesis.fit, hypothesis.fitter
-    known = fit.known
-    for _ in range(rounds):
-        at = dict(fit.values)
-        if problem.samples.posed and not problem.impact:
-            level = fitter.windows.gusts
-            fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
-        else:
-            fitter = follow_measurements(fitter, keys, at=at, rounds=1)
-        before, fit = fit, fitter.fit(keys, start=fit.values)
-        if abs(before.cost - fit.cost) < _SETTLED:
-            break
-    return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
 
 def rivals_of(

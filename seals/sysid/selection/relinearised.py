@@ -1,0 +1,76 @@
+"""Repeated fits of the best models about their own values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.parallel import spread
+from seals.sysid.predictors.problem import (
+    Linearisation,
+    Problem,
+    follow_measurements,
+    linearise_model,
+)
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
+from seals.sysid.selection.sensor_delay import estimate_sensor_delay
+from seals.sysid.selection.shortlist import hopeful
+
+_SETTLED = 2.0
+"""Change of the cost below which a repeated fit has converged."""
+
+
+def relinearise(
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
+    tried: Sequence[EvidenceHypothesis],
+    *,
+    processes: int = 1,
+) -> list[EvidenceHypothesis]:
+    """Repeat the best fits of high evidence about their own values."""
+    out = list(tried)
+    least = problem.policy.relinearise
+    least = max(least, hopeful(out[0].score, base)) if out else least
+    chosen = [i for i, h in enumerate(out[: problem.budget.relinearised]) if h.score > least]
+
+    def work(i: int) -> tuple[Fit, Linearisation]:
+        found = refit_about_own_values(problem, nominal, out[i])
+        return found.fit, Linearisation.of(found.fitter)
+
+    if min(processes, len(chosen)) > 1:
+        # a fitter would not come back through a pipe: it is built again on what the child found
+        for i, (fit, about) in zip(chosen, spread(work, chosen, processes), strict=True):
+            fitter = about.fitter(out[i].fitter.plant)
+            out[i] = scored(out[i].candidates, fit, fitter, nominal)
+    else:
+        for i in chosen:
+            out[i] = refit_about_own_values(problem, nominal, out[i])
+    return sorted(out, key=lambda h: -h.score)
+
+
+def refit_about_own_values(
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    hypothesis: EvidenceHypothesis,
+    *,
+    rounds: int = 2,
+) -> EvidenceHypothesis:
+    """Fit a hypothesis again about its own values."""
+    keys = hypothesis.fit.free
+    if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
+        hypothesis = estimate_sensor_delay(nominal, hypothesis)
+    fit, fitter = hypothesis.fit, hypothesis.fitter
+    known = fit.known
+    for _ in range(rounds):
+        at = dict(fit.values)
+        if problem.samples.posed and not problem.impact:
+            level = fitter.windows.gusts
+            fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
+        else:
+            fitter = follow_measurements(fitter, keys, at=at, rounds=1)
+        before, fit = fit, fitter.fit(keys, start=fit.values)
+        if abs(before.cost - fit.cost) < _SETTLED:
+            break
+    return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
