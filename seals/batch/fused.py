@@ -34,6 +34,9 @@ class FusedBody(RigidBody):
         bodies: constant properties of its links.
         environment: gravity.
         change: of the rigid inertias about the origins, rows link by link; None for none.
+
+    Attributes:
+        maps: X_k of every link, each (6, 6).
     """
 
     def __init__(
@@ -47,19 +50,19 @@ class FusedBody(RigidBody):
         """Find the places of the links and the inertia of all about the base."""
         still = np.zeros((1, 0))
         places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], still)
-        self._maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]
-        self._lifts = [as_like(x, bodies.mass) for x in self._maps]
+        self.maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]
+        self._lifts = [as_like(x, bodies.mass) for x in self.maps]
         self.places = [as_like(p, bodies.mass) for p in places[0][:, None]]
         self.turns = [as_like(r, bodies.mass) for r in turns[0]]
         self._moved: dict[str, Array] = {}
         self._patterns: dict[int, list[tuple[int, int]]] = {}
-        whole = sum(x.T @ m @ x for x, m in zip(self._maps, robot.spatial_inertia, strict=True))
+        whole = sum(x.T @ m @ x for x, m in zip(self.maps, robot.spatial_inertia, strict=True))
         self.links = len(robot.links)
         super().__init__(robot, evaluator, bodies, environment, None)
         self._inertia = as_like(np.asarray(whole)[None], bodies.mass)
         if change is not None:
             for k, part in enumerate(_split(change, self.links)):
-                x = as_like(self._maps[k], bodies.mass)
+                x = as_like(self.maps[k], bodies.mass)
                 self._inertia = self._inertia + namespace(part).matmul(x.T, part) @ x
         self._used = set(pattern(self._inertia))
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch.fused import FusedBody
 from seals.batch.model import BatchDynamics
 from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
@@ -67,9 +68,11 @@ class Response:
         if isinstance(body, RigidBody):
             self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
             self._matrix = body.inertia_with(self._found)
-            rise = np.concatenate((self.rates.velocity, self.rates.angular_velocity), axis=1)[
-                :, None, :
-            ]
+            own = np.concatenate((self.rates.velocity, self.rates.angular_velocity), axis=1)
+            # links that do not move: their twists are constant maps of that of the base
+            lifts = np.stack(body.maps) if isinstance(body, FusedBody) else np.eye(6)[None]
+            self._across = lifts.reshape(-1, 6).T
+            rise = np.einsum("lij,bj->bli", lifts, own)
         else:
             rise = self._tree(body, state)
         # the acceleration of every link's twist, rows link by link
@@ -174,8 +177,8 @@ class Response:
             spin, of the specific force and of the derivative of the joint rates.
         """
         right = np.stack([f.links.reshape(f.links.shape[0], -1) for f in forces], axis=2)
+        right = np.matmul(self._across, right)
         if not isinstance(self.twin.body, RigidBody):
-            right = np.matmul(self._across, right)
             joints = self._joints.velocity.shape[1]
             if joints:
                 right[:, -joints:] += np.stack([f.joints for f in forces], axis=2)

@@ -31,6 +31,8 @@ class RigidBody:
         change: of the rigid inertia about the origin, shape (1 or B, 6, 6); None for none.
     """
 
+    links = 1
+
     def __init__(
         self,
         robot: RobotModel,
@@ -121,7 +123,7 @@ class RigidBody:
 
     def inertia_with(self, found: Evaluation) -> Array:
         """Inertia of the body with the added ones, shape (B, 6, 6)."""
-        batch = found.sample.normal.shape[0]
+        batch = found.sample.normal.shape[0] // self.links
         total = self._inertia + namespace(self._inertia).zeros((batch, 1, 1))
         for weight, matrix in self._added(found):
             total = total + weight[:, :, None] * matrix

@@ -11,11 +11,20 @@ JITTER = 0.5e-3
 """Mean time from the row of a command to its effect [s]: up to one millisecond, evenly spread."""
 
 
-def respond(command: Floats, step: float, *, lag: Floats, delay: float, parts: int) -> Floats:
+def respond(
+    command: Floats,
+    step: float,
+    *,
+    lag: Floats,
+    delay: float,
+    parts: int,
+    fall: Floats | None = None,
+) -> Floats:
     """State of first-order actuators under commands held from row to row, exactly.
 
     Equation:
-        x' = (u(t - d) - x) / tau, u held from t_k to t_k+1.
+        x' = (u(t - d) - x) / tau, u held from t_k to t_k+1; tau is ``fall`` where |u| < |x| at the
+        start of a stretch of one command, ``lag`` elsewhere.
 
     Args:
         command: one row per step, shape (T, n).
@@ -23,6 +32,7 @@ def respond(command: Floats, step: float, *, lag: Floats, delay: float, parts: i
         lag: tau [s], shape (n,).
         delay: d [s], at least zero.
         parts: equal parts into which every step is divided.
+        fall: tau while an actuator slows down [s], shape (n,); None for ``lag``.
 
     Returns:
         State at the start of every part, shape (T, parts, n); before the first row the first
@@ -38,6 +48,9 @@ def respond(command: Floats, step: float, *, lag: Floats, delay: float, parts: i
     following = command[np.clip(index.astype(int) + 1, 0, rows - 1)]
     before = np.minimum(change, part)[:, None]
     tau = np.maximum(lag, 1e-6)
+    if fall is not None and np.any(fall != lag):
+        taus = tau, np.maximum(fall, 1e-6)
+        return _by_sign(held, following, before, part, taus).reshape(rows, parts, count)
     out = np.empty((rows * parts, count))
     early, late = np.exp(-before / tau), np.exp(-(part - before) / tau)
     decay = np.exp(-part / tau)
@@ -47,3 +60,22 @@ def respond(command: Floats, step: float, *, lag: Floats, delay: float, parts: i
         state = [decay[k] * out[0, k]]
         out[1:, k] = lfilter([1.0], [1.0, -decay[k]], gained[:-1, k], zi=state)[0]
     return out.reshape(rows, parts, count)
+
+
+def _by_sign(
+    held: Floats, following: Floats, before: Floats, part: float, taus: tuple[Floats, Floats]
+) -> Floats:
+    """State at the start of every part, where rising and falling have their own time constants."""
+    out = np.empty_like(held)
+    # what is kept over the two stretches of every part, rising and falling
+    early, late = ([np.exp(-s / tau) for tau in taus] for s in (before, part - before))
+    state = out[0] = held[0]
+    for k in range(len(held) - 1):
+        for goal, (rise, fall) in (
+            (held[k], (early[0][k], early[1][k])),
+            (following[k], (late[0][k], late[1][k])),
+        ):
+            kept = np.where(np.abs(goal) < np.abs(state), fall, rise)
+            state = goal + (state - goal) * kept
+        out[k + 1] = state
+    return out

@@ -223,11 +223,13 @@ def test_the_replayed_drives_are_those_of_the_drivetrain() -> None:
         position=[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]],
         direction=[1.0, -1.0],
         time_constant=[0.03, 0.05],
+        spin_down=[0.06, 0.05],
     )
     delay = get("effect", "command_delay").load()(delay=0.0125)
     train = Drivetrain(bind_effects({"rotors": rotors, "late": delay}, ("base",)), 0)
     command = np.random.default_rng(0).uniform(200.0, 600.0, (40, 2))
-    whole = respond(command, 0.01, lag=np.array([0.03, 0.05]), delay=train.response.delay, parts=4)
+    lags = {"lag": np.array([0.03, 0.05]), "fall": np.array([0.06, 0.05])}
+    whole = respond(command, 0.01, **lags, delay=train.response.delay, parts=4)
     state = command[:1].copy()
     for k in range(160):
         state = train.drive(k * 0.0025, command[k // 4][None], state)

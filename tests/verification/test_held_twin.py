@@ -11,6 +11,7 @@ import pytest
 from seals.batch import BatchDynamics
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
+from seals.batch.response import Response
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.hydrostatics import HullTable
@@ -112,6 +113,32 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
         )
     assert np.abs(found[1]).max() > 5.0
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-9)
+
+
+def test_a_fused_body_answers_a_push_as_the_tree_does(model: Any) -> None:
+    """Linear responses of both forms, to pushes on the base and to more drag on a link."""
+    settings, robot, effects = model
+    whole, held = hold(robot, effects, POSTURE)
+    batch, rng = 5, np.random.default_rng(2)
+    pose = {
+        "position": rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.1],
+        "rpy": rng.normal(size=(batch, 3)) * 0.4,
+        "velocity": rng.normal(size=(batch, 3)),
+        "angular_velocity": rng.normal(size=(batch, 3)),
+    }
+    inputs = Inputs(0.0, np.zeros((1, 0)), np.full((batch, 4), 500.0), np.full((batch, 1), 15.0))
+    found = []
+    for held_form in (True, False):
+        form = replace(whole, held=held_form)
+        twin = BatchDynamics(form, held, settings.environment, settings.wave, batch=batch)
+        assert isinstance(twin.body, FusedBody) is held_form
+        state = twin.start(**pose)
+        posture = twin.posture(state, np.zeros((batch, 1)))
+        response = Response(twin, state, np.zeros((batch, 1)), inputs, posture)
+        forces = [response.force(twin.effects)]
+        found.append(np.stack([*response.pushed(), *response.changes(forces)]))
+    assert np.abs(found[1]).max() > 1.0
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-8, atol=1e-8)
 
 
 def test_a_posture_of_the_wrong_length_is_refused(model: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,9 +13,18 @@ from seals.arrays import Floats
 from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.effects.binding import has_hook
-from seals.effects.effect import Actuated, Effect, Inertia, JointDriven, JointLoads, Loads
+from seals.effects.effect import (
+    Actuated,
+    ActuatorOptions,
+    Effect,
+    Inertia,
+    JointDriven,
+    JointLoads,
+    Loads,
+)
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError
+from seals.plugin_options import options_of
 from seals.robot.fusing import fused
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
@@ -35,6 +44,7 @@ class RobotParts:
         written: key in ``robot.yaml`` of each instance that stands there, such as
             ``effects.water_drag``.
         lag: first-order time constants of the drives [s], shape (n,).
+        fall: the same while they slow down [s], shape (n,).
         commands: channels of the drives' commands, one for each kind, in their order.
         servo: gains of the joint servos, shape (J,) each; empty without servos.
         columns: for each joint the index of its column in the log.
@@ -44,6 +54,7 @@ class RobotParts:
     effects: Mapping[str, Effect]
     written: Mapping[str, str]
     lag: Floats
+    fall: Floats
     commands: tuple[str, ...]
     servo: Mapping[str, Floats]
     columns: tuple[int, ...]
@@ -89,10 +100,17 @@ def parts_of(
         effects=made,
         written=written,
         lag=np.concatenate(lags) if lags else np.zeros(0),
+        fall=falls(actuators),
         commands=tuple(dict.fromkeys(_channel(e) for e in actuators)),
         servo=servo,
         columns=_columns(description, model, meta),
     )
+
+
+def falls(actuators: Iterable[Any]) -> Floats:
+    """Return time constants of actuators while they slow down, in their order [s], shape (n,)."""
+    own = [(options_of(e, ActuatorOptions).fall, e.lag) for e in actuators]
+    return np.concatenate([np.zeros(0), *(lag if fall is None else fall for fall, lag in own)])
 
 
 def _stowed(robot: RobotModel) -> Floats:

@@ -18,7 +18,7 @@ from seals.registry import get
 from seals.robot.model import RobotModel
 from seals.sysid.data.known_sea import known_sea, sea_laws
 from seals.sysid.data.robot_description import RobotDescription
-from seals.sysid.data.robot_vehicle import parts_of
+from seals.sysid.data.robot_vehicle import falls, parts_of
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Names in the baseline that stand for actuators."""
@@ -47,6 +47,8 @@ class Vehicle:
         columns: for each joint the index of its column in the log; empty for their own order.
         written: key in ``robot.yaml`` of each effect that stands there.
         sea: known waves; None for calm water.
+        fall: time constants of the actuators while they slow down [s], shape (n,); None for
+            ``lag``.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Vehicle:
     columns: tuple[int, ...] = ()
     written: Mapping[str, str] = field(default_factory=dict)
     sea: Any = None
+    fall: Floats | None = None
 
     @property
     def hull(self) -> Hull | None:
@@ -141,6 +144,7 @@ def _of_meta(
         "robot": robot,
         "effects": effects,
         "lag": lag,
+        "fall": falls(actuators.values()),
         "commands": commands,
         "full_voltage": (spec.get("battery") or {}).get("full_voltage"),
         "servo": {} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
@@ -169,6 +173,7 @@ def _of_robot(
         "robot": parts.robot,
         "effects": effects,
         "lag": parts.lag,
+        "fall": parts.fall,
         "commands": parts.commands[0] if parts.commands else "",
         "full_voltage": (meta.get("battery") or {}).get("full_voltage"),
         "servo": parts.servo,
@@ -329,6 +334,8 @@ def _actuators(spec: Mapping[str, Any]) -> tuple[dict[str, Effect], Floats, str]
         keys = ("position", "axis", "direction", "thrust_coefficient", "torque_coefficient")
         table = {k: [r[k] for r in rotors] for k in (*keys, "time_constant", "radius", "max_speed")}
         table["direction"] = [float(d) for d in table["direction"]]
+        if all("spin_down" in r for r in rotors):
+            table["spin_down"] = [r["spin_down"] for r in rotors]
         made["rotors"] = get("actuator", "rotors").load()(**_floats(table))
     if thrusters:
         own = ("position", "axis", "time_constant", "max_force")

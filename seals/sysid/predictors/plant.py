@@ -159,12 +159,14 @@ class Plant:
     def _respond(self, delay: float, lag: float) -> Drive:
         samples, parts = self.samples, 2 * self.parts
         tau = np.maximum(self.vehicle.lag + lag, 1e-4)
+        fall = self.vehicle.fall
         at = np.zeros((samples.rows, parts + 1, len(tau)))
         for first, last in samples.runs:
             states = respond(
                 samples.command[first:last],
                 samples.step,
                 lag=tau,
+                fall=None if fall is None else np.maximum(fall + lag, 1e-4),
                 delay=max(JITTER + delay, 0.0),
                 parts=parts,
             )

@@ -67,7 +67,8 @@ class Model:
             parts: integration steps per row.
         """
         effects = {n: e for n, e in self.vehicle.effects.items() if not e.stiff}
-        vehicle = replace(self.vehicle, effects=effects, lag=self.lag)
+        response = response_of(self.bound)
+        vehicle = replace(self.vehicle, effects=effects, lag=response.lag, fall=response.fall)
         plant = Plant(
             vehicle,
             CandidateSet(effects=dict(effects), parameters={}, candidates=()),

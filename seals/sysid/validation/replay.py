@@ -127,6 +127,7 @@ def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None
             command[first:last],
             samples.step,
             lag=response.lag,
+            fall=response.fall,
             delay=model.command_delay,
             parts=parts,
         )
