@@ -86,7 +86,8 @@ def execute(config: Any) -> int:
     sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
-        whole, said = adapted(replace(log, meta=sheet | log.meta | meta), config, vehicle)
+        known = sheet | _of_log(log.meta, vehicle) | meta
+        whole, said = adapted(replace(log, meta=known), config, vehicle)
         for words in said:
             print(f"recognised: {words}")
         _tell(whole, vehicle)
@@ -147,6 +148,13 @@ def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     return sheet, vehicle_of(found.robot, found.actuators)
 
 
+def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, Any]:
+    """Metadata of a reader; less its vehicle where that is a mere name or mass beside a robot."""
+    stated = meta.get("vehicle")
+    part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
+    return {k: v for k, v in meta.items() if not (part and k == "vehicle")}
+
+
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:
     """Return a log in ENU and FLU, with rotor speeds and even rows, and what was recognised.
 
@@ -173,10 +181,22 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
             said += words
         else:
             said.append("motor commands, kept as they are: robot=FOLDER turns them into speeds")
-    late = {str(key): float(value) for key, value in config.late.items()}
+    late = _shifts(config.late)
     log = even_rows(log, float(config.rate), late)
     said += [f"{stem} was late by {shift:g} s" for stem, shift in late.items()]
     return log, said
+
+
+def _shifts(given: Any) -> dict[str, float]:
+    """Times by which channels are late [s], as the option states them."""
+    entries = dict(given) if isinstance(given, Mapping) else {} if given is None else {"": given}
+    for key, value in entries.items():
+        if not key or isinstance(value, bool) or not isinstance(value, int | float):
+            raise ConfigError(
+                f"late={given} is not allowed.\n"
+                "Allowed: the time of each channel in seconds, as in 'late={position: 0.03}'"
+            )
+    return {str(key): float(value) for key, value in entries.items()}
 
 
 def _cut(log: Log, span: list[float]) -> Log:
@@ -200,6 +220,6 @@ def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
     found = check_log(log, vehicle)
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
-        raise SealsError(f"log '{log.name}' cannot be used: {grave[0].message}")
+        raise SealsError(f"log '{log.name}' cannot be used: {grave[0]}")
     for finding in found[:_MOST_FINDINGS]:
         print(" ".join(str(finding).split()))

@@ -66,7 +66,7 @@ class ConvertSettings:
     controller: Any = None
     axes: AxesSettings = field(default_factory=AxesSettings)
     motors: MotorSettings = field(default_factory=MotorSettings)
-    late: dict[str, float] = field(default_factory=dict)
+    late: Any = None
     span: list[float] = field(default_factory=list)
     rate: float = 0.0
     table: str = "log.parquet"

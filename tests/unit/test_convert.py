@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from seals.cli.convert import _of_log
 from seals.cli.main import main
 from seals.logs import read_native
 
@@ -34,6 +35,28 @@ def test_a_table_with_a_map_becomes_a_log_folder(
     assert log.columns["depth"][1] == pytest.approx(0.52)
     assert log.meta["vehicle"]["mass"] == 2.5
     assert not (bench / "runs").exists()
+
+
+def test_a_channel_that_is_late_is_shifted(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its values stand earlier by the time given; a number without a channel is refused."""
+    words = ["convert", "log=tank.csv", "map=map.yaml"]
+    assert main([*words, "out=plain"]) == 0
+    assert main([*words, "late={depth: 0.02}", "out=shifted"]) == 0
+    assert "depth was late by 0.02 s" in capsys.readouterr().out
+    plain, shifted = (read_native(bench / k).columns["depth"] for k in ("plain", "shifted"))
+    assert shifted[:-2] == pytest.approx(plain[2:])
+    for wrong in ("late=3", "late={depth: soon}", "late=[1]"):
+        assert main([*words, wrong, "out=not"]) == 2
+        assert "late={position: 0.03}" in capsys.readouterr().err
+
+
+def test_a_reader_that_knows_a_mass_leaves_the_vehicle_to_the_robot() -> None:
+    """Half a description beside a robot's folder would be refused as one that is damaged."""
+    partial = {"vehicle": {"name": "cf", "mass": 0.027}, "battery": {"full_voltage": 4.2}}
+    assert _of_log(partial, {"mass": 0.03}) == {"battery": {"full_voltage": 4.2}}
+    assert _of_log(partial, {}) == partial
+    whole = {"vehicle": {"mass": 0.027, "inertia": 1}}
+    assert _of_log(whole, {"mass": 0.03}) == whole
 
 
 def test_a_folder_is_replaced_only_when_told_and_only_a_log(

@@ -17,6 +17,8 @@ from seals.sysid.residual_force.terms import basis_of
 _DRAWS = 60
 _FLAT = 0.6
 """Standard error from which on an exponent says nothing."""
+_STANDSTILL = 0.01
+"""Share of the mean wrench of the actuators below which they count as standing still."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +80,8 @@ def _speed(around: Conditions, medium: str) -> Family:
 
 def _throttle(around: Conditions) -> Family:
     assert around.throttle is not None
-    level = around.throttle / around.throttle.mean()
+    # powers below zero have no value at a standstill
+    level = np.maximum(around.throttle / around.throttle.mean(), _STANDSTILL)
     axes = np.concatenate([np.eye(3), np.zeros((3, 3))])
     return lambda p: level[:, None, None] ** p * axes, np.arange(-0.5, 3.1, 0.5)
 
