@@ -23,6 +23,7 @@ from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.initial_guesses import law_of
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
 
@@ -236,10 +237,10 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -
     values, own = reported_values(
         candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.joint_velocity
     )
+    law = law_of(candidate_set, candidate)
+    meta = {} if law is None else parameters_of(law)
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
         value, spread = values[key], fit.robust_spread(key)
-        effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
-        meta = parameters_of(effect) if effect is not None else {}
         parameter = candidate_set.parameters[key].parameter
         unit = meta[parameter].unit if parameter in meta else "1"
         # the datasheet's tolerance of the same quantity cannot be told from the effect

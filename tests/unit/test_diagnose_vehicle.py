@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from seals.errors import LogError
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.vehicle import read_vehicle
+from seals.sysid.diagnosis import parameters
 
 
 def link(name: str, parent: str, **joint: Any) -> dict[str, Any]:
@@ -107,3 +109,25 @@ def test_a_load_is_sought_where_the_vehicle_has_its_mass() -> None:
     # the place means nothing without a mass, so that the fit starts from some
     assert load.starts
     assert all(start[0] > 0.0 for start in load.starts)
+
+
+def test_waves_are_told_in_their_units() -> None:
+    """They belong to the water, not to an effect: metres, seconds and radians all the same."""
+    floating = described([link("upper", "body")])
+    box = {"type": "box", "position": [0, 0, 0], "rpy": [0, 0, 0], "size": [0.3, 0.2, 0.1]}
+    floating["vehicle"]["hull"] = {
+        "displaced_volume": 0.006,
+        "centre_of_buoyancy": [0, 0, 0],
+        "plan_area": 0.06,
+        "primitives": [box],
+    }
+    floating["environment"] = {"water_level": 0.0}
+    candidate_set = candidate_set_of(read_vehicle(floating), speeds=np.ones(3))
+    waves = next(c for c in candidate_set.candidates if c.name == "waves")
+    fit: Any = SimpleNamespace(values=dict.fromkeys(waves.keys, 1.0), robust_spread=lambda key: 0.1)
+    fitter = SimpleNamespace(
+        candidate_set=candidate_set, trajectory=SimpleNamespace(joint_velocity=np.zeros((2, 1)))
+    )
+    hypothesis: Any = SimpleNamespace(fitter=fitter)
+    found = parameters(waves, fit, hypothesis)
+    assert [found[k]["unit"] for k in ("amplitude", "period", "direction")] == ["m", "s", "rad"]
