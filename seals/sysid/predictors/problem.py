@@ -17,7 +17,7 @@ from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
-from seals.sysid.predictors.linearise import Dynamics, dynamics_along, predict
+from seals.sysid.predictors.linearise import Columns, Dynamics, dynamics_along, predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import simulated_trajectory, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
@@ -149,12 +149,14 @@ class Linearisation:
         dynamics: derivatives along it.
         at: parameters of the linearisation.
         gusts: factor on their stated level.
+        columns: responses of the tolerances, when they are known.
     """
 
     trajectory: Trajectory
     dynamics: Dynamics
     at: Mapping[str, float]
     gusts: float
+    columns: Columns | None = None
 
     @classmethod
     def of(cls, fitter: Fitter) -> Linearisation:
@@ -164,6 +166,7 @@ class Linearisation:
             dynamics=fitter.dynamics,
             at=fitter.at,
             gusts=fitter.windows.gusts,
+            columns=fitter.columns,
         )
 
     def fitter(
@@ -182,7 +185,15 @@ class Linearisation:
             plant, self.trajectory, self.dynamics, window=window, gusts=self.gusts, delay=delay
         )
         cache = TrajectoryCache(plant, self.trajectory) if cache is None else cache
-        return Fitter(plant, self.trajectory, self.dynamics, windows, at=self.at, cache=cache)
+        return Fitter(
+            plant,
+            self.trajectory,
+            self.dynamics,
+            windows,
+            at=self.at,
+            columns=self.columns,
+            cache=cache,
+        )
 
 
 def windows_of(

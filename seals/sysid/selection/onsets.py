@@ -10,6 +10,7 @@ import numpy as np
 from seals.sysid.candidates.activity import Activity, log_rows
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.parallel import spread
 from seals.sysid.predictors.activity_equations import activity_equations, coarse_equations
 from seals.sysid.predictors.linear_screen import CandidateEquations, linear_gain
 from seals.sysid.predictors.problem import Problem
@@ -45,6 +46,8 @@ def proposals(
     base: EvidenceHypothesis,
     candidates: Sequence[Candidate],
     table: CandidateEquations,
+    *,
+    processes: int = 1,
 ) -> list[tuple[Candidate, dict[str, float]]]:
     """Return effects that explain more for a time than throughout, with first values.
 
@@ -53,27 +56,37 @@ def proposals(
         base: model that they would extend.
         candidates: effects to look at.
         table: linear equations of all of them about the base.
+        processes: that share the searches for times.
     """
     fitter, policy = base.fitter, problem.policy
     common, _ = linear_gain(fitter, table, ())
     top = max((linear_gain(fitter, table, c.all_keys)[0] - common for c in candidates), default=0.0)
     # one that is far behind the best constant effect imitates it
     least = max(top - policy.behind - policy.behind_share * top, policy.screen_further)
-    ranked: list[tuple[float, Candidate]] = []
-    for candidate in candidates:
-        # what needs a first guess is timed once it is fitted throughout
-        if candidate.identification.guessed or not may_act_for_a_time(problem, candidate):
-            continue
+    # what needs a first guess is timed once it is fitted throughout
+    timed = [
+        c for c in candidates if not c.identification.guessed and may_act_for_a_time(problem, c)
+    ]
+
+    def coarse(candidate: Candidate) -> ChangePoints:
         equations = coarse_equations(fitter, table, candidate)
-        found = ChangePointSearch(equations, candidate, policy).run()
-        if found.activity is not None and found.gain > max(found.throughout, least):
-            ranked.append((found.gain, candidate))
+        return ChangePointSearch(equations, candidate, policy).run()
+
+    ranked = [
+        (found.gain, c)
+        for c, found in zip(timed, spread(coarse, timed, processes), strict=True)
+        if found.activity is not None and found.gain > max(found.throughout, least)
+    ]
     ranked.sort(key=lambda r: -r[0])
     about = fitter.start(base.fit.free) if not base.fit.free else base.fit
-    out = []
-    for _, candidate in ranked[: problem.budget.changing]:
+
+    def fine(candidate: Candidate) -> ChangePoints:
         equations = activity_equations(fitter, about, candidate, _offsets(fitter.windows, policy))
-        found = ChangePointSearch(equations, candidate, policy).run()
+        return ChangePointSearch(equations, candidate, policy).run()
+
+    chosen = [c for _, c in ranked[: problem.budget.changing]]
+    out = []
+    for candidate, found in zip(chosen, spread(fine, chosen, processes), strict=True):
         if found.activity is not None:
             acting = candidate.acting(found.activity)
             given = {k: base.fit.values[k] for k in base.fit.free}

@@ -289,7 +289,7 @@ def extensions(
     regular = [c for c in candidates if not c.identification.guessed]
     uncertain = [c.name for c in regular if c.identification.always_fitted]
     table, first = linear_screen(base, regular, always=uncertain if missing else ())
-    first += proposals(problem, base, regular, table)
+    first += proposals(problem, base, regular, table, processes=processes)
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     jobs += [
         (c, begin)
