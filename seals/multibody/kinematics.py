@@ -85,6 +85,8 @@ class Kinematics:
         if self._single is not None:
             return self._single.jacobian()[None]
         xp = namespace(self.origins)
+        if type(self._arm) is np.ndarray and self._lead and self.tree.joints:
+            return self._filled_jacobian()
         upper, lower = [], []
         if self._lead:
             eye, zero = self._base_blocks()
@@ -97,6 +99,18 @@ class Kinematics:
         turned = xp.matmul(self._back, xp.concat((*upper, *lower), axis=3))
         size = turned.shape[3] // 2
         return xp.concat((turned[:, :, :, :size], turned[:, :, :, size:]), axis=2)
+
+    def _filled_jacobian(self) -> Array:
+        """The same on NumPy, without products by the identity and zeros of the base."""
+        linear, angular = self._joint_columns()
+        first, joints = self._lead, self.tree.joints
+        world = np.concatenate((skew_last(-self._arm), linear, angular), axis=3)
+        turned = np.matmul(self._back, world)
+        out = np.zeros((*self._arm.shape[:2], 6, first + joints))
+        out[:, :, :3, :3] = out[:, :, 3:, 3:6] = self._back
+        out[:, :, :3, 3:] = turned[:, :, :, : 3 + joints]
+        out[:, :, 3:, first:] = turned[:, :, :, 3 + joints :]
+        return out
 
     def _joint_columns(self) -> tuple[Array, Array]:
         """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""

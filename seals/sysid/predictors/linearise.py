@@ -23,7 +23,7 @@ from seals.sysid.predictors.trajectory_cache import (
 )
 
 _ROWS = 24000
-"""Rows of one batch: as many as stay in the cache."""
+"""Rows of one batch, those of all links: as many as stay in the cache."""
 _NUDGE = 1e-5
 """Step of the difference quotients of the state [m, rad, m/s, rad/s]."""
 
@@ -382,7 +382,7 @@ def _everywhere(
     plant, trajectory = cache.plant, cache.trajectory
     count, drive = plant.samples.rows, plant.drive(used)
     out: list[Floats] = []
-    batch = max(1, _ROWS // count)
+    batch = max(1, _ROWS // (count * len(plant.vehicle.robot.links)))
     for start in range(0, len(shifts), batch):
         chosen = shifts[start : start + batch]
         rows = np.tile(np.arange(count), len(chosen))
