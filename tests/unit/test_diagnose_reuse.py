@@ -1,0 +1,88 @@
+"""What diagnoses keep of a trajectory and of a linearisation gives what is computed afresh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seals.batch.response import Response
+from seals.sysid.data.vehicle import read_vehicle
+from seals.sysid.parallel import spread
+from seals.sysid.predictors.linearise import _accelerations, _everywhere
+from seals.sysid.predictors.plant import Held
+from seals.sysid.predictors.problem import Linearisation, linearise_model
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
+from tests.unit.test_diagnose_along import VALUES, described, waving
+
+
+@pytest.fixture(params=[None, 0.0], ids=["in air", "at the surface"])
+def cache(request: pytest.FixtureRequest) -> TrajectoryCache:
+    """A plant with an arm along its trajectory."""
+    plant, trajectory = waving(read_vehicle(described(request.param)))
+    known = plant.candidate_set.parameters
+    assert set(VALUES) <= set(known)
+    return TrajectoryCache(plant, trajectory)
+
+
+def test_sensors_feel_the_command_in_force(cache: TrajectoryCache) -> None:
+    """Another command to the joints changes a known response as it does a fresh evaluation."""
+    inputs = cache.inputs(VALUES, Held.row)
+    commanded = inputs.joint_command + 0.05
+    inputs = inputs._replace(joint_command=commanded)
+    twin = cache.plant.twin(VALUES, len(cache.rows))
+    fresh = packed(twin.rates(cache.state, cache.time, inputs))
+    known = cache.response(VALUES)
+    assert np.abs(packed(known.rates) - fresh).max() > 1e-2
+    assert packed(known.rates_under(inputs)) == pytest.approx(fresh, rel=1e-9, abs=1e-9)
+
+
+def test_inputs_that_change_the_links_are_evaluated_afresh(cache: TrajectoryCache) -> None:
+    """Rotors that run faster push the base: the known right side does not hold."""
+    inputs = cache.inputs(VALUES, Held.row)
+    inputs = inputs._replace(drive=1.1 * inputs.drive)
+    twin = cache.plant.twin(VALUES, len(cache.rows))
+    fresh = packed(twin.rates(cache.state, cache.time, inputs))
+    found = packed(cache.response(VALUES).rates_under(inputs))
+    assert found == pytest.approx(fresh, rel=1e-9, abs=1e-9)
+
+
+def test_other_velocities_at_known_poses(cache: TrajectoryCache) -> None:
+    """Poses of the trajectory serve shifts of velocities; those of poses keep their place."""
+    size = cache.trajectory.size
+    shifts = [1e-3 * np.eye(size)[k] for k in range(size)]
+    found = _accelerations(cache, VALUES, shifts)
+    fresh = _everywhere(cache, VALUES, shifts, stiff=True)
+    assert cache.moved(VALUES, shifts[6:12], stiff=True) is not None
+    assert np.array(found) == pytest.approx(np.array(fresh), rel=1e-9, abs=1e-9)
+
+
+def test_a_fitter_is_built_again_from_its_linearisation(cache: TrajectoryCache) -> None:
+    """What comes back from another process gives the same fit."""
+    fitter = linearise_model(cache.plant, cache.trajectory, VALUES, window=0.5, gusts=1.2)
+    about = spread(lambda _: Linearisation.of(fitter), [0, 1], 2)[0]
+    again = about.fitter(cache.plant, window=0.5)
+    assert again.windows.gusts == 1.2
+    assert again.fit(()).cost == fitter.fit(()).cost
+    without = replace(about, columns=None).fitter(cache.plant, window=0.5)
+    assert without.fit(()).cost == pytest.approx(fitter.fit(()).cost, rel=1e-12)
+
+
+def test_few_equations_of_motion_are_kept(
+    cache: TrajectoryCache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last values are at hand, also for a plant in which nothing else acts; older ones go."""
+    made: list[int] = []
+    build = Response.__init__
+
+    def counted(self: Response, *args: object) -> None:
+        made.append(1)
+        build(self, *args)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Response, "__init__", counted)
+    for mass in (0.01, 0.02, 0.03, 0.04, 0.04, 0.03):
+        cache.response({"mass.mass": mass})
+    assert len(made) == 4
+    cache.response({"mass.mass": 0.01})
+    assert len(made) == 5
