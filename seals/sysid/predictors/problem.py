@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.frames import conjugate, multiply, rotation_vector
 from seals.logs.log import Log
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
@@ -37,6 +39,8 @@ _BIASES = (0.1, 1.0)
 """1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
 _FINE = 0.04
 """Spacing of the knots of the free force [s]."""
+_ASTRAY = 3.0
+"""Root mean square distance from the measured pose from which a step has diverged [1-sigma]."""
 _FORGOTTEN = 5.0
 """Time constants after which the start of an actuator no longer matters."""
 GUSTS = 1.3
@@ -327,8 +331,41 @@ def refined(
         error = windows.states(windows.residual(prediction), prediction)
         # no free torque acts on the joints: they stay as measured
         error[:, 12:] = 0.0
+        astray = _astray(plant, trajectory, trajectory.moved(error), windows.rows)
+        error[windows.rows[astray]] = 0.0
         trajectory = trajectory.moved(error)
     return trajectory
+
+
+def _astray(
+    plant: Plant, before: Trajectory, after: Trajectory, rows: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return true for windows that a step leads away from the measured pose, shape (W,).
+
+    Where forces change within a row or two, as on rotors that touch water, a step of a linear
+    model can diverge; noise alone leaves a window no three standard deviations off.
+
+    Args:
+        plant: extended model.
+        before: trajectory before the step.
+        after: trajectory after it.
+        rows: of the windows, shape (W, K).
+    """
+    samples, sigma = plant.samples, plant.vehicle.sigma
+    place, turn = samples.channels["position"], samples.channels["orientation"]
+
+    def off(trajectory: Trajectory) -> Floats:
+        shift = (trajectory.position - place) / sigma["position"]
+        tilt = rotation_vector(multiply(conjugate(turn), trajectory.quaternion))
+        both = np.concatenate([shift, tilt / sigma["orientation"]], axis=1)[rows]
+        given = np.isfinite(both)
+        total = np.where(given, both, 0.0) ** 2
+        mean: Floats = total.sum(axis=(1, 2)) / np.maximum(given.sum(axis=(1, 2)), 1)
+        return mean
+
+    level = off(after)
+    out: NDArray[np.bool_] = ~(level <= np.maximum(_ASTRAY**2, off(before)))
+    return out
 
 
 def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:

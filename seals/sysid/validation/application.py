@@ -13,15 +13,17 @@ from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
+from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.validation.ablation import Ablation, compare_ends, replay_count, replay_variants
+from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
 from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
 from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, timed_words, withdraw, write_overlay
 
-RESULT, PICTURE = "verify.json", "ladder.png"
+RESULT, PICTURE, ACCELERATION = "verify.json", "ladder.png", "acceleration.png"
 
 
 def add(config: Any) -> int:
@@ -47,7 +49,7 @@ def add(config: Any) -> int:
             "Give the very log, or diagnose this one."
         )
     base = _base(config.base)
-    found = refit(log, finding)
+    found = refit(log, finding, robot=_robot(config, place))
     content = overlay_of(finding, found, base, log=str(Path(place).resolve()), sha256=digest)
     content["provenance"]["vehicle"] = str((log.meta.get("vehicle") or {}).get("name", ""))
     read_overlay({"name": target.stem, "file": str(target), **content})
@@ -94,9 +96,10 @@ def verify(config: Any) -> int:
     logs = {p: _read(config, p, k) for p, k in _places(config)}
     for log in logs.values():
         _same_vehicle(overlay, log)
-    found = verified(overlay, logs, str(config.log))
+    problems = {p: prepare(log, robot=_robot(config, p)) for p, log in logs.items()}
+    found = verified(overlay, problems, str(config.log))
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
-    _write(out, found)
+    _write(out, found, logs[str(config.log)])
     print_table(found)
     print("\n".join(sentences(found)))
     if found.withdrawn and overlay.file:
@@ -106,19 +109,19 @@ def verify(config: Any) -> int:
     return found.exit_code
 
 
-def verified(overlay: Overlay, logs: Mapping[str, Log], first: str) -> Verification:
+def verified(overlay: Overlay, problems: Mapping[str, Problem], first: str) -> Verification:
     """Replay all variants on one log and the ends on the others, and decide.
 
     Args:
         overlay: the model.
-        logs: by folder.
+        problems: logs made ready, by folder.
         first: folder of the log on which all variants are replayed; the others are older ones.
     """
     fitted = log_digest(first) == overlay.provenance.get("log_sha256")
-    ablation = _with_bar(first, prepare(logs[first]), overlay, whole=True)
+    ablation = _with_bar(first, problems[first], overlay, whole=True)
     older = [
-        _with_bar(place, prepare(log), overlay, whole=False)
-        for place, log in logs.items()
+        _with_bar(place, problem, overlay, whole=False)
+        for place, problem in problems.items()
         if place != first
     ]
     return judge(overlay, ablation, older, fitted=fitted)
@@ -134,6 +137,11 @@ def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) ->
 def _places(config: Any) -> list[tuple[str, str]]:
     """Folders of all logs and the keys that name them."""
     return [(str(config.log), "log"), *((str(p), "older") for p in config.older)]
+
+
+def _robot(config: Any, place: str) -> RobotDescription | None:
+    """Robot that is given, else that of a run of SEALS, else None: the log describes it."""
+    return described(config) or describe_run(Path(place))
 
 
 def _read(config: Any, place: str, key: str) -> Log:
@@ -185,7 +193,7 @@ def _base(name: str | None) -> dict[str, Any]:
     return raw
 
 
-def _write(out: Path, found: Verification) -> None:
+def _write(out: Path, found: Verification, log: Log) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -193,5 +201,8 @@ def _write(out: Path, found: Verification) -> None:
     write_json(out / RESULT, found.to_dict())
     try:
         draw_ablation(out / PICTURE, found)
+        felt = acceleration_of(found, log)
+        if felt is not None:
+            draw_acceleration(out / ACCELERATION, felt, found)
     except MissingExtra as missing:
         print(f"No picture: {' '.join(str(missing).split())}")

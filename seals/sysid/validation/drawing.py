@@ -60,23 +60,33 @@ def draw_ablation(path: Path, found: Verification) -> None:
     Raises:
         MissingExtra: there is no matplotlib.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as cause:
-        raise MissingExtra(
-            "the picture of the ablation needs matplotlib, which is not installed.\n"
-            "Install it: pip install matplotlib"
-        ) from cause
     ablation = found.ablation
-    figure = Figure(figsize=(1.9 + 1.5 * (len(ablation.variants) + 1), 4.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = canvas((1.9 + 1.5 * (len(ablation.variants) + 1), 4.2))
     axes = figure.add_subplot()
     _bars(axes, ablation)
     words = found.word.replace("_", " ")
     axes.set_title(f"{found.overlay.name} on {ablation.name}: {words}", fontsize=11)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
+
+
+def canvas(size: tuple[float, float]) -> Any:
+    """Return an empty figure of some width and height [in] that needs no display.
+
+    Raises:
+        MissingExtra: there is no matplotlib.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as cause:
+        raise MissingExtra(
+            "a picture of a verification needs matplotlib, which is not installed.\n"
+            "Install it: pip install matplotlib"
+        ) from cause
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
 
 
 def _bars(axes: Any, ablation: Ablation) -> None:

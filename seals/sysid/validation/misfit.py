@@ -84,6 +84,7 @@ class Misfit:
         each: whitened misfit of every window once start states and gusts are free, shape (W,).
         plain: root mean square error by channel and horizon, in the channel's unit.
         channels: whitened mean square by channel that start states and gusts leave.
+        track: of the simulator.
     """
 
     model: Model
@@ -92,6 +93,7 @@ class Misfit:
     each: Floats
     plain: Mapping[str, Mapping[float, float]]
     channels: Mapping[str, float]
+    track: Track
 
     @property
     def level(self) -> float:
@@ -192,6 +194,7 @@ def measure(
         each=whitened.product(whitened)[:, 0, 0],
         plain=plain_errors(track, ruler, delay=windows.delay),
         channels=by_channel(windows, windows.leftover(residual)),
+        track=track,
     )
 
 

@@ -16,6 +16,7 @@ from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
 from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.problem import (
     Problem,
@@ -71,18 +72,19 @@ class Refit:
         return out
 
 
-def refit(log: Log, finding: Finding) -> Refit:
+def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) -> Refit:
     """Fit the effects of an answer once more, from its values.
 
     Args:
         log: in which they were found.
         finding: effects to fit.
+        robot: as its folder describes it; None for the vehicle of the metadata.
 
     Raises:
         ConfigError: an effect is none that this vehicle could be missing.
         LogError: the log cannot be used.
     """
-    problem = prepare(log)
+    problem = prepare(log, robot=robot)
     choices = [
         [_acting(c, effect, log.name) for c in candidates_for(problem, effect)]
         for effect in finding.effects

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.robot.settings import RobotSettings
+
 
 @dataclass(kw_only=True)
 class AddSettings:
@@ -20,6 +22,11 @@ class AddSettings:
         log: log that was diagnosed, when the diagnosis does not name it or it has moved.
         reader: plug-in that reads the log.
         replace: whether a model of this name may be overwritten.
+        robot: folder or name of the robot, where the log does not describe its vehicle.
+        effects: of the robot, by instance name.
+        sensors: of the robot; the log's own metadata rule.
+        actuators: of the robot, by instance name.
+        controller: of the robot, of no use here.
     """
 
     diagnosis: str | None = None
@@ -31,6 +38,11 @@ class AddSettings:
     log: str | None = None
     reader: Any = None
     replace: bool = False
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None
 
 
 @dataclass(kw_only=True)
@@ -45,6 +57,11 @@ class VerifySettings:
         reader: plug-in that reads the logs.
         out: folder of the answer, or None for the run's folder.
         force: whether to take a model that was withdrawn.
+        robot: folder or name of the robot, where the logs do not describe their vehicle.
+        effects: of the robot, by instance name.
+        sensors: of the robot; the logs' own metadata rule.
+        actuators: of the robot, by instance name.
+        controller: of the robot, of no use here.
     """
 
     name: str = "verify"
@@ -54,3 +71,8 @@ class VerifySettings:
     reader: Any = None
     out: str | None = None
     force: bool = False
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None
