@@ -45,8 +45,8 @@ class DataFile:
 
     @property
     def stem(self) -> str:
-        """Name up to its first full stop, the same for both forms."""
-        return self.name.split(".", 1)[0]
+        """Name without the suffix of its format, the same for both forms."""
+        return Path(self.name.removesuffix(".gz")).stem
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -190,7 +190,7 @@ def test_every_shipped_set_is_fully_described() -> None:
             sums = [file.sha256, file.offline_sha256]
             assert any(sums)
             assert all(len(value) == 64 for value in sums if value)
-    assert found == 7
+    assert found == 8
 
 
 def test_ide_recording_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

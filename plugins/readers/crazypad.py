@@ -1,0 +1,99 @@
+"""Reader of the CrazyPAD flights of a Crazyflie with cut propellers and added weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from seals.errors import LogError, suggestion
+from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.log import Log
+from seals.logs.table import read_parquet
+from seals.plugins.readers.crazypad_files import flight_files
+
+_FLIGHTS: tuple[DataFile, ...] = flight_files()
+DATASET = Dataset(
+    folder="crazypad/flights",
+    repository="AerialRoboticsUUST/CrazyPAD",
+    commit="5448265fa1bbb3ce983a73a9336cc6e887886360",
+    licence="MIT",
+    attribution="Cite Masalimov, Muslimov, Kozlov, Munasypov, CrazyPAD, Data 2024, 9, 79.",
+    note="The offline tables hold the binary logs in SI units, without pulse widths; motor "
+    "commands of controller logs are rebuilt with the firmware's mixer.",
+    files=_FLIGHTS,
+)
+_BODY = ("x", "y", "z")
+_NEEDED = {
+    "t_s": "t",
+    **{f"command_{k}": f"motor_pwm_{k}" for k in (1, 2, 3, 4)},
+    **{f"{a}_m": f"estimated_position_{a}" for a in _BODY},
+}
+_PRESENT_IN_SOME = {
+    "battery_V": "battery_voltage",
+    **{f"gyro_{a}_rad_s": f"angular_velocity_{a}" for a in _BODY},
+    "accel_z_m_s2": "specific_force_z",
+}
+
+
+@dataclass(kw_only=True)
+class ReaderCrazypad:
+    """Flights of a 27 g quadrotor, healthy and changed on purpose; one log for each file.
+
+    Channels:
+        ``motor_pwm_1..4`` (share of full thrust before the battery's compensation),
+        ``estimated_position`` (on board); motor logs: ``battery_voltage``; controller logs:
+        ``angular_velocity``, ``specific_force_z``.
+    Units:
+        SI already; commands are shares, nominally 0.1471 N each at full.
+    Source:
+        https://github.com/AerialRoboticsUUST/CrazyPAD, 173 flights of 26 s at 100 Hz.
+    Licence:
+        MIT.
+    Limitations:
+        The public files are binary logs of another layout and are not read: offline tables only.
+        No reference camera, no attitude. The mass that flew is not known. Controller logs hold no
+        motor commands; those here follow from the mixer.
+
+    Args:
+        path: a table, the folder of the published set, or the name of one of its flights.
+    """
+
+    path: str = ""
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return one log for each flight.
+
+        Raises:
+            LogError: a table is absent, damaged or lacks a column.
+        """
+        return [_flight(path) for path in paths_of(DATASET, source or self.path or None)]
+
+
+def _flight(path: Path) -> Log:
+    if path.suffix != ".parquet":
+        raise LogError(
+            f"'{path}' is no table of a CrazyPAD flight.\n"
+            "Needed is the offline form, a .parquet file with t_s and command_1..4."
+        )
+    table = read_parquet(path)
+    missing = [name for name in _NEEDED if name not in table]
+    if missing:
+        raise LogError(
+            f"'{path}' has no column '{missing[0]}': it is no CrazyPAD flight.\n"
+            + suggestion(missing[0], table)
+        )
+    known = {**_NEEDED, **_PRESENT_IN_SOME}
+    columns = {ours: table[theirs] for theirs, ours in known.items() if theirs in table}
+    published = any(path.stem == file.stem for file in _FLIGHTS)
+    return Log(
+        name=path.stem,
+        columns=columns,
+        meta={
+            "vehicle": {"name": "crazyflie"},
+            "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None, "air_density": 1.2},
+            "motor_command": "thrust_share",
+            "notes": ["the mass that flew is not known"],
+        },
+        source=DATASET.source if published else str(path),
+        licence=DATASET.licence if published else "",
+    )
