@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-import seals.robots.crazyflie as crazyflie
 from benchmarks.crazypad_lines import Row, lines_of
 from benchmarks.healthy_flights import Balance, Changed, Healthy, compared, healthy_of
 from benchmarks.hover_balance import Airframe
@@ -25,6 +24,7 @@ from seals.errors import LogError, SealsError
 from seals.logs.log import Log
 from seals.plugins.readers.crazypad import ReaderCrazypad
 from seals.robot.robot_file import read_robot
+from seals.robots import crazyflie
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 

@@ -14,6 +14,9 @@ from seals.sysid.decision.verdict import Verdict
 
 OTHERS_COUNT = 2.0
 """Flights of one's own that the scatter of other vehicles of the type is worth."""
+EVIDENCE = 6.0
+"""Strong evidence (Kass and Raftery 1995) against healthy flights whose scatter is integrated over;
+also that by which one explanation rules out another [2 ln B]."""
 PLAUSIBLE = 0.1
 """Plausible relative loss of a rotor, as `WeakRotor` declares it: the prior of estimated losses."""
 _MOST = 3
@@ -148,15 +151,15 @@ def compared(frame: Airframe, healthy: Healthy, flight: Balance, policy: Decisio
         left = (change - one.changes) @ modes.T
         scores[one.name] = _gain(left, change @ modes.T, healthy.variance, healthy.degrees)
     dragged = {k: _drag(frame, healthy, flight, k) for k in range(healthy.commands.size)}
-    asked = policy.evidence_healthy + policy.evidence_further
+    asked = EVIDENCE + policy.evidence_further
     for k, evidence in dragged.items():
         # what trails on the floor is an effect beside its weight
         if evidence >= asked:
             scores[f"slung_load@{k + 1}"] = scores[f"payload@{k + 1}"] + evidence
     within = {one.name: one.within for one in known}
-    names = _near(scores, within, policy.evidence_healthy)
+    names = _near(scores, within, EVIDENCE)
     best = max(scores.values())
-    if best < policy.evidence_healthy:
+    if best < EVIDENCE:
         names = ()
     verdict = Verdict.ambiguous if len(names) > 1 else Verdict.named
     return Changed(

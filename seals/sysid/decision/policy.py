@@ -84,12 +84,6 @@ class DecisionPolicy:
     tolerances: float = threshold(
         2.0, "sigma", "multiple of the stated tolerance that an effect must exceed"
     )
-    evidence_healthy: float = threshold(
-        6.0,
-        EVIDENCE,
-        "strong evidence (Kass and Raftery 1995) against healthy flights whose scatter is "
-        "integrated over; also that by which one explanation rules out another",
-    )
     # effects that begin or end
     activity: float = threshold(
         10.0,

@@ -1,0 +1,24 @@
+"""Real flights of Crazyflies with cut propellers and a weight on a string."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.crazypad import answers, read
+from benchmarks.crazypad_lines import lines_of
+from benchmarks.real_data import BESIDE
+
+pytestmark = pytest.mark.validation
+
+
+def test_cut_propellers_and_a_string_are_found() -> None:
+    """Two cut propellers, a string and silence about weak changes; what is missed is written."""
+    folder = BESIDE / "crazypad"
+    if not folder.is_dir():
+        pytest.skip(f"the flights are not there: {folder}")
+    flights = read(folder)
+    references = [f.balance for f in flights if f.row.healthy and f.balance is not None]
+    found = answers(flights, references)
+    reached = {line.what for line in lines_of([f.row for f in flights], found) if line.reached}
+    for words in ("two cuts of 4 mm", "motor right", "nothing wrong", "heaviest string"):
+        assert any(words in line for line in reached), words
