@@ -56,16 +56,18 @@ MIDWAY = {
     "buoyancy": (True, True),
     "thrust_coefficient": (True, True),
     "accelerometer_bias": (True, False),
-    "quadratic_drag": (False, False),
+    "quadratic_drag": (True, True),
+    "joint_friction": (True, True),
+    "added_mass": (False, False),
 }
 """Whether an effect may begin and end midway through a log."""
 
 
 @pytest.mark.parametrize("name", MIDWAY)
 def test_an_effect_declares_its_onset(name: str) -> None:
-    """Flows, loads and faults may begin midway; a hull's drag may not.
+    """Flows, loads and faults may begin midway; the water that a hull moves may not.
 
-    A blade that was fouled comes clear, ballast that slid slides back, a float that was lost held.
+    A blade that was fouled comes clear, ballast that slid slides back, weed on a hull is lost.
     """
     known = registry.get("effect", name).load().identification
     assert (known.may_begin, known.may_end) == MIDWAY[name]
