@@ -127,7 +127,12 @@ def test_what_fuzzing_found_ends_in_words(
     except ImportError as absent:
         pytest.skip(f"{absent.name} is not installed")
     raw = file.read_bytes()
-    assert one(target, lzma.decompress(raw) if file.suffix == ".xz" else raw, tmp_path) is None
+    content = lzma.decompress(raw) if file.suffix == ".xz" else raw
+    wrong = one(target, content, tmp_path)
+    if wrong is not None and wrong.endswith(" s"):
+        # the first of a process also pays for the engine's import, on a busy machine several times
+        wrong = one(target, content, tmp_path)
+    assert wrong is None
 
 
 def test_a_cell_of_a_curve_longer_than_a_table_allows(tmp_path: Path) -> None:
