@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from seals.cli.main import main
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
 from seals.logs.native import read_native
 from seals.run.hidden import hide
-from seals.sysid.data.robot_description import describe_run
+from seals.sysid.data.robot_description import describe_robot, describe_run
 from seals.sysid.data.vehicle import read_vehicle
 
 ENTRIES = [
@@ -69,3 +69,21 @@ def test_what_is_not_there_cannot_be_hidden(name: str) -> None:
     with pytest.raises(ConfigError, match=f"without={name}.*no such effect") as refusal:
         hide([name], ENTRIES, None, key="without")
     assert "drift" in str(refusal.value)
+
+
+def test_a_robot_beside_its_run_keeps_what_the_run_lists(tmp_path: Path) -> None:
+    """``robot=`` lifts the links of an arm as the run's own folder does."""
+    words = ["robot=free_arm", "water=fossen", "initial.position=[0,0,-2]", "time.duration=0.1"]
+    assert main(["run", *words, f"hydra.run.dir={tmp_path / 'swung'}"]) == 0
+    meta = read_native(tmp_path / "swung").meta
+    own, named = describe_run(tmp_path / "swung"), describe_robot("free_arm")
+    assert set(read_vehicle(meta, named).effects) == set(read_vehicle(meta, own).effects)
+    assert "buoyancy_links" in read_vehicle(meta, named).effects
+
+
+def test_a_baseline_with_drives_that_the_vehicle_lacks_is_refused(drifting: Path) -> None:
+    """In words, with what to do."""
+    meta = read_native(drifting).meta
+    meta = {**meta, "baseline": [*meta["baseline"], {"name": "rotor_thrust"}]}
+    with pytest.raises(LogError, match=r"vehicle states no rotors[^$]*robot=FOLDER"):
+        read_vehicle(meta)

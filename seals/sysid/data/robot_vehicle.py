@@ -91,7 +91,8 @@ def parts_of(
     model = fused(robot, list(_stowed(robot)), _named(effects, robot), moving=moving)
     servo, model = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)
-    made = _surroundings(made, model, environment, given=bool(_instances_of(meta)))
+    listed = _names_of(meta) if _instances_of(meta) else None
+    made = _surroundings(made, model, environment, listed=listed)
     actuators = [e for e in effects.values() if has_hook(e, Actuated)]
     actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
     lags = [e.lag for e in actuators]  # type: ignore[attr-defined]  # of actuators
@@ -184,7 +185,7 @@ def _surroundings(
     robot: RobotModel,
     environment: EnvironmentSettings,
     *,
-    given: bool,
+    listed: set[str] | None,
 ) -> dict[str, Effect]:
     """Effects with those that surroundings give every robot, such as its weight.
 
@@ -192,8 +193,9 @@ def _surroundings(
         effects: by instance.
         robot: on which they act.
         environment: of the log.
-        given: whether the effects hold them already; they are then split among the links as a
-            diagnosis needs them, where nothing is changed about them.
+        listed: names of what the log of a run lists, which then holds no others; those that the
+            robot brings are split among the links as a diagnosis needs them, where nothing is
+            changed about them. None for other logs.
     """
     made = dict(effects)
     for name, law in loaded("effect").items():
@@ -201,7 +203,7 @@ def _surroundings(
             continue
         own = [k for k, e in made.items() if isinstance(e, law)]
         around = law.of_surroundings(name, robot, environment)
-        if not around or (given and not own):
+        if not around or (not own and listed is not None and name not in listed):
             continue
         if not own:
             made |= around
@@ -220,6 +222,11 @@ def _plain(effect: Effect) -> bool:
 def _instances_of(meta: Mapping[str, Any]) -> set[str]:
     """Instances of effects that a log of SEALS lists; none in other logs."""
     return {str(e["instance"]) for e in meta.get("baseline") or [] if "instance" in e}
+
+
+def _names_of(meta: Mapping[str, Any]) -> set[str]:
+    """Names of the effects that a log lists."""
+    return {str(e["name"]) for e in meta.get("baseline") or []}
 
 
 def _acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:

@@ -359,7 +359,13 @@ def _effect(
     """Effects of one baseline entry by instance name."""
     name = str(entry["name"])
     if name in _STRUCTURE and _STRUCTURE[name] != "servos":
-        return {_STRUCTURE[name]: actuators[_STRUCTURE[name]]}
+        kind = _STRUCTURE[name]
+        if kind not in actuators:
+            raise LogError(
+                f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
+                f"List them under vehicle.{kind}, or give the robot's folder: robot=FOLDER"
+            )
+        return {kind: actuators[kind]}
     if name == "arm" and arm is not None:
         gains = arm["controller"]
         options: dict[str, Any] = {}
