@@ -7,6 +7,7 @@ import functools
 import typing
 from typing import Any
 
+from seals.config.derive import ROWS
 from seals.config.refusal import refusals
 from seals.config.targets import refuse_targets
 from seals.config.unknown import refuse_unknown
@@ -33,7 +34,7 @@ def build(node: Any, *, where: str) -> Any:
     with refusals(()):
         maker: functools.partial[Any] = instantiate(node, _partial_=True, _convert_="object")
     cls = typing.cast(type, maker.func)
-    values = _tuples(cls, dict(maker.keywords), where)
+    values = _converted(cls, dict(maker.keywords), where)
     check_fields(cls, values, where=where)
     try:
         return cls(**values)
@@ -63,10 +64,12 @@ def _refuse_untyped(node: Any, where: str) -> None:
         refuse_targets(node, where=where)
 
 
-def _tuples(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
-    """Convert lists of the configuration to tuples where fields are annotated so."""
+def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
+    """Convert lists of the configuration to tuples, and their rows to numbers, as annotated."""
     hints = typing.get_type_hints(cls)
     for name, value in values.items():
+        if hints.get(name) == ROWS:
+            values[name] = [_numbers(row, f"{where}.{name}[{k}]") for k, row in enumerate(value)]
         arguments = typing.get_args(hints.get(name))
         if typing.get_origin(hints.get(name)) is not tuple or not isinstance(value, list):
             continue
@@ -77,6 +80,14 @@ def _tuples(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
             )
         values[name] = tuple(value)
     return values
+
+
+def _numbers(row: list[Any], where: str) -> list[float]:
+    """One row of numbers; whole ones are numbers, too."""
+    for entry in row:
+        if isinstance(entry, bool) or not isinstance(entry, int | float):
+            raise ConfigError(f"{where}={row}: '{entry}' is no number.\nAllowed: numbers in brackets")
+    return [float(entry) for entry in row]
 
 
 def _fields_line(cls: type) -> str:

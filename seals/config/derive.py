@@ -12,6 +12,8 @@ from seals.errors import BrokenPlugin
 from seals.registry import Plugin
 
 T = TypeVar("T")
+ROWS = list[list[float]]
+"""Type of rows of numbers, such as places."""
 
 
 def schema_of(plugin: Plugin) -> type:
@@ -66,7 +68,12 @@ def derive(cls: type) -> type:
 
 
 def _derived_type(hint: Any) -> Any:
-    """Replace dataclasses inside a type by their derived ones."""
+    """Replace dataclasses inside a type by their derived ones.
+
+    Rows of numbers are checked when they are built: OmegaConf refuses whole numbers in them.
+    """
+    if hint == ROWS:
+        return list[list[Any]]
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return derive(hint)
     origin = typing.get_origin(hint)

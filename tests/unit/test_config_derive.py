@@ -47,6 +47,7 @@ class Gadget:
     spring: Spring = field(default_factory=Spring)
     springs: dict[str, Spring] = field(default_factory=dict)
     links: list[str] = field(default_factory=lambda: ["root"])
+    places: list[list[float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Refuse what bounds cannot say."""
@@ -69,6 +70,13 @@ def test_built_object_is_the_plugin_itself() -> None:
     )
     expected = Gadget(colour=Colour.blue, size=(3.0, 4.0), springs={"left": Spring(stiffness=2.0)})
     assert built == expected
+
+
+def test_whole_numbers_are_numbers_in_rows_too() -> None:
+    """Rows of numbers may hold whole ones, beside others."""
+    built = build(node(places=[[0, 0, -3], [1, 0.5, -3]]), where="effects.gadget")
+    assert built.places == [[0.0, 0.0, -3.0], [1.0, 0.5, -3.0]]
+    assert all(type(number) is float for row in built.places for number in row)
 
 
 def test_schema_is_open_to_change_although_the_class_is_frozen() -> None:
@@ -102,6 +110,7 @@ def test_schema_refuses_unknown_keys_and_wrong_types() -> None:
         ({"spring": {"stiffness": 11.0}}, "effects.gadget.spring.stiffness=11.0"),
         ({"springs": {"left": {"stiffness": -1.0}}}, "effects.gadget.springs.left.stiffness=-1.0"),
         ({"mss": 1.0}, "effects.gadget.mss"),
+        ({"places": [[0, 1], [0, "x"]]}, "effects.gadget.places[1]=[0, 'x']: 'x' is no number"),
         ({"count": 13}, "brings bad luck"),
         ({"mass": "???"}, "effects.gadget.mass has no value"),
         ({"_target_": "os.system"}, "effects.gadget._target_=os.system is not allowed"),
