@@ -86,7 +86,9 @@ def _numbers(row: list[Any], where: str) -> list[float]:
     """One row of numbers; whole ones are numbers, too."""
     for entry in row:
         if isinstance(entry, bool) or not isinstance(entry, int | float):
-            raise ConfigError(f"{where}={row}: '{entry}' is no number.\nAllowed: numbers in brackets")
+            raise ConfigError(
+                f"{where}={row}: '{entry}' is no number.\nAllowed: numbers in brackets"
+            )
     return [float(entry) for entry in row]
 
 

@@ -18,6 +18,7 @@ from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_world, step_count
 from seals.run.checkpoint import largest_state, refusals, take_up
 from seals.run.command_recorder import Commands
+from seals.run.contact_recorder import Contacts
 from seals.run.fluid_book import FluidBook
 from seals.run.metadata import describe_run
 from seals.run.object_recorder import ObjectRecorder, describe_objects
@@ -132,12 +133,14 @@ class _Books(NamedTuple):
     stages: Stages
     aims: Aims
     commands: Commands
+    contacts: Contacts
     fluid: FluidBook
     pictures: Pictures
 
     def take(self, time: float) -> bool:
         """Record the present; return whether the run is over."""
         self.recorder.take(time)
+        self.contacts.take(float(self.recorder.time[-2:][0]), time)
         self.aims.take(self.recorder.rows - 1)
         self.commands.take(self.recorder.rows - 1)
         self.objects.take()
@@ -154,6 +157,7 @@ class _Books(NamedTuple):
             "stages": self.stages.snapshot(),
             "aims": self.aims.snapshot(rows),
             "commands": self.commands.snapshot(rows),
+            "contacts": self.contacts.snapshot(),
             "fluid": self.fluid.snapshot(),
             "pictures": self.pictures.snapshot(),
         }
@@ -174,6 +178,7 @@ class _Books(NamedTuple):
         self.stages.restore(kept["stages"])
         self.aims.restore(kept["aims"], rows)
         self.commands.restore(kept["commands"], rows)
+        self.contacts.restore(kept["contacts"])
         self.fluid.restore(kept["fluid"], rows)
         self.pictures.restore(kept["pictures"], folder)
 
@@ -194,6 +199,7 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
         Stages(actor.pilot),
         Aims(actor.pilot, steps=steps),
         Commands(actor, steps=steps),
+        Contacts(actor),
         FluidBook(world.fluid),
         Pictures(actor, None),
     )
@@ -233,7 +239,7 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
             ledger.rewind(recorder.rows - 1)
     books.pictures.close()
     log = _log(settings, actor.robot, books)
-    log.meta.update(stages.described())
+    log.meta.update(stages.described() | books.contacts.described())
     return Record(
         log=log,
         ledger=actor.ledger,

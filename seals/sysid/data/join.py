@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
+from seals.sysid.data.contact import contact_free
 from seals.sysid.data.known_sea import GAP, sea_laws
 
 _OWN = ("initial_state",)
@@ -20,7 +21,7 @@ _LABELS = ("name", "description", "notes", "date", "recording", "motor_command",
 
 
 def join_logs(logs: Log | Sequence[Log]) -> Log:
-    """Return one log with the runs of all of them, in order; a single log is returned as it is.
+    """Return one log with the runs of all of them, in order; of each the part without contact.
 
     What the logs know of their surroundings, figures of their sensors and the level of their gusts
     may differ: the entry ``logs`` of the metadata keeps those of each. A channel that one log lacks
@@ -36,6 +37,7 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     every = [logs] if isinstance(logs, Log) else list(logs)
     if not every:
         raise LogError("no log is given.\nGive one log or several logs of one vehicle.")
+    every = [contact_free(log) for log in every]
     first = every[0]
     if len(every) == 1:
         return first

@@ -14,6 +14,7 @@ from seals.frames import conjugate, multiply, rotation_vector
 from seals.logs.log import Log
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.contact import contact_free
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
@@ -105,6 +106,7 @@ def prepare(
     Raises:
         LogError: the log cannot be used.
     """
+    log = contact_free(log)
     vehicle = read_vehicle(log.meta, robot)
     samples = read_samples(log, vehicle)
     parts = max(1, round(samples.step / 0.01))
