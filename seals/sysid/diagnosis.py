@@ -1,4 +1,4 @@
-"""Diagnosis of one log, and its written form."""
+"""Diagnosis of a log: result, and its output for `diagnosis.json`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from seals.sysid.selection.search import Search
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
-    """Effects missing in the model of a log.
+    """Result of a diagnosis: the effects missing in the model of a log.
 
     Args:
         problem: the log made ready.
@@ -98,14 +98,14 @@ class Diagnosis:
 
     @property
     def logs(self) -> tuple[str, ...]:
-        """Names of the logs: the last parts of their paths, where they came from files."""
+        """Names of the logs; for files the last part of the path."""
         given = self.source.get("logs") or [self.source]
         paths = [str(one["path"]) for one in given if "path" in one]
         spans = self.problem.samples.logs
         return tuple(Path(p).name for p in paths) or tuple(s.name for s in spans) or ("log",)
 
     def tried(self) -> list[dict[str, Any]]:
-        """Effects of the first round with their scores, best first."""
+        """Candidate effects of the first search round with their scores, best first."""
         return [
             {"name": h.candidates[-1].name, "label": h.candidates[-1].label, "score": h.score}
             for h in (self.search.rounds[0] if self.search.rounds else ())
@@ -122,7 +122,7 @@ class Diagnosis:
         return out
 
     def nominal(self) -> dict[str, dict[str, float]]:
-        """Nominal values that were fitted alongside, as changes within their tolerances."""
+        """Fitted changes of the nominal values within their tolerances."""
         hypothesis = self.hypothesis
         fit = hypothesis.fit
         return {

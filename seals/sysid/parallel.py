@@ -1,4 +1,4 @@
-"""Run independent fits in forked processes that share the log by copy-on-write.
+"""Parallel runs of independent fits in forked processes, which share the log copy-on-write.
 
 Results come back through the pipe of `multiprocessing`, which pickles them. Both ends are this
 program: the children are forked from this very process, and nothing that is pickled comes from a
@@ -23,7 +23,7 @@ def cores() -> int:
 
 
 def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -> list[Any]:
-    """Apply a function to every item, in order.
+    """Apply a function to every item in parallel processes; results keep the order.
 
     Args:
         work: any callable, closures too: children are forked from this very process.

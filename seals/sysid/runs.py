@@ -29,7 +29,7 @@ _GRAIN = 32
 
 @dataclass(frozen=True, kw_only=True)
 class RunsDiagnosis:
-    """Effects missing in the model of an experiment.
+    """Result of a diagnosis of several runs: the effects missing in their model.
 
     Args:
         name: of the experiment, or of the log where each is fitted by itself.
@@ -46,12 +46,12 @@ class RunsDiagnosis:
     seconds: float
 
     def rms(self, channel: str, *, after: bool) -> float:
-        """Error on runs that no fit saw, or on all where each was held out in turn."""
+        """Error on held-out runs; on all runs where each was held out in turn."""
         unseen = bool(self.search.validator.experiment.unseen)
         return self.variants[-1 if after else 0].rms(channel, held_out=unseen)
 
     def held_out(self) -> dict[str, float]:
-        """Mean squares in units of the floor on held-out training runs."""
+        """Mean squared errors on held-out training runs, in units of the noise floor."""
         nominal, best = self.search.nominal, self.search.best
         return {
             "before": float(np.mean(np.expm1(2.0 * nominal.held_out_log_rms))),

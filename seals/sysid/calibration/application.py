@@ -23,7 +23,7 @@ _WIDTH = 160
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Calibration with what follows from it.
+    """Result of ``seals calibrate``: the calibration and what is derived from it.
 
     Args:
         found: the calibration.

@@ -1,4 +1,4 @@
-"""Calibrated numbers as a change of the robot's folder, and as a new folder."""
+"""Writing of calibrated values: as a diff of the robot folder, or as a new robot folder."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Edited:
 
 
 def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
-    """Return the files of a robot folder with the numbers that the logs determine.
+    """Return the text of a robot folder's files with the values that the logs determine.
 
     Args:
         found: the calibration.

@@ -32,7 +32,7 @@ _NORMAL90 = 1.6449
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """Numbers of a stated model as the logs find them.
+    """Result of a calibration: estimates, uncertainties, correlations and held-out error.
 
     Args:
         problem: the logs made ready, with the numbers free.
@@ -59,7 +59,7 @@ class Calibration:
 
     @property
     def widening(self) -> float:
-        """Least factor on all uncertainties: a model that misses something is less sure of all.
+        """Factor by which all standard deviations are widened for a misfit above noise, at least 1.
 
         Equation:
             sqrt(max(1, misfit per degree of freedom)), on the fitted and on the unseen rows.
@@ -93,7 +93,7 @@ class Calibration:
         return max(value - half, low), min(value + half, high)
 
     def determined(self, number: StatedNumber) -> bool:
-        """Return true where the logs tell a number better than the data sheet does."""
+        """Return true where the logs narrow the prior of a number enough to determine it."""
         return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
 
     @property
@@ -108,7 +108,7 @@ class Calibration:
         return correlation
 
     def tied(self) -> list[tuple[str, str, float]]:
-        """Return the pairs of numbers that the logs tell together only, strongest first."""
+        """Return strongly correlated pairs of numbers and their correlation, strongest first."""
         found, table = [], self.correlation
         for i, one in enumerate(self.numbers):
             for j, other in enumerate(self.numbers[:i]):
@@ -156,7 +156,7 @@ def calibrated(
     prior: float = PRIOR,
     tell: Callable[[int], None] = lambda done: None,
 ) -> Calibration:
-    """Find numbers of a stated model from logs, everything else within its tolerance.
+    """Estimate numbers of a stated model from logs; all others stay within their tolerances.
 
     Args:
         logs: one log or several of one vehicle, fitted together.

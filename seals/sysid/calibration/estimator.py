@@ -20,7 +20,7 @@ AnyLog: TypeAlias = "Log | str | Path"
 
 
 class Calibrator(Settable):
-    """Estimator of numbers of a robot from its logs: masses, coefficients, time constants.
+    """Estimator of a robot's parameters from its logs: masses, coefficients, time constants.
 
     All else keeps the tolerance that the logs state. The same logs give the same numbers.
 
@@ -164,7 +164,7 @@ def calibrate(
     prior: float = PRIOR,
     progress: bool = False,
 ) -> Calibrator:
-    """Find numbers of a robot from its logs, as ``seals calibrate`` does.
+    """Estimate parameters of a robot from its logs, as ``seals calibrate`` does.
 
     Args:
         log: log, its folder, the short name of one that ships, or a list of them: of one vehicle,

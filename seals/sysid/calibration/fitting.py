@@ -1,4 +1,4 @@
-"""Fit of stated numbers to the windows of a log, linearised again until they settle."""
+"""Fit of stated numbers to the windows of a log, relinearised until it converges."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Solution:
 def solve(
     problem: Problem, keys: Sequence[str], *, tell: Callable[[int], None] = lambda done: None
 ) -> Solution:
-    """Fit parameters beside all tolerances, and linearise again until they settle.
+    """Fit the asked parameters and all tolerances, relinearising until the fit converges.
 
     Args:
         problem: the log made ready, with the parameters free.
@@ -64,7 +64,7 @@ def solve(
 
 
 def moved(before: Fit, after: Fit, keys: Sequence[str]) -> float:
-    """Return the largest move of some parameters in units of their 1-sigma."""
+    """Return the largest change of some parameters in units of their 1-sigma."""
     steps = [abs(after.values[k] - before.values[k]) / after.spread(k) for k in keys]
     return float(np.max(steps))
 

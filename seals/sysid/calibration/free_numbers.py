@@ -1,4 +1,4 @@
-"""Extended model in which the numbers that a calibration is asked for are free."""
+"""Model with wide priors on the numbers to calibrate."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _free(number: StatedNumber, known: Parameter | None, *, share: float) -> Par
 
 
 def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) -> list[str]:
-    """Return the keys of tolerances that are the accuracy of a number.
+    """Return the keys of the tolerances that describe the same quantity as a number.
 
     They name it, or change the same field of an effect of the same law, medium and links.
 

@@ -15,7 +15,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 def unseen_misfit(
     problem: Problem, models: Sequence[Mapping[str, float]], *, at: Mapping[str, float]
 ) -> list[float]:
-    """Return the misfit per degree of freedom of some models on another log; 1 is noise alone.
+    """Return the misfit per degree of freedom of models on another log; noise alone gives 1.
 
     Nothing is fitted to the log but the start of every window.
 
@@ -39,7 +39,7 @@ def unseen_misfit(
 
 
 def left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
-    """Return the misfit per degree of freedom before and after on parts of the log left out.
+    """Return the cross-validated misfit per degree of freedom before and after the calibration.
 
     Args:
         solution: of the log.

@@ -1,4 +1,4 @@
-"""Names of the numbers that a calibration is asked for: groups, wildcards, refusals."""
+"""Selection of the numbers to calibrate by name, group or wildcard."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHOWN = 8
 
 
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:
-    """Return the numbers that are asked for, each once, in the order of the question.
+    """Return the selected numbers, each once, in the order in which they were asked for.
 
     A name is one of a number, of a group (``inertia`` for its three axes, ``effects.water_drag``
     for all of its fields), or a pattern with ``*``.

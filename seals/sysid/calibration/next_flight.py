@@ -1,4 +1,4 @@
-"""Manoeuvre that would show a number which the logs do not determine."""
+"""Proposal of a manoeuvre that determines a number which the logs leave open."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.sysid.report.naming import figure
 
 @dataclass(frozen=True, kw_only=True)
 class NextFlight:
-    """Manoeuvre proposed for one number, or why there is none.
+    """Manoeuvre proposed for one number, or the reason why none is proposed.
 
     Args:
         number: that the logs do not determine.
@@ -55,7 +55,7 @@ class NextFlight:
 
 
 def next_flight(found: Calibration) -> NextFlight | None:
-    """Return the manoeuvre that shows the first undetermined number best; None where all are known.
+    """Return the best manoeuvre for the first undetermined number; None where all are determined.
 
     The other numbers count as known as well as the logs tell them.
     """

@@ -1,4 +1,4 @@
-"""Picture of a calibration: measured and modelled values of the channel explained worst."""
+"""Picture of a calibration: measurement, model and residual of the worst-fitted channel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PICTURE = "calibration.png"
 
 
 def draw(found: Calibration, folder: Path) -> Path:
-    """Draw measurement and model before and after, and below what each leaves; return the path.
+    """Draw measurement and model before and after, the residuals below; return the path.
 
     Args:
         found: the calibration.

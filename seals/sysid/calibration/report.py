@@ -1,4 +1,4 @@
-"""Page and picture of a calibration."""
+"""HTML report of a calibration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def models(found: Calibration) -> tuple[EvidenceHypothesis, EvidenceHypothesis]:
 
 
 def overlays(found: Calibration) -> list[Block]:
-    """Return the charts of all channels, the one that the stated model explains worst first."""
+    """Return the charts of all channels, largest residual of the stated model first."""
     before, after = models(found)
     problem = replace(found.problem, fitter=found.solution.fitter)
     return overlay_blocks(problem, before, after, names=("as stated", "calibrated"), most=POINTS)
@@ -44,7 +44,7 @@ def write_report(
     notes: Sequence[str] = (),
     more: Sequence[str] = (),
 ) -> Path:
-    """Write the page of a calibration and return its path.
+    """Write the HTML report of a calibration and return its path.
 
     Args:
         found: the calibration.

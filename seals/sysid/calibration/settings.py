@@ -1,4 +1,4 @@
-"""Typed settings of one calibration."""
+"""Typed settings of ``seals calibrate``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class CalibrateSettings:
-    """Measured logs of one vehicle, the numbers to find, and where the answer goes.
+    """Settings of a calibration: logs of one vehicle, numbers to estimate, output folder.
 
     Args:
         name: of the calibration, part of the run folder's name.

@@ -1,4 +1,4 @@
-"""Numbers of a stated model that a calibration may find anew, by their names in `robot.yaml`."""
+"""Numbers of a stated model that can be calibrated, by their names in `robot.yaml`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LEAST = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class StatedNumber:
-    """Number of a robot that a calibration may find anew.
+    """Number of a robot that can be calibrated.
 
     Equation:
         number = value + slope x parameter, where the parameter is a change of the model.
@@ -50,18 +50,18 @@ class StatedNumber:
     offered: bool = True
 
     def number(self, change: float) -> float:
-        """Return the number under a change of the model."""
+        """Convert a change of the model's parameter to the stated number."""
         return self.value + self.slope * change
 
     def change(self, number: float) -> float:
-        """Return the change of the model that gives a number."""
+        """Convert a stated number to the change of the model's parameter."""
         return (number - self.value) / self.slope
 
 
 def stated_numbers(
     vehicle: Vehicle, candidate_set: CandidateSet, *, hull: str = ""
 ) -> dict[str, StatedNumber]:
-    """Return all numbers of a vehicle that a calibration may find anew, by name.
+    """Return all numbers of a vehicle that can be calibrated, by name.
 
     Args:
         vehicle: stated model.

@@ -1,4 +1,4 @@
-"""Calibration in words: a table, what the logs do not determine, what goes together."""
+"""Result of a calibration as text: table, undetermined numbers, correlated numbers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def error_sentence(found: Calibration) -> str:
 
 
 def remarks(found: Calibration) -> list[str]:
-    """Return what a user must know beside the numbers, a sentence each."""
+    """Return remarks on a calibration, such as undetermined or correlated numbers."""
     out = []
     lost = [n.name for n in found.numbers if not found.determined(n)]
     if lost:
@@ -67,7 +67,7 @@ _LOUD = 1.2
 
 
 def joined(names: Sequence[str]) -> str:
-    """Return names as a list in words.
+    """Join names with commas and a final 'and'.
 
     Example:
         >>> joined(["mass", "inertia_xx", "inertia_yy"])

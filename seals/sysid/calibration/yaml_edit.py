@@ -1,4 +1,4 @@
-"""Numbers written into the text of a `robot.yaml`; comments and layout stay."""
+"""Change of numbers in the text of a `robot.yaml`, keeping comments and layout."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def holds(text: str, path: Sequence[str]) -> bool:
 
 
 def figure(value: float) -> str:
-    """Return a number as it is written: six digits, as YAML and URDF read it.
+    """Format a number for YAML and URDF with six significant digits.
 
     Example:
         >>> figure(2.6 / 3.0), figure(1.25e-7)

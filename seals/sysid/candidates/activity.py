@@ -1,4 +1,4 @@
-"""When an effect acts: throughout, or in each log from a beginning to an end."""
+"""Activity of an effect: the times in each log between which it acts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Span:
 
 @dataclass(frozen=True, kw_only=True)
 class Activity:
-    """Logs in which an effect acts, and the part of each; in all others it does not act.
+    """Activity of an effect: the logs, and the time span of each, in which it acts.
 
     Args:
         spans: one for each log in which it acts, in order.
@@ -62,7 +62,7 @@ class Activity:
     occam_factor: float = 0.0
 
     def weights(self, samples: Samples, *, over_steps: bool = False) -> Floats:
-        """One where the effect acts, zero where it does not, shape (T,).
+        """Weight of the effect in every row: 1 where it acts, 0 where it does not, shape (T,).
 
         Args:
             samples: of all logs.
@@ -79,7 +79,7 @@ class Activity:
         return out
 
     def complement(self, logs: int) -> Activity | None:
-        """Return the activity at all other times; None where these are two parts of one log.
+        """Return the activity at all other times; None where that is two parts of one log.
 
         Args:
             logs: number of all logs.
@@ -146,12 +146,12 @@ def read_activity(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) ->
 
 
 def log_rows(samples: Samples) -> tuple[tuple[int, int], ...]:
-    """First and last-plus-one row of each log."""
+    """First row of each log, and the row after its last."""
     return tuple((s.first, s.last) for s in samples.logs) or ((0, samples.rows),)
 
 
 def active_words(entries: Sequence[Mapping[str, Any]], logs: Sequence[str]) -> str:
-    """Say when an effect acts.
+    """Describe in words when an effect acts.
 
     Args:
         entries: as in ``diagnosis.json``.

@@ -61,14 +61,14 @@ class Parameter:
 
     @property
     def nudge(self) -> float:
-        """Step of a difference quotient."""
+        """Step of the finite difference by this parameter."""
         size = self.tolerance if self.tolerance > 0.0 else 0.1 * self.scale
         return 0.02 * size
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Effect that may be missing, in one variant.
+    """Effect that the search may add, in one variant.
 
     Args:
         name: of the effect in the catalogue.
@@ -115,7 +115,7 @@ class Candidate:
         return bool(self.identification.in_arm)
 
     def acting(self, activity: Activity) -> Candidate:
-        """Return the same effect acting for a time."""
+        """Return the effect as one that acts in some time spans only."""
         return replace(
             self.throughout,
             activity=activity,
@@ -125,7 +125,7 @@ class Candidate:
 
     @property
     def throughout(self) -> Candidate:
-        """The same effect acting throughout.
+        """The effect as one that acts at all times.
 
         Example:
             >>> Candidate(name="wind", keys=("wind.x",)).acting(Activity(spans=())).throughout.keys
@@ -158,7 +158,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Waves:
-    """Waves that may be missing: they belong to the water, so their parameters have no effect.
+    """Wave model as a candidate; waves belong to the water and not to an effect.
 
     Args:
         law: class of the waves.
@@ -197,7 +197,7 @@ class CandidateSet:
 
     @cached_property
     def sensor_delay(self) -> str:
-        """Key of the parameter by which the inertial sensors are late; empty for none."""
+        """Key of the delay of the inertial sensors; empty without one."""
         for name, effect in self.effects.items():
             if not isinstance(effect, Timed):
                 continue

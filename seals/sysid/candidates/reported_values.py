@@ -1,4 +1,4 @@
-"""Estimated parameters in the form in which the catalogue of effects states them."""
+"""Conversion of fitted parameters to the quantities and units that a report shows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MEAN, _REST = float(np.sqrt(2.0 / np.pi)), float(np.sqrt(1.0 - 2.0 / np.pi))
 
 
 def own_part(parameter: Parameter, value: float) -> tuple[float, float]:
-    """Split a fitted value into effect and tolerance: the effect's part, and its 1-sigma.
+    """Return the effect's part of a fitted value and its 1-sigma, less the vehicle's tolerance.
 
     The vehicle's own share of the same quantity is of zero mean, unless it can only add, as
     friction and latency do: then it is the absolute value of a normal variable.
@@ -35,7 +35,7 @@ def own_part(parameter: Parameter, value: float) -> tuple[float, float]:
 def reported_values(
     candidate: Candidate, candidate_set: CandidateSet, values: Mapping[str, float], rates: Floats
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return a candidate's parameters as the catalogue states them, and their 1-sigma.
+    """Return a candidate's parameters as reported, and their 1-sigma.
 
     Args:
         candidate: effect in one variant.
@@ -59,7 +59,7 @@ def reported_values(
 
 
 def with_interval(value: float, spread: float, unit: str) -> dict[str, float | str]:
-    """Return a value with its 90 % interval, the error of the law itself included.
+    """Return a value with its 90 % interval, widened by the model error of the law.
 
     Args:
         value: estimate.

@@ -1,4 +1,4 @@
-"""Candidate effects of a vehicle: each installed effect declares how it may be missing."""
+"""Candidate effects of a vehicle, from the declarations of all installed effects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SURFACE = 0.04
 
 
 def candidate_set_of(vehicle: Vehicle, *, speeds: Floats, logs: int = 1) -> CandidateSet:
-    """Collect tolerances and candidates of a vehicle from all installed effects.
+    """Collect the tolerances and candidate effects of a vehicle from all installed effects.
 
     Args:
         vehicle: nominal model.
@@ -86,7 +86,7 @@ def installed() -> dict[str, type[Effect]]:
 
 
 def formula_effect() -> str:
-    """Return the name of the installed effect that a formula becomes.
+    """Return the name of the installed effect that evaluates a fitted formula.
 
     Raises:
         UnknownPlugin: none is installed.
@@ -99,7 +99,7 @@ def formula_effect() -> str:
 
 
 def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
-    """Return the properties of a vehicle from which effects derive how they may be missing.
+    """Return the properties of a vehicle from which effects derive their candidates.
 
     Args:
         vehicle: nominal model.

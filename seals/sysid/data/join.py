@@ -1,4 +1,4 @@
-"""Several logs of one vehicle as one log, whose runs are fitted together."""
+"""Concatenation of several logs of one vehicle for a common fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Known waves of one log or several: each log has its own, on its own time."""
+"""Stated waves of one or several logs, each with its own clock."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GAP = 10.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeaOfLogs:
-    """Waves of several logs, one after the other on one clock.
+    """Waves of several concatenated logs on their common clock.
 
     Args:
         law: waves of one log.
@@ -38,7 +38,7 @@ class SeaOfLogs:
     shift: Floats
 
     def at(self, position: Array, time: Array, level: float) -> Sea:
-        """Return the sea at points, each in the waves of the log to which its time belongs."""
+        """Return the sea at points and times; the time chooses the log whose waves apply."""
         count = len(position)
         clock = np.broadcast_to(np.asarray(time), (count, 1))
         log = log_of(self.begins, clock[:, 0])
@@ -54,21 +54,21 @@ class SeaOfLogs:
 
 
 class Span(Protocol):
-    """Place of a log on the clock of all of them."""
+    """Position of one log on the common clock of all logs."""
 
     @property
     def begin(self) -> float:
-        """Clock at its first row [s]."""
+        """Common clock at the first row [s]."""
         ...
 
     @property
     def shift(self) -> float:
-        """Clock less its own time [s]."""
+        """Common clock less the log's own time [s]."""
         ...
 
 
 def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
-    """Return waves with some values in place of those of calm ones.
+    """Return waves with given parameter values, for one log or several.
 
     Args:
         calm: waves of no strength.
@@ -94,7 +94,7 @@ def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
 
 
 def own_key(name: str, log: int) -> str:
-    """Return the name of a parameter of which each log has its own; the first has the plain one."""
+    """Return the name of a per-log parameter; that of the first log has no suffix."""
     return f"{name}_{log + 1}" if log else name
 
 
@@ -105,7 +105,7 @@ def log_of(begins: Floats, clock: Floats) -> Any:
 
 
 def sea_laws() -> dict[str, Any]:
-    """Return the classes of waves by the name under which a log states them."""
+    """Return the wave classes by the name that the metadata of a log use."""
     laws = (law for law in loaded("wave").values() if hasattr(law, "candidate"))
     return {str(law.candidate): law for law in laws}
 

@@ -1,4 +1,4 @@
-"""A robot as its folder describes it: links, effects, actuators."""
+"""Description of a robot from its folder: links, effects, actuators."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class RobotDescription:
 
 
 def described(config: Any) -> RobotDescription | None:
-    """Return the robot of a composed verb, or None where none was given.
+    """Return the robot of a command's configuration, or None where none is given.
 
     Args:
         config: composed configuration with ``robot``, ``effects`` and ``actuators``.
@@ -68,7 +68,7 @@ def described(config: Any) -> RobotDescription | None:
 
 
 def describe_run(folder: Path) -> RobotDescription | None:
-    """Return the robot of a run of SEALS as it was simulated, or None for another log.
+    """Return the robot that SEALS simulated in a run, or None for any other log.
 
     Args:
         folder: of the log.

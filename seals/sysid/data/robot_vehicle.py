@@ -1,4 +1,4 @@
-"""Nominal model of a vehicle from the folder of its robot."""
+"""Nominal model of a vehicle, built from its robot folder."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def parts_of(
 
 
 def falls(actuators: Iterable[Any]) -> Floats:
-    """Return time constants of actuators while they slow down, in their order [s], shape (n,)."""
+    """Return the spin-down time constants of the actuators [s], shape (n,)."""
     own = [(options_of(e, ActuatorOptions).fall, e.lag) for e in actuators]
     return np.concatenate([np.zeros(0), *(lag if fall is None else fall for fall, lag in own)])
 

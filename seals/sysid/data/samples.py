@@ -1,4 +1,4 @@
-"""Samples of a log as evenly spaced runs: time, commands and measured channels."""
+"""Samples of a log at even time steps: time, commands and measured channels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _UNEVEN = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class LogSpan:
-    """Rows of one log among those of all.
+    """Row range, clock and noise of one log in the samples of several.
 
     Args:
         name: of the log.
@@ -44,7 +44,7 @@ class LogSpan:
 
 @dataclass(frozen=True, kw_only=True)
 class Samples:
-    """Rows of one or more runs of a vehicle, one after the other.
+    """Samples of one or more runs of a vehicle, concatenated.
 
     Args:
         time: [s], shape (T,).
@@ -69,7 +69,7 @@ class Samples:
 
     @cached_property
     def clock(self) -> Floats:
-        """Time on the clock that all logs share [s], shape (T,); one log follows the other."""
+        """Common clock of all logs, concatenated [s], shape (T,)."""
         clock: Floats = self.time.copy()
         for log in self.logs:
             clock[log.first : log.last] += log.shift

@@ -38,11 +38,11 @@ class Trajectory:
 
     @property
     def size(self) -> int:
-        """Components of a state error: position, turn, velocity, spin, joints, rates."""
+        """Dimension of the state error: pose, twist, joint positions and rates."""
         return 12 + 2 * int(self.joints.shape[1])
 
     def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
-        """States at some rows."""
+        """Return the states at some rows."""
         parts = (
             self.position,
             self.quaternion,
@@ -54,7 +54,7 @@ class Trajectory:
         return TwinState(*(np.asfortranarray(x[rows]) for x in parts))
 
     def moved(self, error: Floats) -> Trajectory:
-        """Return the trajectory with state errors added, shape (T, size)."""
+        """Return the trajectory moved by state errors of shape (T, size)."""
         j = self.joints.shape[1]
         return replace(
             self,
@@ -68,7 +68,7 @@ class Trajectory:
 
 
 def difference(above: TwinState, below: TwinState) -> Floats:
-    """State errors that lead from ``below`` to ``above``, shape (N, 12 + 2 J)."""
+    """State errors of ``above`` against ``below``, shape (N, 12 + 2 J)."""
     back = below.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
     turn = rotation_vector(multiply(back, above.quaternion))
     parts = [above.position - below.position, turn, above.velocity - below.velocity]

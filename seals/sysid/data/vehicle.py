@@ -78,7 +78,7 @@ class Vehicle:
 
     @property
     def has_water(self) -> bool:
-        """True where there is water and a hull that it can lift."""
+        """True where there is water and the base has a hull."""
         return self.environment.water_level is not None and self.hull is not None
 
     @property

@@ -60,7 +60,7 @@ class Answer(Generic[H]):
 
 
 def verdict_of(claims: Sequence[Claim[H]]) -> Verdict:
-    """Return ambiguous where every claim has rivals that explain the measurements as well.
+    """Return the verdict 'ambiguous' where every claim has rivals that fit equally well.
 
     One claim that stands alone makes the answer a name; the rivals of the others are its sets.
 

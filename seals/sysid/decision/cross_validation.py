@@ -19,7 +19,7 @@ RunsClaim = Claim[ValidatedHypothesis]
 
 @dataclass(frozen=True, kw_only=True)
 class RunsAnswer(Answer[ValidatedHypothesis]):
-    """Answer about several runs.
+    """Answer of a diagnosis of several runs.
 
     Args:
         gain: of the chosen model over the nominal one.

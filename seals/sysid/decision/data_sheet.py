@@ -1,4 +1,4 @@
-"""Errors of the data sheet that no flight tells from an effect, such as mass from thrust.
+"""Effects that no flight distinguishes from a data sheet error, such as mass from thrust.
 
 A vehicle in air whose mass and inertia are larger by a share than stated moves as one whose thrusts
 are smaller: F / m and T / I are all that its motion shows. Where a hull displaces water, weight is
@@ -21,7 +21,7 @@ EvidenceClaim = Claim[EvidenceHypothesis]
 def with_data_sheet(
     problem: Problem, search: Search[EvidenceHypothesis], claims: Sequence[EvidenceClaim]
 ) -> list[EvidenceClaim]:
-    """Add to each claim the names that an error of the data sheet would go by as well.
+    """Add the data sheet errors to each claim that they explain equally well.
 
     Two claims that are sides of one proportion become a single one, the set of all its sides, where
     the vehicle's own stated value alone explains the log as well as both.

@@ -23,7 +23,7 @@ from seals.sysid.selection.window_models import rivals_of
 
 @dataclass(frozen=True, kw_only=True)
 class EvidenceAnswer(Answer[EvidenceHypothesis]):
-    """Answer about one log.
+    """Answer of a diagnosis of one log.
 
     Args:
         disturbance_level: of the residual.
@@ -145,7 +145,7 @@ def _between_powers(best: EvidenceHypothesis) -> bool:
 
 
 def evidence_temperature(problem: Problem) -> float:
-    """Evidence temperature: difference of scores by which odds of two hypotheses change by e."""
+    """Evidence temperature: score difference that changes the odds of two models by a factor e."""
     policy = problem.policy
     return policy.temperature * (1.0 if problem.samples.posed else policy.unposed)
 

@@ -248,7 +248,7 @@ class DecisionPolicy:
 
     @property
     def response(self) -> tuple[tuple[float, float], ...]:
-        """Evidence asked of effects on the response, by least share of obtainable information."""
+        """Evidence required of effects on the response, by share of the obtainable information."""
         return (
             (self.response_excited, 0.0),
             (self.response_weak, self.response_evidence),
@@ -258,7 +258,7 @@ class DecisionPolicy:
 
 @dataclass(frozen=True, kw_only=True)
 class SearchBudget:
-    """Numbers of models that the search fits at most, for a bounded run time.
+    """Limits on the number of models that the search fits.
 
     Args:
         effects: that are looked for at most.

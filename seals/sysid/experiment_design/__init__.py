@@ -1,1 +1,1 @@
-"""Experiment design: the manoeuvre that separates effects best, or shows one at all."""
+"""Experiment design: choice of the manoeuvre that tells effects apart or makes one observable."""

@@ -1,4 +1,4 @@
-"""``seals plan``: from a log and effects in question to a manoeuvre in words and numbers."""
+"""``seals plan``: proposes the manoeuvre that tells effects apart, as text, picture and file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A feedback controller for any vehicle with rotors or thrusters, from its own layout."""
+"""Feedback controller for any vehicle with rotors or thrusters, derived from its layout."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEAST = 0.15
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """Gains of the cascade, divided by mass and inertia.
+    """Gains of the cascade controller, per unit of mass and inertia.
 
     Args:
         place: of the position error [1/s^2].
@@ -80,7 +80,7 @@ class Wanted:
 
 
 class Controller:
-    """Position and attitude feedback about the accelerations of the idle vehicle.
+    """Position and attitude feedback with compensation of the unforced accelerations.
 
     Args:
         vehicle: nominal model: masses, layout of the actuators.
@@ -110,7 +110,7 @@ class Controller:
         self._turn_sum = np.zeros((batch, 3))
 
     def wet(self, height: Floats) -> Floats:
-        """Share under water by the height of the origin [m], roughly, shape (M, 1)."""
+        """Approximate submersion at a height of the origin [m], shape (M, 1)."""
         if self._level is None:
             return np.zeros((len(height), 1))
         depth = (self._level - height) / max(self._height, 1e-3)
@@ -118,7 +118,7 @@ class Controller:
         return share
 
     def idle(self, batch: int) -> Floats:
-        """States of the actuators that carry the weight, or none at all, shape (batch, n)."""
+        """Actuator states at hover (rotors) or at zero (thrusters), shape (batch, n)."""
         thrust = self.mass * 9.81 / len(self._gain) if self.rotors else 0.0
         return np.tile(np.sqrt(thrust / self._gain), (batch, 1))
 

@@ -1,4 +1,4 @@
-"""A planned manoeuvre as a file that the simulator can fly: vehicle, controller, reference."""
+"""File of a planned manoeuvre for the simulator: vehicle, controller, reference."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SPACING = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """A manoeuvre ready to be flown.
+    """Planned manoeuvre with vehicle, controller and reference.
 
     Args:
         name: of the manoeuvre.

@@ -1,4 +1,4 @@
-"""Flies manoeuvres in the twin, many at once, and arranges what a log of them would hold."""
+"""Simulation of manoeuvres by batch dynamics, and the logs that they would give."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "j
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """Rows of one run of a manoeuvre in a `Rehearsal`.
+    """Row range of one run of a manoeuvre in a `Rehearsal`.
 
     Args:
         manoeuvre: what is flown.
@@ -59,7 +59,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Rehearsal:
-    """Flights in the twin: a plant over the rows of a log that was never measured.
+    """Simulated flights of manoeuvres, arranged like a measured log.
 
     Args:
         plant: of the vehicle over these rows.
@@ -85,7 +85,7 @@ def rehearse(
     load: float = 0.0,
     seed: int = 0,
 ) -> Rehearsal:
-    """Fly manoeuvres in the twin.
+    """Simulate manoeuvres by batch dynamics.
 
     Args:
         problem: vehicle, sensors and library.
@@ -178,7 +178,7 @@ def fly(
     step: float,
     seed: int = 0,
 ) -> tuple[dict[str, Floats], Floats]:
-    """Closed loop of a batch in the twin.
+    """Simulate a batch of controlled vehicles.
 
     Args:
         problem: vehicle and library.

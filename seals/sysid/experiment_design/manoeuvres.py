@@ -1,4 +1,4 @@
-"""The library of safe manoeuvres: what to fly, for how long, with which vehicles."""
+"""Library of manoeuvres: motion, duration, and the vehicles that can perform it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOVING = (AIR, ARM, WATER, CROSSING)
 
 @dataclass(frozen=True, kw_only=True)
 class Manoeuvre:
-    """Manoeuvre: a motion, or a release, that makes effects visible.
+    """Manoeuvre that excites effects: a reference motion, or a free release.
 
     Args:
         name: short, in plain words.
@@ -49,7 +49,7 @@ class Manoeuvre:
 
 
 def manoeuvres(kind: str) -> tuple[Manoeuvre, ...]:
-    """Return the manoeuvres for a kind of vehicle, the simplest first."""
+    """Return the manoeuvres for a kind of vehicle, simplest first."""
     return tuple(m for m in LIBRARY if kind in m.kinds)
 
 
@@ -68,7 +68,7 @@ def hover(scene: Scene, time: Floats) -> Path:
 
 
 def two_speeds(scene: Scene, time: Floats) -> Path:
-    """Ahead slowly, back fast, ahead at a middle speed."""
+    """Forward slowly, backward fast, forward at medium speed."""
     far = min(5.0, 2.6 * scene.speed)
     # a smooth step is at most 1.875 times as fast as an even one
     width = 1.875 * far / scene.speed
@@ -89,7 +89,7 @@ def circle(scene: Scene, time: Floats) -> Path:
 
 
 def steps(scene: Scene, time: Floats) -> Path:
-    """Quick steps ahead, sideways and back."""
+    """Quick position steps forward, sideways and backward."""
     size = 0.8 if scene.kind in _FLYING else 0.4
     quick = 1.5 * scene.slowness
     x = visits(time, [0.0, size, 0.0, 0.0, 0.0, size, 0.0], stay=0.5 * scene.slowness, move=quick)
@@ -98,13 +98,13 @@ def steps(scene: Scene, time: Floats) -> Path:
 
 
 def chirp(scene: Scene, time: Floats) -> Path:
-    """Sweep up and down at rising frequency."""
+    """Vertical motion with rising frequency."""
     low, high = _band(scene)
     return _path(scene, time, z=sweep(time, push=scene.lift, low=low, high=high, seconds=15.0))
 
 
 def sideways_chirp(scene: Scene, time: Floats) -> Path:
-    """Sweep along x and y at rising frequency."""
+    """Motion along x and y with rising frequency."""
     low, high = _band(scene)
     x = sweep(time, push=0.8 * scene.push, low=low, high=0.6 * high, seconds=15.0)
     y = sweep(time, push=0.8 * scene.push, low=1.15 * low, high=0.7 * high, seconds=15.0)
@@ -116,13 +116,13 @@ def _band(scene: Scene) -> tuple[float, float]:
 
 
 def yaw_turn(scene: Scene, time: Floats) -> Path:
-    """Turn on the spot, at home and elsewhere."""
+    """Yaw in place, at the start and at a second position."""
     yaw = 2.0 * np.pi * (smooth(time, 1.0, 5.0) - smooth(time, 11.0, 5.0))
     return _path(scene, time, yaw=yaw, x=0.6 * scene.speed * smooth(time, 7.0, 4.0))
 
 
 def heave(scene: Scene, time: Floats) -> Path:
-    """Up and down, hard."""
+    """Vertical motion with high acceleration."""
     period = 1.8 * scene.slowness
     size = scene.lift / (2.0 * np.pi / period) ** 2
     return _path(scene, time, z=sine(time, size=size, period=period, seconds=14.0))
@@ -141,7 +141,7 @@ def heights(scene: Scene, time: Floats) -> Path:
 
 
 def all_axes(scene: Scene, time: Floats) -> Path:
-    """Return slow sines in all axes and in the heading at once."""
+    """Slow sines in all three axes and in the heading at once."""
     period, seconds = 4.5 * scene.slowness**0.7, 18.0
     room = {CROSSING: 2.6, ARM: 2.2}.get(scene.kind, 1.6)
     size = min(0.75, scene.speed * period / (2.0 * np.pi * room))
@@ -165,7 +165,7 @@ def places(scene: Scene, time: Floats) -> Path:
 
 
 def dips(scene: Scene, time: Floats) -> Path:
-    """Down through the surface, stay, and up again; slowly, then faster."""
+    """Dives through the water surface and back, slowly, then faster."""
     level = 0.0 if scene.level is None else scene.level
     up, down = scene.home[2], level - 0.55
     z = (down - up) * (smooth(time, 2.5, 4.0) - smooth(time, 9.5, 3.0))

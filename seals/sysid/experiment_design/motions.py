@@ -1,4 +1,4 @@
-"""Pieces of reference motion: smooth steps, stays, sweeps, sums of sines."""
+"""Reference motions to combine: smooth steps, holds, frequency sweeps, sines."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Path:
 
 
 def smooth(time: Floats, start: float, width: float) -> Floats:
-    """Step from 0 to 1 without jerk at its ends.
+    """Smooth step from 0 to 1 with zero acceleration at both ends.
 
     Example:
         >>> smooth(np.array([0.0, 1.0, 2.0]), 0.0, 2.0).tolist()
@@ -43,7 +43,7 @@ def smooth(time: Floats, start: float, width: float) -> Floats:
 
 
 def visits(time: Floats, stops: Sequence[float], *, stay: float, move: float) -> Floats:
-    """Stay at one value after the other, moving smoothly in between.
+    """Piecewise constant reference with smooth transitions.
 
     Args:
         time: [s], shape (T,).
@@ -59,7 +59,7 @@ def visits(time: Floats, stops: Sequence[float], *, stay: float, move: float) ->
 
 
 def sweep(time: Floats, *, push: float, low: float, high: float, seconds: float) -> Floats:
-    """A sine whose frequency rises while its acceleration stays the same, at rest at both ends.
+    """Sine of rising frequency and constant acceleration amplitude, at rest at both ends.
 
     Args:
         time: [s], shape (T,).

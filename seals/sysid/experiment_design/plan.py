@@ -37,7 +37,7 @@ _QUICK = ("hover", "heave", "all axes", "arm swing")
 
 @dataclass(frozen=True, kw_only=True)
 class Ranked:
-    """Manoeuvre with the confidence that it is expected to bring.
+    """Manoeuvre with the expected confidence of the diagnosis after it.
 
     Args:
         manoeuvre: what would be flown.
@@ -69,7 +69,7 @@ class Ranked:
 
 @dataclass(frozen=True, kw_only=True)
 class Flown:
-    """A rehearsal with its linearisation."""
+    """Simulated manoeuvres with their linearised model."""
 
     rehearsal: Rehearsal
     fitter: Fitter
@@ -103,7 +103,7 @@ class Plan:
 
     @property
     def best(self) -> Ranked:
-        """The proposed manoeuvre: safe, and with one log unless only two logs help."""
+        """The proposed manoeuvre: a safe one, with a single log where that is enough."""
         safe = [r for r in self.ranked if not r.unsafe]
         if not safe:
             reasons = "; ".join(w for r in self.ranked[:1] for w in r.unsafe)
@@ -118,12 +118,12 @@ class Plan:
 
     @property
     def plain(self) -> Ranked:
-        """The simplest manoeuvre, for comparison."""
+        """The simplest manoeuvre, as a baseline."""
         simplest = manoeuvres(self.scene.kind)[0].name
         return next(r for r in self.ranked if r.manoeuvre.name == simplest)
 
     def run_of(self, ranked: Ranked) -> tuple[Flown, Run]:
-        """Rehearsal and first run of a manoeuvre."""
+        """Simulated flights and first run of a manoeuvre."""
         for flown in self.flown:
             for run in flown.rehearsal.runs:
                 if run.manoeuvre.name == ranked.manoeuvre.name:
@@ -155,7 +155,7 @@ def propose(
     seed: int = 0,
     tell: Callable[[int], None] = lambda done: None,
 ) -> Plan:
-    """Choose the manoeuvre that separates effects best, or shows a single one best.
+    """Choose the manoeuvre that separates effects best, or makes a single one most observable.
 
     Args:
         problem: the log made ready: vehicle, sensors, disturbance.

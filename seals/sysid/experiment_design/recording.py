@@ -1,4 +1,4 @@
-"""Predicted log of a rehearsed flight: rows, sensors, and the model over them."""
+"""Predicted log of a simulated manoeuvre: rows, sensors, and the model along them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def planned_plant(
     voltage: Floats | None,
     vehicle: Vehicle | None = None,
 ) -> Plant:
-    """The vehicle over the rows of flights, with the sensors of the log."""
+    """Return the model of a vehicle along simulated flights, with the sensors of the log."""
     vehicle = problem.vehicle if vehicle is None else vehicle
     ends = np.cumsum(lengths)
     every, sigma = _sensors(problem, step)

@@ -1,4 +1,4 @@
-"""Check of a rehearsed flight against the vehicle's room and bounds."""
+"""Check of a simulated manoeuvre against the allowed space, speeds and tilt."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FAST = 1.6
 
 
 def breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[str]:
-    """Reasons in words why a manoeuvre must not be flown; none when it is safe."""
+    """Return the limits that a manoeuvre violates, in words; empty when it is safe."""
     found = []
     if manoeuvre.seconds > LONGEST:
         found.append(f"it takes {manoeuvre.seconds:g} s, more than {LONGEST:g} s")

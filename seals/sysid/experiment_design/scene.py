@@ -1,4 +1,4 @@
-"""Room and limits of a planned manoeuvre: box, speeds, tilt."""
+"""Allowed space and limits of a planned manoeuvre: box, speeds, tilt."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DEEP = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Room and limits of one vehicle.
+    """Allowed space and limits of one vehicle.
 
     Args:
         kind: of the vehicle.
@@ -54,7 +54,7 @@ class Scene:
 
 
 def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
-    """Return the room and limits of a vehicle.
+    """Return the allowed space and limits of a vehicle.
 
     Args:
         vehicle: nominal model.
@@ -107,7 +107,7 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
 
 
 def kind_of(vehicle: Vehicle) -> str:
-    """Kind of a vehicle: what moves it, and where."""
+    """Kind of a vehicle by its actuators and medium."""
     if not len(vehicle.lag):
         return DROP
     if len(vehicle.robot.links) > 1:

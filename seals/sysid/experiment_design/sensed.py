@@ -1,4 +1,4 @@
-"""Readings of a simulated vehicle's sensors, as columns of a log."""
+"""Simulated sensor readings as columns of a log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.world.readings import ReadingChain
 
 @dataclass
 class Track:
-    """Rows of one run: states at them, a step of the simulator before and after, commands."""
+    """One simulated run: states at its rows and one step before and after each, commands."""
 
     states: list[Configuration]
     before: list[Configuration]
@@ -36,7 +36,7 @@ def measured(
     volts: float | None,
     rng: np.random.Generator,
 ) -> dict[str, Floats]:
-    """Columns of a log: commands, and sensors with their noise and rates.
+    """Return log columns: commands, and sensor readings with noise at the sensors' rates.
 
     Args:
         experiment: step of the log, channels of the sensors.

@@ -1,4 +1,4 @@
-"""Expected separation of effects by a manoeuvre: the misfit that the best rival leaves."""
+"""Expected separation of effects by a manoeuvre: the misfit of the best-fitting rival."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NODES = 24
 
 @dataclass(frozen=True, kw_only=True)
 class Supposed:
-    """An effect at the size at which it is supposed to act.
+    """Effect with assumed parameter values.
 
     Args:
         candidate: of the library; None for nothing.
@@ -41,7 +41,7 @@ class Supposed:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Factors that it frees."""
+        """Keys of the parameters that the effect frees."""
         return () if self.candidate is None else self.candidate.all_keys
 
 
@@ -66,7 +66,7 @@ class Gram:
 
 @dataclass(frozen=True, kw_only=True)
 class Contest:
-    """Expected outcome with one effect as the truth and one rival fitted to it.
+    """Expected outcome when one effect acts and a rival is fitted.
 
     Args:
         truth: name of the effect that acts.
@@ -81,7 +81,7 @@ class Contest:
     gap: float
 
     def odds(self, deviate: Floats) -> Floats:
-        """Odds of the rival against the truth where noise deviates so many sigmas."""
+        """Odds of the rival against the truth at a deviation of the noise in sigmas."""
         asked = _POLICY.evidence if self.rival == NOTHING else 0.0
         gap = self.gap - asked + 2.0 * np.sqrt(max(self.separation, 0.0)) * deviate
         odds: Floats = np.exp(-np.clip(gap / _POLICY.temperature, -50.0, 50.0))
@@ -89,7 +89,7 @@ class Contest:
 
 
 def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, float]) -> Gram:
-    """Linearise the supposed effects along a flight.
+    """Linearise the assumed effects along a flight.
 
     Args:
         fitter: of the nominal model along the flight.
@@ -181,7 +181,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
 def difference(
     gram: Gram, table: Floats, chosen: Floats, pair: tuple[int, int]
 ) -> dict[str, tuple[float, float]]:
-    """Return the misfit that the best-fitting rival leaves, by channel.
+    """Return the misfit of the best-fitting rival by channel.
 
     Args:
         gram: keys and priors.
@@ -230,7 +230,7 @@ def _bounded_step(
 
 
 def confidence(contests: Sequence[Contest]) -> float:
-    """Confidence that the diagnosis would give to the truth, on average over the noise.
+    """Mean confidence of the diagnosis in the true effect, over the noise.
 
     Args:
         contests: of one truth against all its rivals.
@@ -241,7 +241,7 @@ def confidence(contests: Sequence[Contest]) -> float:
 
 
 def chance(against_nothing: Contest) -> float:
-    """Return the probability that the diagnosis finds the effect at all."""
+    """Return the probability that the diagnosis detects the effect."""
     from math import erf, sqrt
 
     spread = 2.0 * sqrt(max(against_nothing.separation, 1e-9))

@@ -1,4 +1,4 @@
-"""Typed settings of one plan."""
+"""Typed settings of ``seals plan``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(kw_only=True)
 class PlanSettings:
-    """Settings of a plan: effects to separate, and the log or diagnosis that left them open.
+    """Settings of a plan: effects to tell apart, and the log or diagnosis they come from.
 
     Args:
         name: of the plan, part of the run folder's name.

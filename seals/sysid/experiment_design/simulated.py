@@ -37,7 +37,7 @@ _ESTIMATE = (0.002, 0.004, 0.004, 0.001)
 
 
 def run(arguments: list[str]) -> int:
-    """``seals run experiment=FILE``: fly the manoeuvre, write a log, say where it is.
+    """``seals run experiment=FILE``: simulate a planned manoeuvre and write its log.
 
     Raises:
         ConfigError: an option is unknown, or the file is not a planned manoeuvre.
@@ -83,7 +83,7 @@ def _with_overlay(model: Model, name: str) -> Model:
 
 
 def simulate(experiment: Experiment, model: Model, *, seed: int = 0) -> Log:
-    """Fly all runs of an experiment in the simulator, without gusts.
+    """Simulate all runs of a planned manoeuvre, without gusts.
 
     Args:
         experiment: the manoeuvre.

@@ -1,4 +1,4 @@
-"""Supposed sizes of effects: as fitted on the log, or else plausible."""
+"""Assumed sizes of effects for experiment design: fitted on the log, else plausible."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def supposed_of(
     names: Sequence[str],
     known: Mapping[str, Mapping[str, float]] | None = None,
 ) -> tuple[Supposed, ...]:
-    """Effects at their supposed sizes.
+    """Return the effects with their assumed sizes.
 
     Args:
         problem: the log made ready.
@@ -52,7 +52,7 @@ def _supposed(problem: Problem, name: str, known: Mapping[str, float] | None) ->
 
 
 def variants_of(candidate_set: CandidateSet, name: str) -> list[Candidate]:
-    """Variants of an effect, such as each rotor of a weak rotor.
+    """Return the variants of an effect: `weak_rotor`, for example, has one for each rotor.
 
     Raises:
         ConfigError: there is none.
@@ -92,7 +92,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
 
 
 def plausible(problem: Problem, candidate: Candidate) -> dict[str, float]:
-    """A size that the effect may well have."""
+    """Return plausible parameter values of an effect."""
     parameters = problem.plant.candidate_set.parameters
     middle = problem.fitter.trajectory.position.mean(axis=0)
     law = law_of(problem.plant.candidate_set, candidate)

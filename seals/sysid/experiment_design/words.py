@@ -1,4 +1,4 @@
-"""Sentences of a plan."""
+"""Text of a plan: proposal and ranked table."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def proposal(plan: Plan) -> str:
 
 
 def percent(share: float) -> str:
-    """A confidence in per cent, never said to be certain.
+    """Format a confidence in per cent; 100 % is never shown.
 
     Example:
         >>> percent(0.998), percent(0.55)

@@ -1,4 +1,4 @@
-"""Normal equations of a fit: Gauss-Newton step, predicted fall of the cost, covariance."""
+"""Normal equations of a fit: Gauss-Newton step, predicted decrease of the cost, covariance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seals.arrays import Floats
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """Fit of free parameters beside the tolerances.
+    """Fit of free parameters together with all tolerances.
 
     Args:
         free: keys of the free parameters.
@@ -55,7 +55,7 @@ class Fit:
         return float(np.sqrt(self.covariance[k, k]))
 
     def robust_spread(self, key: str) -> float:
-        """1-sigma of one parameter, widened by what noise does not explain.
+        """1-sigma of one parameter, robust to misfit beyond the noise.
 
         That is the scatter of the windows beyond noise, and the error of the linear model itself.
         """
@@ -67,7 +67,7 @@ class Fit:
 
 
 def posterior_covariance(information: Floats, precision: Floats) -> Floats:
-    """Compute the covariance of a Gaussian posterior; positive also for an indefinite inverse.
+    """Compute the covariance of a Gaussian posterior, positive despite rounding errors.
 
     The information of a log is a difference of large products; between effects that act alike it
     can come out slightly negative. Negative eigenvalues count as zero: a log takes no knowledge
@@ -104,7 +104,7 @@ def posterior_covariance(information: Floats, precision: Floats) -> Floats:
 
 
 def sandwich_covariance(fit: Fit) -> Floats:
-    """Compute the covariance of a fit from the scatter of its windows, with an inexact model.
+    """Compute the sandwich covariance of a fit from the scatter between its windows.
 
     Equation:
         C (sum over windows of (g - mean g) (g - mean g)^T W / (W - 1) + P) C, with the posterior
@@ -147,7 +147,7 @@ def sandwich_covariance(fit: Fit) -> Floats:
 
 
 def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[Floats, float]:
-    """Compute the Gauss-Newton step inside the bounds, and the fall of the cost that it predicts.
+    """Compute the Gauss-Newton step inside the bounds and the predicted decrease of the cost.
 
     Args:
         fit: equations at its values.
@@ -209,7 +209,7 @@ def bounded_step(
 
 
 def reserve(fit: Fit, frozen: Sequence[int]) -> float:
-    """Predict the fall of the cost by a step of some keys alone, to first order."""
+    """Predict to first order the decrease of the cost by a step of some keys alone."""
     if not frozen:
         return 0.0
     at = np.array([fit.values[fit.keys[i]] for i in frozen])

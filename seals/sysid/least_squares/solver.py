@@ -38,12 +38,12 @@ class Iterate:
     done: bool = False
 
     def kept(self) -> None:
-        """Count a step that was kept."""
+        """Count an accepted step."""
         self.steps, self.refused, self.linear = self.steps + 1, 0, False
 
 
 class Proposal(NamedTuple):
-    """Step that is to be tried.
+    """Trial step.
 
     Args:
         damping: Levenberg-Marquardt damping, as a share of the curvature.
@@ -55,7 +55,7 @@ class Proposal(NamedTuple):
 
 
 class Outcome(Protocol):
-    """Point that a trial reached."""
+    """Result of a trial step."""
 
     @property
     def cost(self) -> float:
@@ -72,13 +72,13 @@ class LeastSquares(Protocol[T_contra, Found]):
     """Least-squares problems of one kind."""
 
     def linearise(self, tasks: Sequence[T_contra]) -> None:
-        """Find the equations at the present points; mark tasks without a useful step as done."""
+        """Linearise all tasks at their points; mark tasks without a useful step as done."""
         ...
 
     def evaluate(
         self, tasks: Sequence[T_contra], proposals: Sequence[Sequence[Proposal]]
     ) -> Sequence[Sequence[Found]]:
-        """Evaluate proposed steps of every task; a step that leads nowhere has no outcome."""
+        """Evaluate the proposed steps of every task; an unusable step gives None."""
         ...
 
     def keep(self, task: T_contra, outcome: Found) -> None:
@@ -103,7 +103,7 @@ class StepRule(Protocol[T_contra]):
         ...
 
     def accepts(self, task: T_contra, cost: float) -> bool:
-        """Return true where a trial of this cost is kept."""
+        """Return true where a trial with this cost is accepted."""
         ...
 
     def update(self, task: T_contra, before: float) -> None:

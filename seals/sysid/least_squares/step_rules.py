@@ -1,4 +1,4 @@
-"""Schedules of steps: backtracking line search, Levenberg-Marquardt damping, paces of blocks."""
+"""Step rules: backtracking line search, Levenberg-Marquardt damping, step length by block."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.sysid.least_squares.solver import Iterate, Proposal
 
 @dataclass(frozen=True, kw_only=True)
 class Backtracking:
-    """Full Gauss-Newton steps, shortened while the cost does not fall.
+    """Backtracking line search: Gauss-Newton steps, shortened while the cost does not fall.
 
     A problem is solved when a step gains less than the largest of the thresholds.
 
@@ -45,7 +45,7 @@ class Backtracking:
         return cost < task.cost
 
     def update(self, task: Iterate, before: float) -> None:
-        """Shorten a step that was refused; end after a small gain."""
+        """Shorten a rejected step; end after a small gain."""
         if not task.cost < before:
             task.refused += 1
             task.done = task.refused == len(self.shares)
@@ -58,7 +58,7 @@ class Backtracking:
 
 @dataclass(frozen=True, kw_only=True)
 class LevenbergMarquardt:
-    """Damped steps; after a refusal a share of the undamped one is tried, too.
+    """Levenberg-Marquardt steps; after a rejection also a fraction of the undamped step.
 
     Along a bent valley damping shortens the way along it far more than is needed.
 
@@ -86,7 +86,7 @@ class LevenbergMarquardt:
     trials: int = 2
 
     def proposals(self, task: Iterate) -> list[Proposal]:
-        """Return the damped step, and after a refusal a share of the undamped one."""
+        """Return the damped step, and after a rejection a fraction of the undamped one."""
         out = [Proposal(task.damping, 1.0)]
         if task.refused:
             out.append(Proposal(0.0, self.shorter**task.refused))
@@ -97,7 +97,7 @@ class LevenbergMarquardt:
         return cost < task.cost
 
     def update(self, task: Iterate, before: float) -> None:
-        """Raise the damping after a refusal, lower it after a step that was kept."""
+        """Raise the damping after a rejected step, lower it after an accepted one."""
         if task.cost < before:
             gain = (before - task.cost) / max(task.cost, 1e-12)
             # after a refusal the damping has just become right
@@ -113,7 +113,7 @@ class LevenbergMarquardt:
 
 @dataclass(kw_only=True)
 class BlockIterate(Iterate):
-    """State of a problem whose unknowns come in blocks.
+    """State of a least-squares problem whose unknowns form blocks.
 
     Args:
         pace: share of a step that each block takes, shape (blocks,).
@@ -140,7 +140,7 @@ class BlockIterate(Iterate):
 
 @dataclass(frozen=True, kw_only=True)
 class BlockPace:
-    """Undamped steps, every block at a pace of its own; the cost may rise for a while.
+    """Undamped steps with a step length for every block; the cost may rise temporarily.
 
     Far from a model that could be true full steps swing about: a block whose misfit rises goes half
     as far the next time.
@@ -164,7 +164,7 @@ class BlockPace:
     trials: int = 1
 
     def proposals(self, task: BlockIterate) -> list[Proposal]:
-        """Return the full step; the problem applies the paces."""
+        """Return the full step; the problem applies the step lengths."""
         return [Proposal(0.0, 1.0)]
 
     def accepts(self, task: BlockIterate, cost: float) -> bool:
@@ -172,7 +172,7 @@ class BlockPace:
         return True
 
     def update(self, task: BlockIterate, before: float) -> None:
-        """Adapt the paces; remember the best point, and go back to it from an unsound one."""
+        """Adapt the step lengths; keep the best point and return to it from an invalid one."""
         if task.done:
             return
         task.kept()

@@ -1,4 +1,4 @@
-"""Misfit of a model as a function of when one of its effects acts, from one linearisation."""
+"""Misfit of a linearised model as a function of the times at which an effect begins and ends."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FREE = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Blocks:
-    """Products of an effect's responses, for any shape of choices in front.
+    """Inner products of an effect's responses; leading axes count alternatives.
 
     Args:
         cross: with the responses of all other parameters, shape (..., f, c).
@@ -54,7 +54,7 @@ class Blocks:
         return self + replace(other, cross=-other.cross, own=-other.own, right=-other.right)
 
     def over(self, axis: int = 0) -> Blocks:
-        """Return the sum over an axis of the choices."""
+        """Return the sum over one leading axis."""
         return Blocks(
             cross=self.cross.sum(axis=axis),
             own=self.own.sum(axis=axis),
@@ -62,7 +62,7 @@ class Blocks:
         )
 
     def before(self) -> Blocks:
-        """Return the sums over all choices before each one, along the first axis."""
+        """Return the exclusive cumulative sums along the first axis."""
 
         def sums(values: Floats) -> Floats:
             out: Floats = np.cumsum(values, axis=0) - values
@@ -73,7 +73,7 @@ class Blocks:
 
 @dataclass(frozen=True, kw_only=True)
 class ActivityEquations:
-    """Normal equations of one effect that acts in parts of the windows; W windows, R offsets.
+    """Normal equations of an effect that begins or ends inside windows; W windows, R offsets.
 
     The response of a window to an effect that acts in some of its rows is linear in these rows. The
     first column of the effect is its response at its present values, where it has any.
@@ -110,11 +110,11 @@ class ActivityEquations:
 
     @cached_property
     def absent(self) -> float:
-        """Fall of the cost by the other parameters alone."""
+        """Decrease of the cost by the other parameters alone."""
         return float(np.sum((self._inverse_factor @ self.gradient) ** 2))
 
     def fall(self, blocks: Blocks) -> tuple[Floats, Floats]:
-        """Predict the fall of the cost against the model without the effect, and its values.
+        """Predict the decrease of the cost by the effect, and its parameter values.
 
         Args:
             blocks: sums over the windows, shape (N,) in front.
@@ -144,19 +144,19 @@ class ActivityEquations:
         return gain, self.at + step
 
     def windows_of_logs(self) -> list[NDArray[np.int64]]:
-        """Numbers of the windows of each log, in order."""
+        """Indices of the windows of each log, in order."""
         first = self.fitter.windows.rows[:, 0]
         spans = log_rows(self.fitter.plant.samples)
         return [np.flatnonzero((first >= a) & (first < b)) for a, b in spans]
 
     def tail(self, windows: NDArray[np.int64]) -> Blocks:
-        """Acting from each place on: (windows, offsets) in one line in front."""
+        """Products of an effect that begins at each window and offset, in one leading axis."""
         whole = self.on[windows, 0]
         after = whole.over()[None].less(whole.before()).less(whole)
         return _line(self.on[windows] + after[:, None])
 
     def head(self, windows: NDArray[np.int64]) -> Blocks:
-        """Acting up to each place: (windows, offsets) in one line in front."""
+        """Products of an effect that ends at each window and offset, in one leading axis."""
         return _line(self.off[windows] + self.on[windows, 0].before()[:, None])
 
 
@@ -172,7 +172,7 @@ def _line(blocks: Blocks) -> Blocks:
 def coarse_equations(
     fitter: Fitter, table: CandidateEquations, candidate: Candidate
 ) -> ActivityEquations:
-    """Return the equations of a candidate that acts in whole windows, from a linear screen.
+    """Return the equations of a candidate that begins and ends between windows.
 
     Args:
         fitter: of the screen.
@@ -211,7 +211,7 @@ def activity_equations(
     *,
     strength: bool = False,
 ) -> ActivityEquations:
-    """Return the equations of one effect of a fit, or of one beside it, at rows inside windows.
+    """Return the equations of an effect that begins or ends at rows inside windows.
 
     Args:
         fitter: of the fit.

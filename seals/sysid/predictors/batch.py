@@ -1,4 +1,4 @@
-"""Batch simulation of the runs of an experiment: cases, predictor, weights."""
+"""Runs of an experiment prepared for batch simulation: cases, predictor, weights."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _OBSERVABLE = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """Runs of an experiment with their model and candidate effects.
+    """Runs of an experiment with nominal model and candidate effects.
 
     Args:
         settings: of the recipe.
@@ -79,7 +79,7 @@ class Experiment:
         return any(float(floor.get(c, 0.0)) > float(one.sigma[c].min()) for c in fitted)
 
     def white(self, case: int, predicted: dict[str, Floats], *, judged: bool) -> dict[str, Floats]:
-        """Residuals of one case in units of its floor, channel to shape (rows, k)."""
+        """Residuals of one case in units of the noise floor, by channel, shape (rows, k)."""
         one = self.cases[case]
         judge = set(self.settings.naming.judge)
         parts = residuals(one, predicted)
@@ -90,7 +90,7 @@ class Experiment:
         }
 
     def weighted(self, case: int, predicted: dict[str, Floats]) -> Floats:
-        """Fitted residuals as one vector; a long run counts no more than its independent part."""
+        """Residuals of the fitted channels as one vector; correlated samples are weighted down."""
         rows = []
         for part in self.white(case, predicted, judged=False).values():
             count = max(int(np.isfinite(part).sum()), 1)
@@ -100,7 +100,7 @@ class Experiment:
 
 
 def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
-    """Prepare runs; candidates that no channel can observe are set aside.
+    """Prepare runs for the fits; candidates that no channel observes are left out.
 
     Raises:
         LogError: nothing in the logs can be predicted.

@@ -1,4 +1,4 @@
-"""Fits of parameters to several runs by batch simulation: all tasks are simulated together."""
+"""Parameter fits to several runs; all fits are simulated in one batch."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BATCH = 1500
 
 @dataclass(kw_only=True)
 class FitTask(Iterate):
-    """Least-squares problem: free keys and runs; the solver fills in the rest.
+    """Least-squares problem of some free parameters on some runs.
 
     Args:
         free: indices of the free keys.
@@ -62,7 +62,7 @@ class FitTask(Iterate):
 
 
 class Point(NamedTuple):
-    """Values of all keys and deviations of the starts, with what they predict."""
+    """Parameter values and start deviations of a fit, with the predicted channels."""
 
     cost: float
     values: Floats
@@ -75,7 +75,7 @@ Trial = tuple[Floats, dict[int, Floats]]
 
 
 class RunFitter:
-    """Fitter of many tasks over the runs of an experiment.
+    """Solver of many fits over the runs of an experiment.
 
     Args:
         experiment: runs and model.
@@ -104,7 +104,7 @@ class RunFitter:
     def solve(
         self, tasks: Sequence[FitTask], *, most: int | None = None, tell: Tell | None = None
     ) -> None:
-        """Solve all tasks in place, in at most ``most`` steps; ``tell`` takes the share done."""
+        """Solve all tasks in place, in at most ``most`` steps; ``tell`` receives the progress."""
         self._begin([t for t in tasks if not t.predicted])
         for task in tasks:
             task.done = not self._unknowns(task)
@@ -189,7 +189,7 @@ class RunFitter:
         return total if np.isfinite(total) else 1e300
 
     def linearise(self, tasks: Sequence[FitTask]) -> None:
-        """Find the equations by finite differences of all tasks in one batch."""
+        """Linearise all tasks by finite differences in one batch."""
         jobs: list[Job] = []
         for t in tasks:
             for c in t.cases:
@@ -295,7 +295,7 @@ class RunFitter:
 
 
 def reduced(normal: Floats, count: int) -> Floats:
-    """Schur complement of the first ``count`` unknowns.
+    """Eliminate unknowns by the Schur complement, keeping the first ``count``.
 
     Example:
         >>> reduced(np.array([[2.0, 1.0], [1.0, 1.0]]), 1)

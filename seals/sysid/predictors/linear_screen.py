@@ -74,7 +74,7 @@ def _columns_of(fitter: Fitter, fit: Fit) -> Whitened:
 def linear_gain(
     fitter: Fitter, table: CandidateEquations, free: Sequence[str], windows: Floats | None = None
 ) -> tuple[float, dict[str, float]]:
-    """Predict to first order the fall of the cost with more free keys, and the values reached.
+    """Predict to first order the decrease of the cost with more free keys, and their values.
 
     Args:
         fitter: priors.
@@ -104,5 +104,5 @@ def linear_gain(
 
 
 def candidate_keys(candidates: Sequence[Candidate]) -> tuple[str, ...]:
-    """All keys of some candidates, once each."""
+    """Parameter keys of some candidates without repetition."""
     return tuple(dict.fromkeys(k for c in candidates for k in c.all_keys))

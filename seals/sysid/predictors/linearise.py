@@ -43,7 +43,7 @@ class Prediction:
 
 @dataclass(frozen=True, kw_only=True)
 class Dynamics:
-    """Linear time-varying model of the state error along a trajectory; T rows, n state errors.
+    """Linear time-varying model of the state error along a trajectory; T rows, n states.
 
     Equation:
         x'(t) = A x + B u and y = C x + D u, with the state error x, the wrench u and the specific
@@ -74,14 +74,14 @@ class Dynamics:
         return self._kept[step]
 
     def corrected(self, defect: Floats) -> Floats:
-        """Return the error of a step, shape (T, n), with the slope of dry friction."""
+        """Return the one-step error corrected for the slope of dry friction, shape (T, n)."""
         factor = self.friction_correction
         return defect if factor is None else _times(factor, defect)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """Derivatives by parameters; T rows, p parameters.
+    """Derivatives of steps and readings by parameters; T rows, p parameters.
 
     Args:
         keys: of the parameters.
@@ -165,7 +165,7 @@ def dynamics_along(
     *,
     cache: TrajectoryCache | None = None,
 ) -> Dynamics:
-    """Derivatives by state and wrench at every row."""
+    """Return the derivatives by state and wrench at every row."""
     used = nonzero(values)
     size, joints = trajectory.size, trajectory.joints.shape[1]
     count = plant.samples.rows
@@ -259,7 +259,7 @@ def columns_along(
     delay: float = 0.0,
     cache: TrajectoryCache | None = None,
 ) -> Columns:
-    """Derivatives by parameters at every row; the windows take care of a delay [s] of sensors."""
+    """Return the derivatives by parameters at every row; sensor delay is left to the windows."""
     used = nonzero(values)
     count, size, joints = plant.samples.rows, trajectory.size, trajectory.joints.shape[1]
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
@@ -315,7 +315,7 @@ def _reading_change(plant: Plant, change: Floats) -> Floats:
 
 
 def discrete(state_matrix: Floats, step: float) -> tuple[Floats, Floats]:
-    """Transition over one step and the integral of it, to fourth order in the step.
+    """Return the transition matrix of one step and its integral, to fourth order.
 
     Args:
         state_matrix: A at every row, shape (T, n, n); the step uses the mean of its two ends.

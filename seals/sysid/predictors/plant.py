@@ -1,4 +1,4 @@
-"""Extended model of a vehicle over the rows of its log: rates and steps for many parameters."""
+"""Model of a vehicle along its log, with the parameters of all candidate effects."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _KEPT = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """States of the actuators at the start, middle and end of every part of every step.
+    """Actuator states at the start, middle and end of every integration step.
 
     Args:
         at: shape (T, 2 parts + 1, n).
@@ -48,7 +48,7 @@ class Drive:
 
 
 class Held(Enum):
-    """Command that the joints follow, as each is held from row to row."""
+    """Choice of the joint command at a row, given that commands are held between rows."""
 
     step = "the mean over the step that begins at a row"
     ends = "that at a row of which the mean of two rows is the mean over the step between"
@@ -56,7 +56,7 @@ class Held(Enum):
 
 
 class Plant:
-    """Vehicle with all parameters of its candidate set, evaluated at rows of a log.
+    """Model of a vehicle with all candidate parameters, evaluated at rows of a log.
 
     Args:
         vehicle: nominal model.
@@ -94,7 +94,7 @@ class Plant:
         self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
 
     def acting(self, candidates: Sequence[Candidate]) -> Plant:
-        """Return the plant in which some effects act at their times; itself where it is that."""
+        """Return the plant with some effects restricted to their active times."""
         activity = {k: c.activity for c in candidates if c.activity for k in c.all_keys}
         if activity == self.activity:
             return self
@@ -109,7 +109,7 @@ class Plant:
         return other
 
     def applied(self, values: Values, batch: int, *, over_steps: bool = False) -> Values:
-        """Changes by the model's own keys: arrays over the batch for what acts for a time.
+        """Return parameter changes by model key, as arrays where they are active for a time.
 
         Args:
             values: changes by parameter key.
@@ -126,7 +126,7 @@ class Plant:
         return out
 
     def drive(self, values: Values) -> Drive | None:
-        """States of the actuators under the timing of ``values`` (numbers)."""
+        """Actuator states with the delays and time constants of ``values`` (numbers)."""
         if not len(self.vehicle.lag):
             return None
         delay, lag = self.timing(values)
@@ -138,7 +138,7 @@ class Plant:
         return self._drives[key]
 
     def timing(self, values: Values) -> tuple[float, float]:
-        """Delay of the commands and change of the time constant under ``values`` (numbers) [s]."""
+        """Command delay and change of the actuator time constant under ``values`` (numbers) [s]."""
         delay, lag = self.command_delay, 0.0
         for instance in {k.partition(".")[0]: None for k in values}:
             if instance not in self.timed:
@@ -152,7 +152,7 @@ class Plant:
         return delay, lag
 
     def changes_readings(self, instance: str) -> bool:
-        """Return true where an instance changes the inertial readings and not the motion."""
+        """Return true where an instance changes the inertial readings but not the motion."""
         effect = self.candidate_set.effects.get(instance)
         return instance in self._quiet - self.timed if effect is not None else False
 
@@ -178,7 +178,7 @@ class Plant:
     def twin(
         self, values: Values, batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
-        """Batch dynamics of the nominal model with the changes of ``values``.
+        """Batch dynamics of the nominal model changed by ``values``.
 
         Args:
             values: numbers or arrays (batch,) by parameter key; those left out are zero.
@@ -213,7 +213,7 @@ class Plant:
         return self._sets[used]
 
     def total(self, key: str, change: Any) -> Any:
-        """Value of a parameter: that of its instance and the change."""
+        """Value of a parameter: that of its instance plus the change."""
         name, _, parameter = key.partition(".")
         nominal = float(getattr(self.candidate_set.effects[name], parameter))
         return nominal + change if np.ndim(change) else float(nominal + change)
@@ -242,7 +242,7 @@ class Plant:
         held: Held = Held.step,
         delay: float = 0.0,
     ) -> Inputs:
-        """Inputs at some rows with given states of the actuators.
+        """Inputs of the model at some rows with given actuator states.
 
         Args:
             rows: of the log.
@@ -268,7 +268,7 @@ class Plant:
         drive: Floats | None,
         posture: Posture | None = None,
     ) -> Rates:
-        """Rates at rows of the log (repeats allowed), with their posture where it is known."""
+        """State derivatives at rows of the log; rows may repeat, known poses are reused."""
         time = self.samples.clock[rows][:, None]
         return twin.rates(state, time, self.inputs(rows, drive, held=Held.row), posture)
 
@@ -282,7 +282,7 @@ class Plant:
         *,
         posture: Posture | None = None,
     ) -> tuple[TwinState, Rates]:
-        """States one row later, and the rates at the start.
+        """States one row later, and the state derivatives at the start.
 
         Args:
             twin: of the model.
@@ -317,7 +317,7 @@ class Plant:
         return state, first
 
     def friction(self, values: Values, rates: Floats) -> Floats | None:
-        """Torque of the stiff effects at known joint rates, shape (T, J); None for none."""
+        """Joint torque of the stiff effects at given rates, shape (T, J); None without any."""
         used = {key.partition(".")[0] for key in values} & self._stiff
         if not used:
             return None
@@ -335,7 +335,7 @@ class Plant:
         return torque
 
     def reading(self, state: TwinState, rates: Rates, values: Values) -> Reading:
-        """Simulate the inertial readings, sensor axes; values are numbers or arrays (N,)."""
+        """Return the inertial readings in sensor axes; values are numbers or arrays (N,)."""
         arm, spin = self.vehicle.imu_position, state.angular_velocity
         force = rates.specific_force
         if np.any(arm):
@@ -387,7 +387,7 @@ def _instance(key: str) -> str:
 
 
 def nonzero(values: Mapping[str, float]) -> dict[str, float]:
-    """Drop changes that are zero."""
+    """Return the changes that are not zero."""
     return {k: v for k, v in values.items() if v != 0.0}
 
 

@@ -80,7 +80,7 @@ class Problem:
 
     @cached_property
     def impact(self) -> bool:
-        """True where the vehicle falls into water without actuators."""
+        """True where a vehicle without actuators falls into water."""
         return enters(self.plant, self.fitter.trajectory)
 
 
@@ -93,7 +93,7 @@ def prepare(
     robot: RobotDescription | None = None,
     free: Callable[[Vehicle, CandidateSet], CandidateSet] | None = None,
 ) -> Problem:
-    """Read a log, find its trajectory, and linearise the model along it.
+    """Prepare a log for identification: trajectory, linearised model, windows.
 
     Args:
         log: in the native format, or several joined ones.
@@ -148,7 +148,7 @@ def linearise_model(
 
 @dataclass(frozen=True, kw_only=True)
 class Linearisation:
-    """What a fitter stands on beside the plant: enough to build it in another process.
+    """Picklable linearisation from which another process rebuilds a fitter.
 
     Args:
         trajectory: about which the model is linear.
@@ -166,7 +166,7 @@ class Linearisation:
 
     @classmethod
     def of(cls, fitter: Fitter) -> Linearisation:
-        """Return that of a fitter of `linearise_model`."""
+        """Return the linearisation of a fitter made by `linearise_model`."""
         return cls(
             trajectory=fitter.trajectory,
             dynamics=fitter.dynamics,
@@ -178,7 +178,7 @@ class Linearisation:
     def fitter(
         self, plant: Plant, *, window: float = WINDOW, cache: TrajectoryCache | None = None
     ) -> Fitter:
-        """Set up the windows.
+        """Rebuild the fitter for a plant.
 
         Args:
             plant: extended model.
@@ -240,7 +240,7 @@ def windows_of(
 
 
 def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None) -> Fitter:
-    """Return the same linearisation under other gusts or another delay of the inertial sensors.
+    """Return a fitter with the same linearisation and other gusts or sensor delay.
 
     Args:
         fitter: of the linearisation.
@@ -262,7 +262,7 @@ def follow_measurements(
     at: Mapping[str, float] | None = None,
     rounds: int = 4,
 ) -> Fitter:
-    """Move a trajectory to the best explanation of the measurements and linearise there again.
+    """Move the trajectory to the best fit of the measurements and relinearise there.
 
     Args:
         fitter: of the present trajectory.
@@ -283,7 +283,7 @@ def follow_measurements(
 
 
 def transient_rows(plant: Plant) -> int:
-    """Count the rows after which the actuators' unknown start no longer matters."""
+    """Return the number of rows until the actuators' unknown start state has decayed."""
     lag = plant.vehicle.lag
     return int(np.ceil(_FORGOTTEN * lag.max() / plant.samples.step)) if len(lag) else 0
 
@@ -301,7 +301,7 @@ def refined(
     window: float = WINDOW,
     at: Mapping[str, float] | None = None,
 ) -> Trajectory:
-    """Estimate the trajectory that fits the pose best when any force may act.
+    """Estimate the trajectory from the measured pose with a free force (smoother).
 
     The inertial sensors' biases are free: their faults must not bend the trajectory.
 
@@ -371,7 +371,7 @@ def _astray(
 
 
 def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:
-    """Stated start states against the trajectory (runs, 12), and their 1-sigma (12,)."""
+    """Return stated less estimated start states, shape (runs, 12), and their 1-sigma (12,)."""
     vehicle, runs = plant.vehicle, plant.samples.runs
     stated = start_states(vehicle, len(runs))
     firsts = np.array([first for first, _ in runs])

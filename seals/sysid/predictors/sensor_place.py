@@ -1,4 +1,4 @@
-"""Changes of the specific force at the place of the inertial sensor, in its axes."""
+"""Changes of the specific force at the position of the inertial sensor, in its axes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.sysid.data.vehicle import Vehicle
 
 
 def at_sensor(vehicle: Vehicle, change: Floats) -> Floats:
-    """Return the change of the specific force where the sensor sits [m/s^2], shape (T, 3).
+    """Return the change of the specific force at the sensor [m/s^2], shape (T, 3).
 
     Equation:
         df + dalpha x r, turned into the sensor's axes.
@@ -27,7 +27,7 @@ def at_sensor(vehicle: Vehicle, change: Floats) -> Floats:
 
 
 def add_centripetal(output_matrix: Floats, vehicle: Vehicle, spin: Floats) -> None:
-    """Add what a change of spin adds to the centripetal acceleration at the sensor, in place.
+    """Add the change of the sensor's centripetal acceleration with the angular velocity, in place.
 
     Equation:
         d(w x (w x r)) = -(S(w x r) + S(w) S(r)) dw, with S(a) b = a x b.

@@ -83,7 +83,7 @@ class SubstepIntegrator:
         )
 
     def predict(self, substeps: SubstepTrajectory, delay: float) -> Prediction:
-        """One step from every row, and readings that are late by a delay [s]."""
+        """Predict one step from every row, and the readings at a sensor delay [s]."""
         reading = (
             self._delayed(substeps.reading, delay) if delay else substeps.reading[:: self.parts]
         )
@@ -92,7 +92,7 @@ class SubstepIntegrator:
     def dynamics(
         self, substeps: SubstepTrajectory, values: Mapping[str, float]
     ) -> tuple[Dynamics, Dynamics]:
-        """Linearise from row to row, and from part to part."""
+        """Linearise the model from row to row and between the substeps."""
         fine = dynamics_along(self.fine, substeps.trajectory, values)
         size = fine.transition.shape[1]
         rows = Dynamics(
@@ -229,7 +229,7 @@ class SubstepFitter(Fitter):
 
 
 def finer(samples: Samples, parts: int) -> Samples:
-    """Rows without measurements, several for each one of a log that nothing drives."""
+    """Return samples with several substeps for each row of a log without commands."""
     step = samples.step / parts
     time = samples.time[:, None] + step * np.arange(parts)
     return replace(

@@ -1,4 +1,4 @@
-"""Model error of a hull at the water surface: ripple, and the time history of an impact."""
+"""Model error of a hull at the water surface, from ripple and impact."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _widest(values: Floats) -> Floats:
 
 
 def filled(samples: Samples, name: str) -> Floats:
-    """A channel with straight lines over lost samples."""
+    """Return a channel with lost samples interpolated linearly."""
     values: Floats = samples.channels[name].copy()
     for first, last in samples.runs:
         for k in range(values.shape[1]):
@@ -125,7 +125,7 @@ def filled(samples: Samples, name: str) -> Floats:
 
 
 def enters(plant: Plant, trajectory: Trajectory) -> bool:
-    """Return true where a vehicle that nothing drives falls into the water, rather than floats."""
+    """Return true where a vehicle without actuators falls into water rather than floats."""
     if not plant.vehicle.has_water or len(plant.vehicle.lag):
         return False
     share = submersion(plant, trajectory)

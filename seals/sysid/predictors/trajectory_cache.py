@@ -1,4 +1,4 @@
-"""Cache of the model at the states of a trajectory: all that no parameter changes."""
+"""Cache of model evaluations along a trajectory."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ExpansionPoint:
 
 
 class TrajectoryCache:
-    """Plant evaluated at the states of a trajectory.
+    """Cached evaluations of a plant at the states of a trajectory.
 
     Args:
         plant: extended model.
@@ -64,7 +64,7 @@ class TrajectoryCache:
         self._parts: dict[frozenset[str], EffectSet] = {}
 
     def acting(self, plant: Plant) -> TrajectoryCache:
-        """Return the cache of the same plant with other effects that act for a time."""
+        """Return the cache of the same plant with other active times of effects."""
         other = copy.copy(self)
         other.plant, other._sensor_rates = plant, {}
         # what no such effect changes is known
@@ -82,14 +82,14 @@ class TrajectoryCache:
         return self._posture
 
     def inputs(self, values: Mapping[str, float], held: Held = Held.ends) -> Inputs:
-        """What the log commands at its rows."""
+        """Return the inputs at every row of the log."""
         drive = self.plant.drive(values)
         if drive is None:
             return self.plant.inputs(self.rows, None, held=held)
         return self.plant.inputs(self.rows, drive.at[:, 0], held=held, delay=drive.delay)
 
     def response(self, values: Mapping[str, float]) -> Response:
-        """The equations of motion at given values, kept for the last few."""
+        """Return the equations of motion at given values; the latest are cached."""
         used = nonzero(values)
         key = self.plant, tuple(sorted(used.items()))
         if key not in self._responses:
@@ -103,7 +103,7 @@ class TrajectoryCache:
     def moved(
         self, values: Mapping[str, float], errors: Sequence[Floats], *, stiff: bool
     ) -> list[Floats] | None:
-        """Accelerations and specific force at the poses of a tree with other velocities.
+        """Return accelerations and specific force of a link tree at changed velocities.
 
         Args:
             values: changes by parameter key.
@@ -131,7 +131,7 @@ class TrajectoryCache:
         return out
 
     def sensor_rates(self, values: Mapping[str, float]) -> Rates:
-        """Rates at the rows for the sensors: servos follow the command in force there.
+        """Return the state derivatives that sensors read: servos follow the command at the row.
 
         A command that is held while its joint moves pushes least just before the next arrives.
         """
@@ -146,7 +146,7 @@ class TrajectoryCache:
         return self._sensor_rates[key]
 
     def expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint:
-        """An exact step from every row at given values, kept for the last few."""
+        """Return exact steps from every row at given values; the latest are cached."""
         used = nonzero(values)
         key = tuple(sorted(used.items()))
         if key not in self._expansion_points:
@@ -197,7 +197,7 @@ class TrajectoryCache:
         return out
 
     def pushed(self, values: Mapping[str, float], key: str) -> Floats:
-        """Derivative of the state error after one step by a parameter, shape (T, n)."""
+        """Return the derivative of the one-step state error by a parameter, shape (T, n)."""
         used, step = nonzero(values), self.plant.candidate_set.parameters[key].nudge
         moved = nonzero({**used, key: used.get(key, 0.0) + step})
         out: Floats = (self._defect(moved) - self.expansion_point(used).defect) / step

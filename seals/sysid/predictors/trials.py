@@ -1,4 +1,4 @@
-"""Random simulations of whole runs with effects of plausible sizes, as starts of fits."""
+"""Random simulations with plausible effects, as starting points of whole-run fits."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Trial:
 
 
 def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Trial]:
-    """Draw datasheet values and starts within their tolerances, with one effect or none.
+    """Draw random parameter values and start states, with one effect or none.
 
     When a hull comes up again hangs on all of them.
 
@@ -103,7 +103,7 @@ def _silent(candidate_set: CandidateSet, key: str) -> bool:
 
 
 def mutated(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list[Trial]:
-    """Draw trials about others.
+    """Draw trials in the neighbourhood of others.
 
     Args:
         plant: extended model.
@@ -129,7 +129,7 @@ def mutated(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list
 def nearest_trajectories(
     plant: Plant, *, leave: Sequence[str], ranks: Sequence[int] = (0,), processes: int = 1
 ) -> list[Trajectory]:
-    """Simulate all runs in many trials and keep, run by run, trajectories near the readings.
+    """Simulate many trials of all runs; keep for each run the trajectories near its readings.
 
     Args:
         plant: extended model of a log without actuators; its parts say how finely.
@@ -169,7 +169,7 @@ def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
 
 
 def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
-    """The nearest trials, one of each kind: a lucky draw must not crowd out the right effect."""
+    """Return the nearest trial of each effect, best first."""
     best: dict[int, Trial] = {}
     for k in np.argsort(misfit.sum(axis=1)):
         best.setdefault(chosen[k].kind, chosen[k])
@@ -177,7 +177,7 @@ def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
 
 
 def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
-    """Distance from the readings, shape (trials, runs), and states, (trials, runs, rows, k)."""
+    """Simulate trials; return distances from the readings (trials, runs) and all states."""
     samples, runs, count = plant.samples, plant.samples.runs, len(chosen)
     keys = dict.fromkeys(k for trial in chosen for k in trial.values)
     # run by run within each trial

@@ -11,7 +11,7 @@ from seals.arrays import Floats
 
 @dataclass(frozen=True, kw_only=True)
 class Whitened:
-    """Whitened outputs of the windows and their part along start states and gusts.
+    """Whitened outputs of windows, and their projection on start states and gusts.
 
     Args:
         outputs: shape (W, K * ny, c).
@@ -24,7 +24,7 @@ class Whitened:
     cross: Floats
 
     def beside(self, other: Whitened) -> Whitened:
-        """Columns of both."""
+        """Return the columns of both side by side."""
         return Whitened(
             outputs=np.concatenate([self.outputs, other.outputs], axis=2),
             absorbed=np.concatenate([self.absorbed, other.absorbed], axis=2),
@@ -32,7 +32,7 @@ class Whitened:
         )
 
     def less(self, other: Whitened) -> Whitened:
-        """Differences column by column."""
+        """Return the difference column by column."""
         return Whitened(
             outputs=self.outputs - other.outputs,
             absorbed=self.absorbed - other.absorbed,

@@ -28,7 +28,7 @@ _REACH = np.repeat([0.06, 0.1, 0.4, 1.0], 3)
 
 @dataclass(frozen=True, kw_only=True)
 class UnmodelledDisturbance:
-    """Disturbance that no law of the model describes.
+    """Unmodelled disturbance: gusts and the model error at the water surface.
 
     Args:
         gusts: factor on their stated level.
@@ -43,7 +43,7 @@ class UnmodelledDisturbance:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearisedModel:
-    """Model at some values, linearised about its trajectory.
+    """Model linearised about a trajectory of its own and parameter values.
 
     Args:
         fitter: of that linearisation.
@@ -92,7 +92,7 @@ def linearise_about(
 
 
 def converged(now: LinearisedModel, *, rounds: int) -> LinearisedModel:
-    """Iterate Gauss-Newton steps of values, start states and gusts until they gain nothing.
+    """Iterate Gauss-Newton steps of parameters, start states and gusts to convergence.
 
     Args:
         now: model to start from.

@@ -23,7 +23,7 @@ _QUANTISED = 1.0 + 1.0 / 48.0
 
 
 class Windows:
-    """Windows of a log about one trajectory and one linearisation.
+    """Windows of a log, linearised along one trajectory.
 
     Args:
         samples: the log.
@@ -77,7 +77,7 @@ class Windows:
         self._weigh()
 
     def with_disturbance(self, gusts: float) -> Windows:
-        """Return the same windows, with the same outputs, under another level of the gusts."""
+        """Return the same windows with another level of the gusts."""
         other = copy.copy(self)
         other.gusts = gusts
         other._gusts(gusts * self.vehicle.gust, self._extra)
@@ -85,7 +85,7 @@ class Windows:
         return other
 
     def with_readings(self, samples: Samples) -> Windows:
-        """Return the same windows of other readings of the same channels, weighed as these are."""
+        """Return the same windows with other readings of the same channels and equal weights."""
         other = copy.copy(self)
         other.samples = samples
         other._reference(None)
@@ -93,7 +93,7 @@ class Windows:
         return other
 
     def shares_outputs(self, other: Windows) -> bool:
-        """Return true where outputs of other windows are outputs of these."""
+        """Return true where whitened outputs of other windows may be used in these."""
         return self._loose is other._loose
 
     def _reference(self, blur: Floats | None) -> None:
@@ -257,7 +257,7 @@ class Windows:
         return i - self.channel_of.index(self.channel_of[i])
 
     def residual(self, prediction: Prediction) -> Floats:
-        """Whitened misfit of the model without freedom, shape (W, K * ny)."""
+        """Whitened residual with start states and gusts at zero, shape (W, K * ny)."""
         order = self.rows.T
         defect = prediction.defect[order][:, :, :, None]
         reading = prediction.reading[order][:, :, :, None]
@@ -270,7 +270,7 @@ class Windows:
         return misfit
 
     def responses(self, columns: Columns) -> Floats:
-        """Whitened outputs by parameters, shape (W, K * ny, p)."""
+        """Derivatives of the whitened outputs by parameters, shape (W, K * ny, p)."""
         order = self.rows.T
         start = np.zeros((self.count, self.size, len(columns.keys)))
         return self._run(start, columns.push[order], columns.reading[order])
@@ -285,11 +285,11 @@ class Windows:
         return float(2.0 * np.log(diagonal / self._scale).sum()) + self._spread
 
     def whiten(self, outputs: Floats) -> Whitened:
-        """Outputs with what start states and gusts can absorb of them."""
+        """Return outputs with their projection on start states and gusts."""
         return self._absorbed(outputs, np.matmul(self._loose.transpose(0, 2, 1), outputs))
 
     def rewhitened(self, seen: Whitened) -> Whitened:
-        """Outputs that windows like these whitened before."""
+        """Project outputs, whitened by equal windows, on these windows' start states and gusts."""
         return self._absorbed(seen.outputs, seen.cross)
 
     def _absorbed(self, outputs: Floats, cross: Floats) -> Whitened:
@@ -298,7 +298,7 @@ class Windows:
         return Whitened(outputs=outputs, absorbed=absorbed, cross=cross)
 
     def explained(self, residual: Floats) -> tuple[Floats, Floats]:
-        """Start states and gusts that best explain a misfit.
+        """Return the start states and gusts that fit a residual best.
 
         Args:
             residual: shape (W, K * ny).
@@ -314,7 +314,7 @@ class Windows:
         return found[:, : self.size], wrench
 
     def states(self, residual: Floats, prediction: Prediction) -> Floats:
-        """State errors of the best explanation at every row of the log, shape (T, n).
+        """Return the fitted state errors at every row of the log, shape (T, n).
 
         Rows outside the windows get zeros.
         """
@@ -335,7 +335,7 @@ class Windows:
         return error
 
     def leftover(self, residual: Floats) -> Floats:
-        """Misfit that start states and gusts leave, shape (W, K * ny)."""
+        """Return the residual after the fit of start states and gusts, shape (W, K * ny)."""
         found = self._coefficients(residual)
         rest: Floats = residual - np.matmul(self._loose, found[:, :, None])[:, :, 0]
         return rest
@@ -348,7 +348,7 @@ class Windows:
 
 
 def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
-    """Rows of all windows, of one common size, shape (W, K)."""
+    """Return the rows of all windows of a common length, shape (W, K)."""
     spans = [(first + skip, last) for first, last in samples.runs]
     longest = max(last - first for first, last in spans)
     wanted = max(4, min(round(length / samples.step), longest))
@@ -388,7 +388,7 @@ def _gyro(name: str) -> bool:
 
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:
-    """Mean square of whitened misfits by channel."""
+    """Return the mean squared whitened residual by channel."""
     channels = len(windows.channel_of)
     inside = misfit[:, : windows.length * channels]
     squares = inside.reshape(windows.count, windows.length, channels) ** 2

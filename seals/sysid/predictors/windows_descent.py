@@ -1,4 +1,4 @@
-"""Least-squares problem of some keys of a fit to windows, for the damped Gauss-Newton solver."""
+"""Least-squares problem of a window fit for the damped Gauss-Newton solver."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class WindowTask(Iterate):
-    """Fit on its way to the minimum, with its next step."""
+    """Iterate of a window fit with its next step."""
 
     fit: Fit
     step: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 class TrialPoint(NamedTuple):
-    """Fit at trial values; the cost is what remains when the fixed keys have moved."""
+    """Fit at trial values; its cost is minimised over the keys that are held."""
 
     cost: float
     fit: Fit
@@ -35,7 +35,7 @@ class TrialPoint(NamedTuple):
 
 
 class Descent:
-    """Least-squares problem of some keys of a fitter.
+    """Least-squares problem of some parameters of a fitter.
 
     Args:
         fitter: of the linearisation.
@@ -58,12 +58,12 @@ class Descent:
         self.fixed = [i for i, k in enumerate(keys) if k not in set(moving)]
 
     def task(self, fit: Fit) -> WindowTask:
-        """Begin at a fit."""
+        """Start an iteration at a fit."""
         observed = float(self.fitter.windows.observed)
         return WindowTask(fit=fit, cost=fit.cost - reserve(fit, self.fixed), floor=observed)
 
     def linearise(self, tasks: Sequence[WindowTask]) -> None:
-        """Find the steps."""
+        """Compute the steps of all tasks."""
         for task in tasks:
             task.step, predicted = newton_step(task.fit, self.bounds)
             task.done = predicted - reserve(task.fit, self.fixed) < self.tolerance
@@ -72,7 +72,7 @@ class Descent:
     def evaluate(
         self, tasks: Sequence[WindowTask], proposals: Sequence[Sequence[Proposal]]
     ) -> list[list[TrialPoint]]:
-        """Evaluate shares of the steps."""
+        """Evaluate fractions of the steps."""
         return [
             [self._point(task, p.share) for p in row]
             for task, row in zip(tasks, proposals, strict=True)
@@ -86,5 +86,5 @@ class Descent:
         return TrialPoint(trial.cost - reserve(trial, self.fixed), trial, misfit)
 
     def keep(self, task: WindowTask, outcome: TrialPoint) -> None:
-        """Move to a point and find its equations."""
+        """Accept a point and compute its equations."""
         task.fit = self.fitter.with_free(outcome.fit, outcome.misfit)

@@ -51,7 +51,7 @@ class WhitenedResiduals(NamedTuple):
 
 
 class Fitter:
-    """Fitter of free parameters on one linearisation of a log.
+    """Fitter of parameters to the windows of a linearised log.
 
     Args:
         plant: extended model.
@@ -105,7 +105,7 @@ class Fitter:
         )
 
     def acting(self, candidates: Sequence[Candidate]) -> Fitter:
-        """Return the fitter in which some effects act at their times; itself where it is that."""
+        """Return the fitter with some effects restricted to their active times."""
         plant = self.plant.acting(candidates)
         if plant is self.plant:
             return self
@@ -121,7 +121,7 @@ class Fitter:
         )
 
     def columns_at(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
-        """Responses of parameters at given values, row by row."""
+        """Return the derivatives by parameters at given values, row by row."""
         return columns_along(
             self.plant,
             self.trajectory,
@@ -141,7 +141,7 @@ class Fitter:
         return self._misfit(values, None)
 
     def near(self, values: Mapping[str, float], expansion_point: ExpansionPoint | None) -> Whitened:
-        """The same, with steps to first order about an expansion point."""
+        """Whitened misfit, with steps to first order about an expansion point."""
         return (
             self.misfit(values)
             if expansion_point is None
@@ -173,7 +173,7 @@ class Fitter:
         return None if self.cache is None else self.cache.expansion_point(values)
 
     def precision(self, keys: Sequence[str], free: Sequence[str]) -> Floats:
-        """Prior precision of parameters: wide when free, else the datasheet's."""
+        """Prior precision of parameters: low for free ones, else from their tolerances."""
         parameters = self.candidate_set.parameters
         widths = [
             WIDE * max(parameters[k].scale, parameters[k].tolerance)
@@ -225,7 +225,7 @@ class Fitter:
         return now if coarse else self.refined(now, iterations=iterations, tolerance=tolerance)
 
     def refined(self, fit: Fit, *, iterations: int = 6, tolerance: float = 0.3) -> Fit:
-        """Repeat a fit about exact steps at its own values, until they hold.
+        """Repeat a fit about exact steps at its own values until it converges.
 
         Args:
             fit: of this fitter.
@@ -267,7 +267,7 @@ class Fitter:
         return WhitenedResiduals(self.windows, self.misfit(fit.values), columns)
 
     def start(self, free: Sequence[str]) -> Fit:
-        """Return the equations where the tolerances were linearised, nothing fitted."""
+        """Return the equations at the linearisation point, before any fit."""
         more = [k for k in free if k not in self.tolerances]
         keys = (*self.tolerances, *more)
         values = {k: float(self.at.get(k, 0.0)) for k in keys}
@@ -288,14 +288,14 @@ class Fitter:
         return task.fit
 
     def bounds(self, keys: Sequence[str]) -> tuple[Floats, Floats]:
-        """Least and largest values of parameters."""
+        """Return lower and upper bounds of parameters."""
         pairs = np.array(
             [self.candidate_set.parameters[k].bounds for k in keys], dtype=float
         ).reshape(-1, 2)
         return pairs[:, 0], pairs[:, 1]
 
     def moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
-        """Values after a share of a step, inside the bounds."""
+        """Return the values after a fraction of a step, inside the bounds."""
         out = {}
         for i, key in enumerate(fit.keys):
             low, high = self.candidate_set.parameters[key].bounds
@@ -322,7 +322,7 @@ class Fitter:
         precision: Floats,
         misfit: Whitened,
     ) -> tuple[Fit, Whitened]:
-        """Misfit at given values with the equations of the tolerances alone: half the work."""
+        """Return misfit and equations at given values, without the rows of the free parameters."""
         count, total = len(self.tolerances), len(keys)
         normal = np.zeros((self.windows.count, total, total))
         right = np.zeros((self.windows.count, total))
@@ -377,7 +377,7 @@ class Fitter:
 
 
 def is_determined(misfit: Floats) -> bool:
-    """Return true where the misfits of all windows are finite, none below zero beyond rounding."""
+    """Return true where the misfits of all windows are finite and not negative beyond rounding."""
     largest = float(np.abs(misfit).max())
     return bool(np.isfinite(largest) and misfit.min() >= -_ROUNDING * largest)
 

@@ -88,7 +88,7 @@ def _found(
 
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:
-    """Return the flight that would settle an open question, as ``seals plan`` does, or None."""
+    """Return the manoeuvre that would tell the open effects apart, see ``seals plan``, or None."""
     from seals.sysid.experiment_design.plan import propose
 
     answer = found.answer
@@ -107,7 +107,7 @@ def proposed(found: Diagnosis) -> dict[str, Any] | None:
 
 
 def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
-    """The diagnosis in its written form, with what is known of the force that the model lacks."""
+    """Return the content of ``diagnosis.json``, with the analysis of the residual force."""
     law = missing.formula
     return {
         **found.to_dict(),

@@ -1,4 +1,4 @@
-"""Bars of a report: what each effect removes, and the errors of the ablation."""
+"""Bar charts of a report: held-out gain of each effect, and errors of the ablation."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _gain_text(entry: Entry) -> str:
 
 
 def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
-    """Return the errors of the ablation as a waterfall down to the floor.
+    """Return the errors of the ablation as a waterfall chart down to the noise floor.
 
     Args:
         steps: from the datasheet's model on.

@@ -26,7 +26,7 @@ _TICKS = 32
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Fitted parameter.
+    """Fitted parameter with its 90 % interval.
 
     Args:
         value: best estimate, the change against the stated model.

@@ -13,7 +13,7 @@ from seals.sysid.selection.search import Search
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """Fall of the held-out error, which is in units of the noise variance.
+    """Decrease of the held-out error, in units of the noise variance.
 
     Args:
         value: the fall.
@@ -40,7 +40,7 @@ class Step:
 
 
 def gain_over(base: EvidenceHypothesis, other: EvidenceHypothesis) -> Gain:
-    """Held-out error that ``other`` removes beyond ``base``."""
+    """Decrease of the held-out error from ``base`` to ``other``."""
     seen = base.fitter.windows.observed
     before, after = held_out_by_window(base), held_out_by_window(other)
     if before.shape != after.shape:
@@ -53,7 +53,7 @@ def gain_over(base: EvidenceHypothesis, other: EvidenceHypothesis) -> Gain:
 
 
 def ablation_steps(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
-    """Held-out error from the datasheet's model to the chosen one, one change a variant."""
+    """Held-out errors from the data sheet model to the chosen one, one change at a time."""
     nominal, best = search.nominal, search.best
     first = nominal.fitter.start(())
     raw = float(first.misfit.sum()) / nominal.fitter.windows.observed

@@ -1,4 +1,4 @@
-"""Logs that a verb is given: their places, their content, how long they take."""
+"""Input logs of a command: paths, content, expected run time."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _tell_time(log: Log) -> None:
 
 
 def sources(places: Sequence[Path]) -> dict[str, Any]:
-    """Path and checksum of the log; of several logs a list of them."""
+    """Path and checksum of the log; a list of them for several logs."""
     if len(places) == 1:
         return _source(places[0])
     return {"logs": [_source(place) for place in places]}
@@ -117,7 +117,7 @@ def _source(place: Path) -> dict[str, str]:
 
 
 def make_folder(out: Path) -> None:
-    """Make the folder of an answer.
+    """Create the output folder of a command.
 
     Raises:
         ConfigError: it cannot be made.

@@ -1,4 +1,4 @@
-"""Plain names of effects, adjustable values, channels and units."""
+"""Readable names of effects, parameters, channels and units."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def effect_words(name: str) -> str:
 
 
 def factor_words(key: str) -> str:
-    """Return what an adjustable value of the model is, in words.
+    """Return the description of a model parameter in words.
 
     Example:
         >>> factor_words("inertia.delta_xx"), factor_words("weak_rotor_2.relative_loss")
@@ -75,7 +75,7 @@ def _declared(instance: str, parameter: str) -> str:
 
 
 def candidate_words(candidate: Candidate) -> str:
-    """Return the name of an effect with what tells its variants apart."""
+    """Return the name of an effect with its variant."""
     variant = dict(candidate.variant)
     parts = []
     if "medium" in variant:
@@ -88,7 +88,7 @@ def candidate_words(candidate: Candidate) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent; never 100 for what is not certain.
+    """Format a share in per cent; 'more than 99 %' from there on.
 
     Example:
         >>> percent(0.999), percent(0.5), percent(1.0), percent(float("nan"))
@@ -100,7 +100,7 @@ def percent(share: float) -> str:
 
 
 def interval(low: float, high: float, unit: str = "") -> str:
-    """Return the ends of an interval as text.
+    """Format an interval as text.
 
     Example:
         >>> interval(0.1, 0.25, "m"), interval(0.1, float("nan"), "m")
@@ -112,7 +112,7 @@ def interval(low: float, high: float, unit: str = "") -> str:
 
 
 def points(score: float) -> str:
-    """Return a score as text: three digits, large ones with thousands apart.
+    """Format a score: three digits, thousands separated.
 
     Example:
         >>> points(24512.3), points(8.352), points(-0.004)
@@ -122,7 +122,7 @@ def points(score: float) -> str:
 
 
 def figure(value: float, unit: str = "", digits: int = 4) -> str:
-    """Return a number with its unit; one that is not finite as "not determined".
+    """Format a number with its unit; "not determined" where it is not finite.
 
     Example:
         >>> figure(0.01234, "m/s"), figure(1234567.0), figure(2.345, digits=2)

@@ -1,4 +1,4 @@
-"""Pictures of measurement and model, channel by channel, the worst-explained first."""
+"""Charts of measurement and model by channel, largest residual first."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def overlay_blocks(
     names: tuple[str, str],
     most: int,
 ) -> list[Block]:
-    """Return the overlays of all channels behind one selector.
+    """Return the charts of all channels, chosen by one selector.
 
     Args:
         problem: the log.
@@ -54,7 +54,7 @@ def overlay_blocks(
 
 
 def levels(before: EvidenceHypothesis, after: EvidenceHypothesis) -> dict[str, dict[str, float]]:
-    """Return each channel's residual in units of its expected spread, before and after."""
+    """Return the residual of each channel in units of its standard deviation, before and after."""
     return {
         t.name: {"before": t.level(t.before), "after": t.level(t.after)}
         for t in tracks(before, after)
@@ -62,7 +62,7 @@ def levels(before: EvidenceHypothesis, after: EvidenceHypothesis) -> dict[str, d
 
 
 def plot_time(problem: Problem) -> Floats:
-    """Time of every row [s]; runs with overlapping clocks are laid one after the other."""
+    """Time of every row [s]; runs with overlapping clocks are concatenated."""
     samples = problem.samples
     time: Floats = samples.time.copy()
     shifts = run_offsets(

@@ -115,7 +115,7 @@ def _small_enough(
 
 
 def model_after(diagnosis: Diagnosis) -> EvidenceHypothesis:
-    """Return the model that is shown as the one after: the chosen one, or the library's best."""
+    """Return the model shown as 'after': the chosen one, or the best of the library."""
     answer, search = diagnosis.answer, diagnosis.search
     if answer.claims:
         return answer.claims[0].hypothesis

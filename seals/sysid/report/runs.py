@@ -1,4 +1,4 @@
-"""Pictures and tables of a diagnosis of runs: those of a comparison, with the rank before them."""
+"""Report of a diagnosis of several runs: ranked effects, then the charts of a comparison."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.sysid.runs import RunsDiagnosis
 
 
 def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
-    """Write report.html and one picture of measured, before and after for every diagnosis."""
+    """Write report.html and, for every diagnosis, a picture of measurement and models."""
     folder.mkdir(parents=True, exist_ok=True)
     sections = [_rank(one) for one in found]
     for one in found:

@@ -1,4 +1,4 @@
-"""``seals diagnose experiment=...``: names what the model of several runs is missing."""
+"""``seals diagnose experiment=...``: names the effects missing in the model of several runs."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ def execute(config: Any) -> int:
 
 
 def as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
-    """Return one diagnosis as it is, several under ``groups``."""
+    """Return the output of one diagnosis, or of several under the key ``groups``."""
     if len(found) == 1:
         return found[0].to_dict()
     return {"groups": {one.name: one.to_dict() for one in found}}
 
 
 def exit_code(found: Sequence[RunsDiagnosis]) -> int:
-    """Return the exit code of the verdict; of several the one that says most."""
+    """Return the exit code of the verdict; of several verdicts the most informative one."""
     order = list(Verdict)
     return max((one.answer.verdict for one in found), key=lambda v: -order.index(v)).exit_code
 
 
 def sentence(one: RunsDiagnosis) -> str:
-    """Return the answer in a few lines."""
+    """Return the result of a diagnosis of runs as a few lines of text."""
     table = one.to_dict()
     heads = {
         Verdict.named: "missing:",

@@ -1,4 +1,4 @@
-"""Sentences of a diagnosis."""
+"""Result of a diagnosis as text for the terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.sysid.report.naming import figure, interval
 
 
 def sentence(found: Diagnosis) -> str:
-    """Return the answer in a few lines."""
+    """Return verdict, effects and held-out misfit as a few lines of text."""
     answer, table = found.answer, found.to_dict()
     held = found.held_out
     first, last = (figure(held[k], digits=3) for k in ("before", "after"))

@@ -1,4 +1,4 @@
-"""Typed settings of one diagnosis."""
+"""Typed settings of ``seals diagnose``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.robot.settings import RobotSettings
 
 @dataclass(kw_only=True)
 class DiagnoseSettings:
-    """Measured logs of one vehicle, and where the answer goes.
+    """Settings of a diagnosis: logs of one vehicle, and the output folder.
 
     Args:
         name: of the diagnosis, part of the run folder's name.

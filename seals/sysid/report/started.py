@@ -1,4 +1,4 @@
-"""Predictions of a model over windows with fitted starts, and their spread by noise and gusts."""
+"""Predictions of a model in windows with fitted start states, and their standard deviation."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ class Track:
     spread: Floats
 
     def level(self, residual: Floats) -> float:
-        """Root mean square of a residual in units of its expected spread; 1 for a right model."""
+        """Root mean square of a residual in units of its standard deviation; 1 for a true model."""
         good = np.isfinite(residual)
         ratio = residual[good] / self.spread[good]
         return float(np.sqrt(np.mean(ratio**2))) if good.any() else 0.0
 
 
 def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track, ...]:
-    """Return all components, the one that the model before explains worst first."""
+    """Return all components, largest residual of the first model first."""
     windows = before.fitter.windows
     first, spread = restarted(before)
     last = first
@@ -94,7 +94,7 @@ def _columns(windows: Windows) -> slice:
 
 
 def restarted(hypothesis: EvidenceHypothesis) -> tuple[Floats, Floats]:
-    """Measured less modelled, with the best start of every window, and its expected spread.
+    """Residual with the start state of every window fitted, and its standard deviation.
 
     Gusts and noise are left in the residual, and are in the spread.
 
@@ -134,7 +134,7 @@ def _variance(windows: Windows) -> Floats:
 
 
 def measured_values(windows: Windows, channel: str) -> Floats | None:
-    """Measurement of a channel, shape (T, k); attitude as roll, pitch and yaw without jumps."""
+    """Return the measured channel, shape (T, k); orientation as unwrapped roll, pitch and yaw."""
     values = windows.samples.channels.get(channel)
     if values is None or channel != "orientation":
         return values
@@ -145,7 +145,7 @@ def measured_values(windows: Windows, channel: str) -> Floats | None:
 
 
 def attitude(measured: Floats, residual: Floats) -> Floats:
-    """Residual in roll, pitch and yaw [rad] of a residual turn in body axes, shape (..., 3).
+    """Convert an attitude error in body axes to roll, pitch and yaw [rad], shape (..., 3).
 
     Args:
         measured: q_WB_xyzw, shape (..., 4).
@@ -178,7 +178,7 @@ def component(channel: str, axis: int, width: int) -> str:
 
 
 def run_offsets(starts: Sequence[float], ends: Sequence[float]) -> list[float]:
-    """Shifts that lay runs with overlapping times one after the other [s].
+    """Time shifts that concatenate runs with overlapping times [s].
 
     Example:
         >>> run_offsets([0.0, 0.0], [2.0, 1.0])

@@ -1,4 +1,4 @@
-"""Ranked table of candidate effects, with the reason each was accepted or rejected."""
+"""Ranked table of candidate effects, with the reason why each was accepted or rejected."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Entry:
 
 
 def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
-    """Return the effects that were fitted, round by round and best first, then the others."""
+    """Return the fitted effects, by round and best first, then the others."""
     search = diagnosis.search
     out: list[Entry] = []
     base = search.nominal
@@ -74,7 +74,7 @@ _ORDER = {NAMED: 0, POSSIBLE: 1, REJECTED: 2, UNTRIED: 3}
 
 
 def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
-    """Score that an effect must reach to be taken for real."""
+    """Return the score that an effect must reach to be accepted."""
     fitter = diagnosis.search.nominal.fitter
     surface_error = surface_model_error(diagnosis.problem.plant, fitter.trajectory) is not None
     policy = diagnosis.problem.policy

@@ -1,4 +1,4 @@
-"""Limit linear algebra to one thread: a diagnosis multiplies many small matrices.
+"""Limit of linear algebra to one thread, faster for the many small matrices of a diagnosis.
 
 Several threads only get into each other's way there; on a busy machine they cost a factor of five.
 The command line says so to the library before it is loaded, a Python program cannot.
@@ -21,7 +21,7 @@ _NAMES = [
 
 @contextmanager
 def one_thread() -> Iterator[int]:
-    """Hold OpenBLAS to one thread; yield how many libraries were found (none where it is absent).
+    """Limit OpenBLAS to one thread; yield the number of libraries found, 0 without OpenBLAS.
 
     Example:
         >>> with one_thread() as libraries:

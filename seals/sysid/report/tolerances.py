@@ -42,7 +42,7 @@ class Moved:
 
 
 def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
-    """Return all values with a tolerance, the one that moved farthest first."""
+    """Return all values with a tolerance, largest change first."""
     fit, candidate_set = hypothesis.fit, hypothesis.fitter.candidate_set
     covariance = fit.covariance
     out = []
@@ -67,7 +67,7 @@ def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
 
 
 def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:
-    """Return the values that moved farthest in a model as bars in units of their tolerance."""
+    """Return a bar chart of the largest changes in units of their tolerances."""
     bars = [
         Bar(
             label=m.words,

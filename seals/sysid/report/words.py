@@ -78,7 +78,7 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
 
 
 def strained(diagnosis: Diagnosis) -> str:
-    """Return what the model does without the effect, where it can follow the log as well."""
+    """Return a note where the model without the effect fits too, by changing data sheet values."""
     search, held = diagnosis.search, diagnosis.held_out
     fall = (held["before"] - held["after"]) * search.nominal.fitter.windows.observed
     if fall > 0.5 * search.best.score or not diagnosis.answer.claims:
@@ -110,7 +110,7 @@ def _unseen(diagnosis: Diagnosis) -> str:
 def next_steps(
     diagnosis: Diagnosis, data: Mapping[str, Any], law: Formula | None, folder: Path
 ) -> tuple[list[str], str]:
-    """Return what to do next: sentences, and command lines."""
+    """Return what to do next, as sentences and command lines."""
     verdict = diagnosis.answer.verdict
     planned = proposed(data.get("next_experiment"))
     words = [planned] if planned else []
@@ -150,7 +150,7 @@ def next_steps(
 
 
 def proposed(plan: Any) -> str:
-    """Return the proposed manoeuvre in words; empty when none is proposed."""
+    """Describe the proposed manoeuvre in words; empty without one."""
     if isinstance(plan, str):
         return plan
     if isinstance(plan, Mapping):
@@ -159,7 +159,7 @@ def proposed(plan: Any) -> str:
 
 
 def parameter_rows(data: Mapping[str, Any]) -> list[list[str]]:
-    """Return effect, parameter, value and 90 % interval of every claim, as text."""
+    """Return rows of text: effect, parameter, value and 90 % interval of every claim."""
     rows = []
     for effect in data["effects"]:
         for name, p in effect["parameters"].items():
@@ -171,7 +171,7 @@ def parameter_rows(data: Mapping[str, Any]) -> list[list[str]]:
 
 
 def joined(parts: Sequence[str]) -> str:
-    """Return words joined as in a sentence.
+    """Join words with commas and a final 'and'.
 
     Example:
         >>> joined(["a"]), joined(["a", "b", "c"])

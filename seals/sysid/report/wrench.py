@@ -39,7 +39,7 @@ def wrench_blocks(
     after: Residual | None,
     candidates: Sequence[Candidate] = (),
 ) -> list[Block]:
-    """Return the missing wrench, one component at a time, the loudest first.
+    """Return charts of the residual wrench by component, largest first.
 
     Args:
         problem: the log.
@@ -67,7 +67,7 @@ def wrench_blocks(
 
 
 def activity_marks(problem: Problem, candidates: Sequence[Candidate]) -> tuple[Mark, ...]:
-    """Return the instants at which effects begin and end."""
+    """Return the times at which effects begin and end, as chart marks."""
     samples, time = problem.samples, plot_time(problem)
     logs, marks = rows_of_logs(samples), []
     for candidate in candidates:
@@ -82,7 +82,7 @@ def activity_marks(problem: Problem, candidates: Sequence[Candidate]) -> tuple[M
 
 
 def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
-    """Rows of the log nearest to points in time that go through it run by run."""
+    """Return the rows of the log nearest to given times, run by run."""
     samples = problem.samples
     first, last = np.array(samples.runs).T
     begin = samples.time[first]
@@ -98,7 +98,7 @@ def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
 
 
 def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
-    """Regime of the hull at some rows: air, entry or water."""
+    """Return the regime of the hull at some rows: air, entry or water."""
     if not problem.vehicle.has_water:
         return np.full(len(rows), "air")
     share = submersion(problem.plant, problem.fitter.trajectory)[rows]

@@ -1,4 +1,4 @@
-"""Residual force of a model: its time, place and dependences, and a formula for it."""
+"""Residual force of a model: time course, location, dependences, and a fitted formula."""
 
 from seals.sysid.residual_force.formula import Formula
 from seals.sysid.residual_force.localisation import Localisation, locate_residual_force

@@ -1,4 +1,4 @@
-"""Motion, surroundings and drive at the knots of the free force."""
+"""Motion, medium and actuator wrench at the knots of the residual force."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from seals.sysid.residual_force.laws import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """Motion, surroundings and drive at the knots; n rows, window after window.
+    """Motion, medium and actuator wrench at the knots; n rows, window by window.
 
     Args:
         time: [s], shape (n,).
@@ -54,27 +54,27 @@ class Conditions:
 
     @property
     def speed(self) -> Floats:
-        """Against the medium [m/s], shape (n,)."""
+        """Speed relative to the medium [m/s], shape (n,)."""
         out: Floats = np.linalg.norm(self.velocity, axis=1)
         return out
 
     @property
     def wet(self) -> bool:
-        """Return true where the hull is under water at some time."""
+        """Return true when the hull is under water at some time."""
         return bool(self.submersion.max() > 0.02)
 
     @property
     def crossing(self) -> bool:
-        """Return true where the hull is in air at some times and under water at others."""
+        """Return true when the hull is sometimes in air and sometimes under water."""
         return self.wet and bool(self.submersion.min() < 0.98)
 
     def share(self, medium: str) -> Floats:
-        """Weight of a medium: water, air or any, shape (n, 1)."""
+        """Fraction of the hull in a medium: water, air or any, shape (n, 1)."""
         table = {"water": self.submersion, "air": 1.0 - self.submersion}
         return table.get(medium, np.ones_like(self.submersion))[:, None]
 
     def scene(self, medium: str = "any") -> Scene:
-        """Return the arguments of the laws of terms."""
+        """Return the arguments of the formula's laws."""
         return Scene(
             time=self.time[:, None],
             position=self.position,
@@ -88,7 +88,7 @@ class Conditions:
 
 
 def conditions(fitter: Fitter, found: Evidence) -> Conditions:
-    """Look up the conditions at the knots."""
+    """Return the conditions at the knots."""
     plant, trajectory = fitter.plant, fitter.trajectory
     rows = found.rows.ravel()
     turn = matrix_of(trajectory.quaternion[rows])
@@ -121,7 +121,7 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
 def actuator_wrench(
     plant: Plant, values: Mapping[str, float]
 ) -> tuple[Floats | None, Floats | None]:
-    """Nominal wrench of the actuators (T, 6) and the sum of their thrusts' sizes (T,)."""
+    """Return the nominal actuator wrench (T, 6) and the sum of absolute thrusts (T,)."""
     drive = plant.drive(values)
     if drive is None:
         return None, None

@@ -1,4 +1,4 @@
-"""Dependences of the residual force: the held-out misfit that functions of a quantity explain."""
+"""Dependence of the residual force on speed, place, time and others, by held-out misfit."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _UNITS: Mapping[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Dependence:
-    """Share of the held-out misfit that a function of one quantity explains.
+    """Fraction of the held-out misfit that a function of one quantity explains.
 
     Args:
         variable: the quantity.
@@ -90,7 +90,7 @@ class Dependence:
 
 
 def dependences(found: Evidence, around: Conditions) -> tuple[Dependence, ...]:
-    """Try every quantity in body and world axes, the most telling first."""
+    """Test every quantity in body and world axes; largest explained fraction first."""
     out = []
     nothing = {m: _held(found, around, None, "body", m) for m in (False, True)}
     ones = np.ones((len(around.time), 1))
@@ -116,7 +116,7 @@ def dependences(found: Evidence, around: Conditions) -> tuple[Dependence, ...]:
 
 
 def directed(around: Conditions) -> dict[str, Floats]:
-    """Wrenches whose direction comes from the motion or the actuators, shape (n, 6, c) each."""
+    """Basis wrenches along the velocity, the rotation or the actuator wrench, each (n, 6, c)."""
     size = len(around.time)
     table = {}
     if np.quantile(around.speed, 0.9) > _LEAST["speed"]:
@@ -171,14 +171,14 @@ def quantities(around: Conditions) -> dict[str, Floats]:
 
 
 def hats(values: Floats) -> Floats:
-    """Hat functions between quantiles of a quantity, constant outside, shape (n, 4)."""
+    """Piecewise linear hat functions on quantiles of a quantity, constant outside, shape (n, 4)."""
     at = np.maximum.accumulate(np.quantile(values, _QUANTILES))
     at = at + np.arange(len(at)) * 1e-9 * max(float(np.abs(at).max()), 1.0)
     return np.stack([np.interp(values, at, row) for row in np.eye(len(at))], axis=1)
 
 
 def spread(around: Conditions, weights: Floats, frame: str) -> Floats:
-    """Wrenches along all axes of a frame for every weight, shape (n, 6, c).
+    """Basis wrenches along all axes of a frame for every weight, shape (n, 6, c).
 
     Body axes hold force and torque, world axes a force.
     """
@@ -192,7 +192,7 @@ def spread(around: Conditions, weights: Floats, frame: str) -> Floats:
 
 
 def widths(found: Evidence, basis: Floats) -> Floats:
-    """Prior precision of columns: any of them may be as large as a free force, shape (c,)."""
+    """Prior precision of columns that allows each the size of the free force, shape (c,)."""
     level = LOOSE * np.repeat(np.maximum(found.gust, 1e-9), 3)
     size = np.sqrt(np.mean(np.sum((basis / level[None, :, None]) ** 2, axis=1), axis=0))
     out: Floats = size**2 + 1e-12

@@ -24,7 +24,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """Normal equations of free force and tolerances, window by window; start states are gone.
+    """Normal equations of free force and tolerances by window, start states eliminated.
 
     The knots of the force run axis by axis: force x, y, z, torque x, y, z, body axes. Behind them
     come the tolerances, and last the misfit.
@@ -117,7 +117,7 @@ class Evidence:
 
     @cached_property
     def freedom(self) -> Floats:
-        """Numbers that a free force chooses beyond the gusts, shape (W,)."""
+        """Effective degrees of freedom of the free force beyond the gusts, shape (W,)."""
         m = self._force
         out = np.zeros(self.count)
         for prior, sign in ((self.loose, 1.0), (self.tight, -1.0)):

@@ -54,7 +54,7 @@ class Exponent:
 
 
 def exponents(found: Evidence, around: Conditions) -> tuple[Exponent, ...]:
-    """Fit power laws of speed, throttle and height where the log covers a range of them."""
+    """Fit power laws of speed, throttle and height where the log covers enough range."""
     out = []
     before = found.before
     if np.quantile(around.speed, 0.9) > 0.1:

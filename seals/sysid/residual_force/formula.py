@@ -1,4 +1,4 @@
-"""A formula of at most three terms for a force that no effect of the library describes."""
+"""Formula of at most three terms for a residual force that no effect explains."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _POWERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Formula:
-    """Law of the residual force, fitted to a log.
+    """Formula fitted to the residual force of a log.
 
     Args:
         terms: most telling first.
@@ -49,18 +49,18 @@ class Formula:
 
     @property
     def medium(self) -> str:
-        """Medium in which it acts."""
+        """Medium in which the force acts."""
         return self.terms[0].medium
 
     def parameters(self) -> dict[str, float]:
-        """Parameters of the effect ``formula``; those left out are zero or of no account."""
+        """Parameters of the effect ``formula``; those left out are zero or unused."""
         out: dict[str, float] = {}
         for term in self.terms:
             out |= term.parameters()
         return out
 
     def to_dict(self) -> dict[str, Any]:
-        """Return terms, shares, and the effect that a simulation may use."""
+        """Return terms, explained fractions, and the effect entry for a simulation."""
         return {
             "text": str(self),
             "terms": [term.to_dict() for term in self.terms],
@@ -86,7 +86,7 @@ def formula(
     places: Sequence[Pull | Spot | None],
     lines: Spectrum,
 ) -> Formula | None:
-    """Select terms one at a time while they explain more on held-out blocks.
+    """Add terms one at a time while the held-out misfit decreases.
 
     Args:
         found: evidence of the log.
@@ -243,7 +243,7 @@ def _fitted(found: Evidence, around: Conditions, chosen: Sequence[Term]) -> tupl
 
 
 def wrench_of(terms: Sequence[Term], around: Conditions) -> Floats:
-    """Wrench of fitted terms at the knots, body axes, shape (n, 6)."""
+    """Return the wrench of fitted terms at the knots, body axes, shape (n, 6)."""
     out = np.zeros((len(around.time), 6))
     for term in terms:
         basis = basis_of(term.kind, term.settings, around, term.medium)
@@ -258,7 +258,7 @@ def _world(found: Evidence, around: Conditions, chosen: Sequence[Term]) -> Float
 
 
 def options(found: Formula) -> Mapping[str, Any]:
-    """Options of the effect's class, for example ``EffectFormula(**options(formula))``."""
+    """Return the arguments of the effect, for example ``EffectFormula(**options(formula))``."""
     from seals.effects.effect import MediumKind
 
     return {**found.parameters(), "medium": MediumKind(found.medium)}

@@ -1,4 +1,4 @@
-"""Windows in which any force may act, and their information on that force."""
+"""Windows with a free force at knots, and their information about it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _IMPACT = 1.0
 
 
 class FreeWindows(Windows):
-    """Windows of a log whose start states are projected out and whose force is free.
+    """Windows of a log with a free force; start states are projected out.
 
     Args:
         fitter: linearisation that they belong to.
@@ -57,7 +57,7 @@ class FreeWindows(Windows):
 
     @property
     def knots(self) -> int:
-        """Knots in a window."""
+        """Number of knots in a window."""
         return int(self._knots)
 
     @property
@@ -67,7 +67,7 @@ class FreeWindows(Windows):
         return self.rows[:, place]
 
     def gram(self, outputs: Floats) -> Floats:
-        """Inner products of the free force's knots and other outputs, start states projected out.
+        """Inner products of the knots of the free force and other outputs, without start states.
 
         Args:
             outputs: whitened, shape (W, K * ny, c).

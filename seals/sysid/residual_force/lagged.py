@@ -1,4 +1,4 @@
-"""Cross-correlation of the residual force with the commands, and its delay."""
+"""Correlation of the residual force with the delayed actuator wrench."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Following:
 
 
 def following(found: Evidence, around: Conditions, left: Residual) -> Following | None:
-    """Correlate the residual with the commanded wrench; None without actuators."""
+    """Correlate the residual with the actuator wrench over delays; None without actuators."""
     if around.drive is None or around.drive_rate is None:
         return None
     step = float(np.median(np.diff(around.time[: found.knots])))

@@ -1,4 +1,4 @@
-"""Laws of the terms that a formula for an unnamed effect is made of.
+"""Force laws from which a formula for an unknown effect is built.
 
 Each is linear in its coefficients and states a wrench about the link origin in link axes. They are
 written on the array API: the search for a formula and the effect of that formula share them.
@@ -19,7 +19,7 @@ _NEAR = 1e-2
 
 
 class Scene(NamedTuple):
-    """Arguments of the laws of terms; N rows.
+    """Arguments of the force laws; N rows.
 
     Args:
         time: [s], shape (1 or N, 1).

@@ -1,4 +1,4 @@
-"""Localisation of the residual force of a model: time, place, dependences."""
+"""Analysis of a model's residual force: time course, location, dependences."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 @dataclass(frozen=True, kw_only=True)
 class Localisation:
-    """Residual force of a log: its time course, place, dependences and formula.
+    """Residual force of a log: time course, location, dependences and formula.
 
     Args:
         residual: the free wrench over time.
@@ -53,7 +53,7 @@ class Localisation:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and words; curves of 400 points at most."""
+        """Return the analysis as plain data, curves of at most 400 points."""
         parts = {
             name: None if (part := getattr(self, name)) is None else part.to_dict()
             for name in (
@@ -77,7 +77,7 @@ class Localisation:
 def locate_residual_force(
     problem: Problem, hypothesis: EvidenceHypothesis | None = None
 ) -> Localisation:
-    """Localise the residual force of a model: time, place, dependences.
+    """Analyse the residual force of a model: time course, location, dependences.
 
     Args:
         problem: the log made ready.

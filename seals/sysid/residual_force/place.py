@@ -1,4 +1,4 @@
-"""Central force: a point in the world to or away from which the residual force points."""
+"""Fit of a central force: a point in the world that attracts or repels the vehicle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CORE = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Pull:
-    """A force toward a point.
+    """Central force towards a point.
 
     Args:
         place: of the point, world [m].
@@ -76,7 +76,7 @@ class Pull:
 def pull(
     found: Evidence, around: Conditions, left: Residual, *, without: Floats | None = None
 ) -> Pull | None:
-    """Fit a point and how the force depends on the distance from it.
+    """Fit a central force: the point and the power of the distance.
 
     Args:
         found: evidence of the log.

@@ -21,7 +21,7 @@ _FEW = 4
 
 @dataclass(frozen=True, kw_only=True)
 class Regime:
-    """Size of the missing force under one condition.
+    """Size of the residual force under one condition.
 
     Args:
         name: of the condition.
@@ -46,7 +46,7 @@ class Regime:
 
 
 def regimes(found: Residual, around: Conditions) -> tuple[Regime, ...]:
-    """Table of regimes that the log holds; the whole log first."""
+    """Return the residual force of each regime in the log; the whole log comes first."""
     masks = {"whole log": np.ones(len(found.time), bool)}
     if around.water is not None:
         wet = around.submersion

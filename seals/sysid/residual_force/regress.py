@@ -1,4 +1,4 @@
-"""Regression of a log's misfit on functions of its conditions, judged on held-out blocks."""
+"""Regression of the residual on functions of the conditions, scored on held-out blocks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FLOOR = 0.98
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """Fall of the held-out misfit by a regression.
+    """Decrease of the held-out misfit by a regression.
 
     Args:
         share: of the excess over the noise floor [1].
@@ -43,7 +43,7 @@ class Gain:
 
     @property
     def sure(self) -> bool:
-        """Return true where the fall is significant against the scatter between windows."""
+        """Return true where the decrease is significant against the scatter between windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.03 and self.total > 25.0
 
 
@@ -106,7 +106,7 @@ class Table:
         return out
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
-        """Fall of the misfit by some columns beside others, all windows fitted."""
+        """Decrease of the misfit by some columns added to others, fitted to all windows."""
         both = [*beside, *chosen]
         before = self.misfit(beside, self.solve(beside)).sum()
         return float(before - self.misfit(both, self.solve(both)).sum())
@@ -114,7 +114,7 @@ class Table:
     def held_out(
         self, chosen: Sequence[int], *, ridge: Floats | None = None, mixed: bool = False
     ) -> Floats:
-        """Misfit of every window under a fit of the other parts of the log, shape (W,).
+        """Cross-validated misfit of every window, shape (W,).
 
         Args:
             chosen: columns.
@@ -136,7 +136,7 @@ class Table:
 
 
 def folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:
-    """Part of the log that each window belongs to."""
+    """Return the cross-validation fold of every window."""
     parts = min(FOLDS, count)
     return np.arange(count) % parts if mixed else np.arange(count) * parts // count
 
@@ -160,7 +160,7 @@ def gain(before: Floats, after: Floats, found: Evidence) -> Gain:
 
 
 def drawn(count: int) -> list[NDArray[np.integer]]:
-    """Windows of every draw of a block bootstrap, the same for every question."""
+    """Return the windows of every block-bootstrap draw; the seed is fixed."""
     rng = np.random.default_rng(SEED)
     block = min(BLOCK, count)
     blocks = -(-count // block)

@@ -20,7 +20,7 @@ POINTS = 400
 
 @dataclass(frozen=True, kw_only=True)
 class Residual:
-    """External wrench that the model lacks; n points in time.
+    """Residual external wrench at n points in time.
 
     Args:
         time: [s], shape (n,).
@@ -79,12 +79,12 @@ class Residual:
 
 
 def thinned_rows(count: int) -> Floats:
-    """Rows of a curve that are written."""
+    """Return the rows of a curve that are written."""
     return np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
 
 
 def residual(found: Evidence, around: Conditions) -> Residual:
-    """Posterior of the free wrench at the knots."""
+    """Return the posterior of the free wrench at the knots."""
     mean, covariance, _ = found.posterior
     count, knots = found.count, found.knots
     wrench = mean.transpose(0, 2, 1).reshape(-1, 6)

@@ -1,4 +1,4 @@
-"""Signature of a residual force as sentences with figures."""
+"""Description of a residual force in sentences with figures."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _AXIS = 0.6
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
-    """Signature of a residual force: sentences with figures.
+    """Description of a residual force: sentences and figures.
 
     Args:
         sentences: in plain words, the most telling first.

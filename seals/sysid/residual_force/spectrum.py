@@ -30,7 +30,7 @@ AXES = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
 
 @dataclass(frozen=True, kw_only=True)
 class Spectrum:
-    """Fall of the misfit by one sinusoid on one axis, over its frequency.
+    """Decrease of the misfit by a sinusoid on one axis, over frequency.
 
     Args:
         frequency: [Hz], shape (f,).
@@ -56,7 +56,7 @@ class Spectrum:
 
     @property
     def sure(self) -> bool:
-        """Return true for a significant line; one that the motion also has must explain much."""
+        """Return true for a significant line; stricter where the motion has that frequency too."""
         return self.chance < _SURE and (not self.moving or self.share > _MUCH)
 
     def to_dict(self) -> dict[str, Any]:

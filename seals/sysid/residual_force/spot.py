@@ -1,4 +1,4 @@
-"""Local force: a spot in the world around which a force of one direction acts."""
+"""Fit of a local force: constant direction, Gaussian around a point in the world."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Spot:
 def spot(
     found: Evidence, around: Conditions, left: Residual, *, without: Floats | None = None
 ) -> Spot | None:
-    """Fit a spot to the missing force, less what is explained already (world axes, (n, 3)).
+    """Fit a local force to the residual force less ``without`` (world axes, (n, 3)).
 
     Returns:
         The spot; None where the vehicle hardly moved or never came near it.

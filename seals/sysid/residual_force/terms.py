@@ -1,4 +1,4 @@
-"""Terms of a formula: their units, their words, and their wrenches along a log."""
+"""Terms of a formula: unit, description, and wrench along a log."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Term:
 
     @property
     def freedom(self) -> int:
-        """Numbers that were fitted: coefficients and settings."""
+        """Number of fitted values: coefficients and settings."""
         width = 1 if self.kind in SCALARS else 3 * len(STEMS.get(self.kind, (self.kind,)))
         return width + FITTED.get(self.kind, 0)
 
@@ -145,7 +145,7 @@ class Term:
 def basis_of(
     kind: str, settings: Mapping[str, Any], around: Conditions, medium: str = "any"
 ) -> Floats:
-    """Wrenches of a kind's unit coefficients at the knots, body axes, shape (n, 6, c)."""
+    """Return the wrenches of unit coefficients at the knots, body axes, shape (n, 6, c)."""
     scene = around.scene(medium)
     given = {k: np.atleast_2d(np.asarray(v, dtype=float)) for k, v in settings.items()}
     rows = len(around.time)

@@ -28,7 +28,7 @@ Set = tuple[tuple[Candidate, ...], Floats | None]
 
 @dataclass(frozen=True, kw_only=True)
 class ValidatedHypothesis(Hypothesis):
-    """Hypothesis fitted on all training runs and cross-validated.
+    """Hypothesis fitted to all training runs and cross-validated.
 
     Args:
         fit: on all training runs.
@@ -59,7 +59,7 @@ class ValidatedHypothesis(Hypothesis):
 
 @dataclass(frozen=True, kw_only=True)
 class Margin:
-    """Difference of two hypotheses in their held-out log errors.
+    """Difference of the held-out log errors of two hypotheses.
 
     Args:
         mean: of the log of the error ratio, prices included.
@@ -78,7 +78,7 @@ class Margin:
 
 
 class CrossValidator:
-    """Cross-validator: fits hypotheses with runs held out in turn.
+    """Cross-validator of hypotheses: fits with runs held out in turn.
 
     Args:
         experiment: runs and model.
@@ -97,7 +97,7 @@ class CrossValidator:
         self.nominal = self.fitted([((), None)])[0]
 
     def fitted(self, sets: Sequence[Set]) -> list[ValidatedHypothesis]:
-        """Fit sets of candidates, each from its own starting values, all in step.
+        """Fit several sets of candidates together, each from its own starting values.
 
         A set that was fitted before is not fitted again.
         """
@@ -212,7 +212,7 @@ class CrossValidator:
         )
 
     def log_rms(self, case: int, predicted: dict[str, Floats]) -> float:
-        """Log of the error of one run in units of the floor; the floor itself is log sqrt 2."""
+        """Log error of one run in units of the noise floor; the floor itself gives log sqrt 2."""
         squares = [
             float(np.nanmean(part**2)) if np.isfinite(part).any() else np.nan
             for part in self.experiment.white(case, predicted, judged=True).values()
@@ -228,7 +228,7 @@ class CrossValidator:
         return values
 
     def unseen(self, hypothesis: ValidatedHypothesis) -> FitTask:
-        """Predict the runs held out from all fits."""
+        """Return the error on the runs that are held out from all fits."""
         task = self._held(hypothesis.fit, self.experiment.unseen, hypothesis.fit)
         self.solver.solve([task])
         return task
@@ -247,7 +247,7 @@ class CrossValidator:
     def compare_innovations(
         self, better: ValidatedHypothesis, worse: ValidatedHypothesis
     ) -> Margin:
-        """Compare two rivals; where the margin is not significant, by their innovations.
+        """Compare two rivals by held-out error, or by innovations where that is not significant.
 
         Slow faults of the runs weigh on both alike and hide which of them follows fast changes.
         A systematic fault has no innovations: there the margin stands.
@@ -281,7 +281,7 @@ class CrossValidator:
         return float(np.mean([1.0 / (2.0 * n) for n in counts]))
 
     def independent(self, hypothesis: ValidatedHypothesis, case: int) -> float:
-        """Independent samples in the residual of a run: fewer where errors are drawn out in time.
+        """Effective number of independent samples in the residual of a run.
 
         Where a systematic fault sets the floor, a run has one: its fault is the same throughout.
         """
@@ -327,5 +327,5 @@ def _length(x: Floats) -> float:
 
 
 def ranked(hypotheses: Sequence[ValidatedHypothesis]) -> list[ValidatedHypothesis]:
-    """Return hypotheses, best first."""
+    """Return the hypotheses sorted by score, best first."""
     return sorted(hypotheses, key=lambda h: h.log_rms)

@@ -1,4 +1,4 @@
-"""Level of the unmodelled force, by the evidence for gusts of different levels."""
+"""Level of the unmodelled force (gusts), chosen by evidence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEVELS = (0.7, 1.0, 1.5, 2.5, 6.0, 20.0)
 
 @dataclass(frozen=True, kw_only=True)
 class DisturbanceLevel:
-    """Evidence for stronger or weaker gusts under one hypothesis.
+    """Level of the gusts with the best evidence under one hypothesis.
 
     Args:
         level: factor on the assumed gusts with the best evidence.

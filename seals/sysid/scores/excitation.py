@@ -14,7 +14,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 
 def expected_gains(base: EvidenceHypothesis) -> Mapping[str, float]:
-    """Predict the fall of the misfit for each candidate at its plausible size.
+    """Predict the decrease of the misfit by each candidate at its plausible size.
 
     Returns:
         Gain by label of the candidate; the best of its directions counts.

@@ -1,4 +1,4 @@
-"""Held-out misfit of a hypothesis: every block of windows predicted by a fit to the others."""
+"""Held-out misfit of a hypothesis, by cross-validation over blocks of windows."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ FOLDS = 5
 
 
 def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
-    """Misfit per degree of freedom of windows that the fit did not see, by blocks."""
+    """Return the cross-validated misfit per degree of freedom."""
     return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
 
 
 def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
-    """Number of the part that each window is held out with, shape (W,).
+    """Return the cross-validation fold of every window, shape (W,).
 
     Parts are blocks of the log. Where effects act for a time, the windows in which the same ones
     act are dealt out to the parts block by block: no part holds all that is known of an effect.
@@ -39,7 +39,7 @@ def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
 def held_out_by_window(
     hypothesis: EvidenceHypothesis, fold: NDArray[np.int64] | None = None
 ) -> Floats:
-    """Held-out misfit of every window, shape (W,); each is predicted by a fit to other parts.
+    """Return the held-out misfit of every window, predicted by a fit to other folds, shape (W,).
 
     Args:
         hypothesis: fitted to all windows.
@@ -60,7 +60,7 @@ def held_out_by_window(
 
 
 def held_out_fall(smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> float:
-    """Fall of the held-out misfit by the effects that one of two hypotheses has more [chi2].
+    """Return the decrease of the held-out misfit from one hypothesis to a larger one [chi2].
 
     What the larger one saves by moving nominal values less within their tolerances counts as well.
 

@@ -1,4 +1,4 @@
-"""Innovations: errors less the part that the preceding error predicts.
+"""Innovations of residuals: each less its prediction from the preceding one.
 
 Slow faults, such as a battery that sags, fill an error with samples that repeat each other. The
 likelihood of such an error is that of its innovations e(t) = r(t) - rho r(t - 1): they
@@ -20,7 +20,7 @@ _FEWEST = 8
 
 
 def autocorrelation(runs: Sequence[Residuals]) -> dict[str, float]:
-    """Correlation of an error with the one a row before, by channel, over all runs.
+    """Lag-one autocorrelation of the residuals, by channel, over all runs.
 
     Example:
         >>> autocorrelation([{"depth": np.array([[8.0], [4.0], [2.0], [1.0]])}])
@@ -37,7 +37,7 @@ def autocorrelation(runs: Sequence[Residuals]) -> dict[str, float]:
 
 
 def innovations(run: Residuals, rho: Mapping[str, float]) -> dict[str, Floats]:
-    """Compute the innovations, channel to shape (rows - 1, k).
+    """Compute the innovations by channel, shape (rows - 1, k).
 
     Example:
         >>> innovations({"depth": np.array([[8.0], [4.0], [3.0]])}, {"depth": 0.5})["depth"].T
@@ -47,7 +47,7 @@ def innovations(run: Residuals, rho: Mapping[str, float]) -> dict[str, Floats]:
 
 
 def gain(better: Residuals, worse: Residuals, rho: Mapping[str, float]) -> float:
-    """Log of the ratio of two errors' innovations over one run, averaged over its channels.
+    """Log ratio of the innovations of two models over one run, averaged over its channels.
 
     NaN where a run is too short to say.
     """

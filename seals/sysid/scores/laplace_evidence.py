@@ -31,7 +31,7 @@ class EvidenceHypothesis(Hypothesis):
 
 
 def keys_of(candidates: Sequence[Candidate]) -> tuple[str, ...]:
-    """Return the parameters that the candidates free, once each."""
+    """Return the parameter keys that the candidates free, without repetition."""
     return tuple(dict.fromkeys(k for c in candidates for k in c.all_keys))
 
 

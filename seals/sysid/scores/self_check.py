@@ -1,4 +1,4 @@
-"""Self-check: the linear model is asked what a finer simulation of the same vehicle was given.
+"""Self-check of a fit: recovery of its parameters from a finer simulation of the vehicle.
 
 The vehicle is simulated with the effects of a hypothesis window by window along the log's own
 commands, in half the predictor's steps and without linearisation. The fit should give back the
@@ -25,7 +25,7 @@ _FINER = 2
 
 @dataclass(frozen=True, kw_only=True)
 class SelfCheck:
-    """What a fit makes of a simulation whose answer is known.
+    """Errors of a fit on simulated readings with known parameters.
 
     Args:
         error: by key, how far the fit misses the value that the simulation had.

@@ -22,7 +22,7 @@ _TAIL = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """Part of one log in which an effect acts, as places of the equations.
+    """Part of one log in which an effect acts, by indices of possible times.
 
     Args:
         acts: whether it acts in this log at all.
@@ -36,13 +36,13 @@ class Part:
 
     @property
     def times(self) -> int:
-        """Number of times."""
+        """Number of change points in this log: 0, 1 or 2."""
         return (self.start is not None) + (self.end is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChangePoints:
-    """Result of a search for the times of one effect.
+    """Result of a search for the times at which one effect begins and ends.
 
     Args:
         activity: the times; None where acting throughout is as likely.
@@ -61,7 +61,7 @@ class ChangePoints:
 
 
 class LogPlaces:
-    """Places of one log at which an effect may begin or end.
+    """Possible times in one log at which an effect begins or ends.
 
     Args:
         equations: of the effect.
@@ -81,11 +81,11 @@ class LogPlaces:
 
     @property
     def count(self) -> int:
-        """Number of places."""
+        """Number of possible times."""
         return len(self.time)
 
     def block(self, part: Part) -> Blocks:
-        """Products of the effect in one part of the log."""
+        """Inner products of the effect when it acts in one part of the log."""
         if not part.acts:
             return self.whole.less(self.whole)
         if part.start is None and part.end is None:
@@ -97,7 +97,7 @@ class LogPlaces:
         return (self.tail[part.start] + self.head[part.end]).less(self.whole)
 
     def windowed(self, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> Blocks:
-        """Products for several windows of time."""
+        """Inner products of the effect when it acts in each of several time spans."""
         return (self.tail[starts] + self.head[ends]).less(self.whole[None])
 
 
@@ -118,7 +118,7 @@ class ChangePointSearch:
         self.logs = [LogPlaces(equations, w) for w in equations.windows_of_logs()]
 
     def run(self, known: Sequence[Part] = ()) -> ChangePoints:
-        """Find the likeliest parts.
+        """Find the most likely part of every log.
 
         Args:
             known: parts to start from beside acting throughout.

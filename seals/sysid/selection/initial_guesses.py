@@ -18,7 +18,7 @@ _EVERY = 5
 def initial_guesses(
     problem: Problem, base: EvidenceHypothesis
 ) -> dict[str, list[dict[str, float]]]:
-    """Guess starting values, by effect name, from the residual force of a model."""
+    """Derive starting values, by effect name, from the residual force of a model."""
     if not problem.samples.posed:
         return {}
     candidate_set = problem.plant.candidate_set

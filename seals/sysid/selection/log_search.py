@@ -1,4 +1,4 @@
-"""Search for the effects that one log is missing: predictor and stages by its kind."""
+"""Search for the effects missing in the model of one log; predictor and stages by its kind."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def search_log(
     processes: int = 1,
     tell: Callable[[int], None] = lambda rounds: None,
 ) -> Search[EvidenceHypothesis]:
-    """Search in windows of a log; in whole runs where its pose was not measured in a fall.
+    """Search with windows of a log, or with whole runs where a falling body's pose is unmeasured.
 
     Args:
         problem: of the log.

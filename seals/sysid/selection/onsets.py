@@ -1,4 +1,4 @@
-"""Models whose effects begin or end: proposals beside constant effects, and their times."""
+"""Effects that begin or end within a log: proposals and their times."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ROUNDS = 2
 
 
 def may_act_for_a_time(problem: Problem, candidate: Candidate) -> bool:
-    """Return true where the times of an effect can be found in the windows of a log.
+    """Return true where an effect may begin or end and the log can show when.
 
     A fall in one window has no times to compare; delays are no sum of parts of a log, and waves
     not linear in when they act.
@@ -49,7 +49,7 @@ def proposals(
     *,
     processes: int = 1,
 ) -> list[tuple[Candidate, dict[str, float]]]:
-    """Return effects that explain more for a time than throughout, with first values.
+    """Return effects that fit better within a time span than throughout, with starting values.
 
     Args:
         problem: the log made ready.
@@ -97,7 +97,7 @@ def proposals(
 def retimed(
     problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis
 ) -> EvidenceHypothesis:
-    """Find the times of all effects of a model about its own values; the better model stays.
+    """Refine the times of all effects about the model's own values; keep the better model.
 
     Args:
         problem: the log made ready.
@@ -156,7 +156,7 @@ def _retimed(
 
 
 def sharpened(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:
-    """Find the times of the effects of a model to a part of a row, about its own values."""
+    """Refine the times of a model's effects below one row."""
     policy = best.fitter.candidate_set.policy
     for reach, spacing in _FINER:
         for k, candidate in enumerate(best.candidates):

@@ -1,4 +1,4 @@
-"""Search for delayed inertial sensors on a hull that falls into water."""
+"""Search on impacts with water: models fitted together with their trajectories."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _OUTSET = 0.02
 def search_own_trajectories(
     problem: Problem, known: Search[EvidenceHypothesis], *, asked: float, processes: int = 1
 ) -> Search[EvidenceHypothesis] | None:
-    """Search again along the models' own trajectories; None where those gain nothing.
+    """Repeat a search with a trajectory fitted for every model; None where that gains nothing.
 
     A trajectory smoothed with late readings is bent at the impact, straight lines between the rows
     miss the impact's peak, and a hull that strikes fast is under water within a row. So model and

@@ -1,4 +1,4 @@
-"""Repeated fits of the best models about their own values."""
+"""Relinearised fits of the best models about their own values."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def relinearise(
     *,
     processes: int = 1,
 ) -> list[EvidenceHypothesis]:
-    """Repeat the best fits of high evidence about their own values."""
+    """Relinearise and repeat the best fits about their own values."""
     out = list(tried)
     least = problem.policy.relinearise
     least = max(least, hopeful(out[0].score, base)) if out else least
@@ -57,7 +57,7 @@ def refit_about_own_values(
     *,
     rounds: int = 2,
 ) -> EvidenceHypothesis:
-    """Fit a hypothesis again about its own values."""
+    """Relinearise a hypothesis about its own values and fit it again."""
     keys = hypothesis.fit.free
     if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
         hypothesis = estimate_sensor_delay(nominal, hypothesis)

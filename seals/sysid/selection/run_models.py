@@ -43,7 +43,7 @@ class RunModels:
     def extended(
         self, base: ValidatedHypothesis, singles: Sequence[ValidatedHypothesis]
     ) -> list[ValidatedHypothesis]:
-        """Fit models with one effect more; further effects share no parameter with the base."""
+        """Fit models with one more effect that shares no parameter with the base."""
         if not base.candidates:
             return ranked(self.validator.fitted([((c,), None) for c in self.candidates]))
         taken = {k for c in base.candidates for k in c.keys}
@@ -64,7 +64,7 @@ class RunModels:
         singles: Sequence[ValidatedHypothesis],
         step: Refinement,
     ) -> tuple[ValidatedHypothesis, Sequence[ValidatedHypothesis]]:
-        """Try pairs, or drop effects: a smaller model that is not significantly worse is better."""
+        """Try pairs, or drop effects where the smaller model is not significantly worse."""
         if step is not Refinement.backward:
             pairs = ranked(self.validator.fitted(self._pairs(best, singles)))
             return self.accepted(best, pairs) or best, pairs
@@ -94,7 +94,7 @@ class RunModels:
 
 
 def search_runs(experiment: Experiment, *, tell: Tell | None = None) -> RunsSearch:
-    """Find the effects that lower the error on held-out runs by more than their penalty.
+    """Search for the effects that lower the held-out error by more than their penalty.
 
     Args:
         experiment: runs and model.
@@ -116,7 +116,7 @@ def search_runs(experiment: Experiment, *, tell: Tell | None = None) -> RunsSear
 
 
 def expected_fits(experiment: Experiment) -> int:
-    """Return about how many hypotheses a search and its answer will fit."""
+    """Estimate the number of hypotheses that a search and its decision fit."""
     several, paired = (
         len(experiment.candidate_set.candidates),
         experiment.candidate_set.budget.paired,

@@ -1,4 +1,4 @@
-"""Search for the set of effects that explains measurements: forward, exchange, pair, backward.
+"""Search for the set of effects that explains a log: forward, exchange, pair, backward steps.
 
 One driver serves all predictors and scores. A family of models says how its models are fitted and
 compared; the stages say which refinements follow a forward step.
@@ -17,7 +17,7 @@ H = TypeVar("H", bound=Hypothesis)
 
 
 class Refinement(Enum):
-    """Step that replaces the effects of the best model by others."""
+    """Kind of refinement: pairs, exchanges, or dropping of effects."""
 
     exchange = "other effects in place of each one but the last"
     pairs = "the likeliest effects two by two"
@@ -56,7 +56,7 @@ class SearchStages:
 
 
 class ModelFamily(Protocol[H]):
-    """Models of one predictor under one score, as the search needs them; lists are best first."""
+    """Interface of the search to models of one predictor and score; lists are best first."""
 
     @property
     def nominal(self) -> H:
@@ -64,7 +64,7 @@ class ModelFamily(Protocol[H]):
         ...
 
     def extended(self, base: H, singles: Sequence[H]) -> Sequence[H]:
-        """Fit all models with one effect more than ``base``.
+        """Fit all models with one more effect than ``base``.
 
         Args:
             base: model to extend.

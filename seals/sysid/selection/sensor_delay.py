@@ -1,4 +1,4 @@
-"""Delay of the inertial sensors, by windows that follow it, with its standard deviation."""
+"""Estimate of the inertial sensors' delay and its standard deviation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def estimate_sensor_delay(
 def parabola_peak(
     nominal: EvidenceHypothesis, best: EvidenceHypothesis, near: Sequence[EvidenceHypothesis]
 ) -> EvidenceHypothesis:
-    """Fit at the peak of the parabola through three delays, with its standard deviation.
+    """Return the fit at the peak of a parabola through three delays, with its standard deviation.
 
     Equation:
         the score falls by 1 at one standard deviation; with s the step and c the score's second

@@ -1,4 +1,4 @@
-"""Shortlist: coarse fits of all models, full fits of those that may be the best."""
+"""Two-stage fits: coarse fits of all models, full fits of those that may be best."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def fitted(
     *,
     processes: int,
 ) -> list[EvidenceHypothesis]:
-    """Fit several models from given values; those far behind the best one stay coarse.
+    """Fit several models from given values; only those near the best are fitted fully.
 
     Windows that follow late sensors would lend their delay to a model without one: such a model is
     fitted in windows that follow none.
@@ -55,7 +55,7 @@ def refined(
     always: int = 0,
     processes: int,
 ) -> list[EvidenceHypothesis]:
-    """Complete the coarse fits that may be the best.
+    """Complete the coarse fits that may be best.
 
     Args:
         tried: coarsely fitted.
@@ -77,6 +77,6 @@ def refined(
 
 
 def hopeful(top: float, base: EvidenceHypothesis) -> float:
-    """Least score of a coarse fit that may still become the best."""
+    """Return the least score at which a coarse fit may still become the best."""
     policy = base.fitter.candidate_set.policy
     return top - policy.behind - policy.behind_share * max(top - base.score, 0.0)

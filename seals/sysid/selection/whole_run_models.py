@@ -89,7 +89,7 @@ class WholeRunModels:
     def refined(
         self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Return the best model: readings of an impact alone do not hold two effects apart."""
+        """Return the best model unchanged: an impact alone does not distinguish two effects."""
         return best, ()
 
     def _shared(
@@ -118,7 +118,7 @@ class WholeRunModels:
     def extended(
         self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
     ) -> tuple[EvidenceHypothesis, ...]:
-        """Fit models with one effect, best first; those that fall behind are left unfinished."""
+        """Fit models with one effect, best first; fits that fall behind are stopped early."""
         chosen = self._promising()
         first = zip(chosen, self._spread([self._outset(c) for c in chosen], _FIRST), strict=True)
         tried = sorted(first, key=lambda pair: -self._score(*pair))
@@ -179,7 +179,7 @@ class WholeRunModels:
 
 
 def whole_run_models(problem: Problem, *, asked: float, processes: int) -> WholeRunModels:
-    """Fit the nominal model to whole runs of a log without a measured pose.
+    """Return the models of whole runs of a log without a measured pose.
 
     Args:
         problem: of the log.
@@ -199,7 +199,7 @@ def whole_run_models(problem: Problem, *, asked: float, processes: int) -> Whole
 def fit_nominal(
     plant: Plant, trajectories: Sequence[Trajectory], *, processes: int
 ) -> tuple[LinearisedModel, LinearisedModel]:
-    """Fit the nominal model from the nearest trajectory, else from the other ones.
+    """Fit the nominal model, starting from the trajectory nearest to the readings.
 
     A hull that comes up a little early or late turns another way, and no small step leads from the
     one trajectory to the other.

@@ -1,4 +1,4 @@
-"""Family of models for the search on one log: fitted to short windows along one trajectory."""
+"""Models for the search on one log, fitted to short windows along one trajectory."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class WindowModels:
     def extended(
         self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
     ) -> tuple[EvidenceHypothesis, ...]:
-        """Fit all models with one effect more; the first round also moves the nominal model."""
+        """Fit all models with one more effect; the first round also refits the nominal model."""
         problem, processes = self.problem, self.processes
         tried = extensions(problem, self.nominal, base, processes=processes)
         if problem.impact and not base.candidates:
@@ -105,7 +105,7 @@ class WindowModels:
     def refined(
         self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Try pairs or exchanges; a model with more evidence replaces the best one.
+        """Try pairs or exchanges of effects; return the model with the most evidence.
 
         Backward: the same without one of its effects, where that one does not pay.
         """
@@ -199,7 +199,7 @@ class WindowModels:
 
 
 def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
-    """Return the better one of each effect that acts throughout or for a time, best first."""
+    """Keep the better fit of each effect, constant or limited in time; best first."""
     chosen: dict[str, EvidenceHypothesis] = {}
     for single in singles:
         chosen.setdefault(single.candidates[-1].throughout.label, single)
@@ -207,7 +207,7 @@ def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]
 
 
 def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
-    """Put other effects in place of each one that was found but the last."""
+    """Fit models in which another effect replaces one of those found before the last."""
     jobs: list[Job] = []
     taken = set(best.names)
     for k in range(len(best.candidates) - 1):
@@ -235,7 +235,7 @@ def refit_nominal(
     *,
     processes: int = 1,
 ) -> tuple[EvidenceHypothesis, tuple[EvidenceHypothesis, ...]]:
-    """Refit the nominal model on the trajectory of the best of some others, and try those again.
+    """Refit the nominal model on the trajectory of the best extension, then the best extensions.
 
     A strong effect is fitted along a trajectory that follows it. Where it only led to a better
     trajectory through an impact, it must not take the credit.
@@ -257,7 +257,7 @@ def _in_the_arm(hypothesis: EvidenceHypothesis) -> bool:
 
 
 def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
-    """Fit the nominal model under the most likely level of the gusts within the stated range."""
+    """Fit the nominal model at the most likely level of the gusts."""
     fitter = problem.fitter
     nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     late = problem.plant.candidate_set.sensor_delay
@@ -276,7 +276,7 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
 def extensions(
     problem: Problem, nominal: EvidenceHypothesis, base: EvidenceHypothesis, *, processes: int = 1
 ) -> tuple[EvidenceHypothesis, ...]:
-    """Fit all models with one effect more than ``base``, best first."""
+    """Fit all models with one more effect than ``base``, best first."""
     candidate_set = problem.plant.candidate_set
     taken = {c.label for c in base.candidates}
     families = {c.name for c in base.candidates}
@@ -339,7 +339,7 @@ def _starts_of(candidate: Candidate, base: EvidenceHypothesis) -> list[dict[str,
 def linear_screen(
     base: EvidenceHypothesis, candidates: Sequence[Candidate], *, always: Sequence[str] = ()
 ) -> tuple[CandidateEquations, list[tuple[Candidate, dict[str, float]]]]:
-    """Return the candidates that pass a linear screen about ``base``, with first values.
+    """Return the candidates that pass a linear screen about ``base``, with starting values.
 
     Args:
         base: model that they would extend.
@@ -375,7 +375,7 @@ def linear_screen(
 def rivals_of(
     search: Search[EvidenceHypothesis], best: EvidenceHypothesis, index: int, *, processes: int = 1
 ) -> tuple[EvidenceHypothesis, ...]:
-    """Fit models with another effect in the place of one of the chosen, best first."""
+    """Fit models in which another effect replaces one of the chosen, best first."""
     own = best.candidates[index]
     singles = [h for h in search.rounds[0] if h.candidates[-1].name != own.name]
     if len(best.candidates) == 1:

@@ -1,1 +1,1 @@
-"""Model overlays from a diagnosis, and their verification on logs that no fit saw."""
+"""Model overlays from a diagnosis, and their verification on held-out logs."""

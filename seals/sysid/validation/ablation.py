@@ -1,4 +1,4 @@
-"""Ablation on one log: nominal model, calibrated model, and one effect more each time."""
+"""Ablation on one log: nominal model, calibrated model, then one more effect each."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class Ablation:
 
     @property
     def regression(self) -> bool:
-        """Return true where the last variant is worse than one below it."""
+        """Return true where the full model is worse than a variant with fewer effects."""
         return self.total.worse or any(gain.worse for gain in self.gains.values())
 
     @property
     def best_below(self) -> Misfit:
-        """The best variant below the last."""
+        """The best variant with fewer effects than the full model."""
         return min(self.variants[:-1], key=lambda m: m.level)
 
     @property
@@ -64,7 +64,7 @@ class Ablation:
 
 
 def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
-    """Return the model variants of an ablation: nominal, calibrated, and one effect more each.
+    """Return the model variants of an ablation: nominal, calibrated, then one more effect each.
 
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.
@@ -81,7 +81,7 @@ def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
 
 
 def library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
-    """Return what a diagnosis may move, its exponents at the speeds of the fitted log."""
+    """Return the candidate set of a log, with drag exponents at the speeds of the fitted log."""
     candidate_set = problem.plant.candidate_set
     if not overlay.speeds:
         return candidate_set
@@ -141,7 +141,7 @@ def compare_ends(
     *,
     tell: Callable[[int], None] | None = None,
 ) -> Ablation:
-    """Replay a log without any of the effects, and with all of them."""
+    """Replay a log without the added effects, and with all of them."""
     models = model_variants(problem, overlay)
     below = models[: len(models) - len(overlay.parts)]
     ends = [*below, models[-1]]
@@ -161,14 +161,14 @@ def replay_count(overlay: Overlay) -> int:
 
 
 class Replays:
-    """Measures models one after the other and counts the windows done."""
+    """Replays of several models, with a progress count."""
 
     def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
         """Count from zero."""
         self._ruler, self._tell, self._before = ruler, tell, 0
 
     def of(self, model: Model) -> Misfit:
-        """Measure one model."""
+        """Replay one model and return its misfit."""
         made = measure(model, self._ruler, tell=self._count)
         self._before += len(self._ruler.rows)
         return made

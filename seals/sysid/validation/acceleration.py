@@ -1,4 +1,4 @@
-"""Measured and simulated acceleration of a log over each other, the residual below."""
+"""Comparison of measured and simulated acceleration, with residuals."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def acceleration_of(found: Verification, log: Log) -> AccelerationTrack | None:
 
 
 def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification) -> None:
-    """Draw both over each other, before and after, and what is left of either below.
+    """Draw measured and simulated acceleration before and after, the residuals below.
 
     Raises:
         MissingExtra: there is no matplotlib.

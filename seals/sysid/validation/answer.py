@@ -1,4 +1,4 @@
-"""The written answer of a diagnosis, and which of its effects are to be added."""
+"""Reading of a diagnosis file, and choice of the effects to add."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _REFUSED = {
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """The effects of an answer that are to be added.
+    """Effects of a diagnosis that are to be added to the model.
 
     Args:
         file: the answer was read from.
@@ -63,7 +63,7 @@ def read_answer(
     accept: str | None = None,
     key: str = KEY,
 ) -> Finding:
-    """Read a diagnosis and pick what is to be added.
+    """Read a diagnosis and choose the effects to add.
 
     Args:
         where: folder of the diagnosis, or its file.

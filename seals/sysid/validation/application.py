@@ -1,4 +1,4 @@
-"""``seals add`` and ``seals verify``: from a composed configuration to files and an exit code."""
+"""Execution of ``seals add`` and ``seals verify``."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def add(config: Any) -> int:
 
 
 def verify(config: Any) -> int:
-    """Replay a log in the simulator with every model variant, and verify the model.
+    """Verify a model: replay a log in the simulator with every variant; return the exit code.
 
     Raises:
         ConfigError: something is missing, or the model does not fit the log.
@@ -110,7 +110,7 @@ def verify(config: Any) -> int:
 
 
 def verified(overlay: Overlay, problems: Mapping[str, Problem], first: str) -> Verification:
-    """Replay all variants on one log and the ends on the others, and decide.
+    """Verify a model on one log by all variants, on the older ones by first and last.
 
     Args:
         overlay: the model.

@@ -1,4 +1,4 @@
-"""Inertia of joint drives (armature) for a rigid-body engine that does not model it."""
+"""Armature (drive inertia) for a rigid-body engine that does not model it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seals.robot.model import RobotModel
 
 
 class GearedBody:
-    """A body whose drives take part of the joints' torque to turn themselves.
+    """Body whose joint torques are reduced by the part that accelerates the drives.
 
     Equation:
         (M + I) a = f is what the robot obeys, with I the drives' inertia on the joints; the engine
@@ -30,7 +30,7 @@ class GearedBody:
         self._assembly = Assembly(robot.spatial_inertia[None], self._inertia)
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
-        """Set what acts on the robot, less what its drives need."""
+        """Apply the loads on the robot, less the torque that accelerates its drives."""
         d = dynamics
         change = self._assembly.accelerations(
             d.kinematics, d.moving, d.motion, d.found, d.joint_force

@@ -1,4 +1,4 @@
-"""The ablation as a picture and as a table."""
+"""Output of an ablation as picture and table."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _WIDE = 12.0
 
 
 def print_table(found: Verification) -> None:
-    """Print errors by channel and horizon, one column a variant."""
+    """Print errors by channel and horizon, one column per variant."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -55,7 +55,7 @@ def print_table(found: Verification) -> None:
 
 
 def draw_ablation(path: Path, found: Verification) -> None:
-    """Draw the ablation as a waterfall with the line of the noise floor.
+    """Draw the ablation as a waterfall chart with the noise floor.
 
     Raises:
         MissingExtra: there is no matplotlib.
@@ -71,7 +71,7 @@ def draw_ablation(path: Path, found: Verification) -> None:
 
 
 def canvas(size: tuple[float, float]) -> Any:
-    """Return an empty figure of some width and height [in] that needs no display.
+    """Return an empty matplotlib figure of given width and height [in]; needs no display.
 
     Raises:
         MissingExtra: there is no matplotlib.

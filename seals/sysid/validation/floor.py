@@ -1,4 +1,4 @@
-"""Noise floor: errors that noise, gusts and unknown start states leave of a perfect model."""
+"""Noise floor: errors of a perfect model from noise, gusts and unknown start states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SEED = 20
 
 
 def noise_floor(last: Misfit, ruler: Yardstick) -> dict[str, dict[float, float]]:
-    """Plain errors by channel and horizon that the best possible model would still leave.
+    """Return the errors of a perfect model by channel and horizon.
 
     A perfect model starts every window at a trajectory found from noisy sensors, meets gusts that
     it does not know, and is compared with noisy readings. All three are drawn, seeded, and

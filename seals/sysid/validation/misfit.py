@@ -1,4 +1,4 @@
-"""Misfit of the simulator to a log: whitened, and in physical units."""
+"""Misfit between simulator and log: whitened, and in physical units."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _KNOT = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Yardstick:
-    """Common windows of one log for the comparison of several models.
+    """Common windows of one log for a comparison of models.
 
     Args:
         problem: the log made ready.
@@ -50,7 +50,7 @@ class Yardstick:
     length: float
 
     def windows(self, model: Model) -> Windows:
-        """Return the windows about one model: what start states and gusts can do under it."""
+        """Return the windows linearised about one model."""
         fitter, vehicle = self.problem.fitter, self.problem.vehicle
         plant, timing = model.tangent(self.samples, parts=self.problem.plant.parts)
         trajectory = fitter.trajectory
@@ -97,7 +97,7 @@ class Misfit:
 
     @property
     def level(self) -> float:
-        """Misfit per degree of freedom; 1 is what noise and gusts leave."""
+        """Misfit per degree of freedom; noise and gusts alone give 1."""
         return float(self.each.sum()) / float(self.windows.observed)
 
 
@@ -220,7 +220,7 @@ def fall(before: Misfit, after: Misfit) -> Fall:
 def plain_errors(
     track: Track, ruler: Yardstick, *, delay: float = 0.0, blank: bool = False
 ) -> dict[str, dict[float, float]]:
-    """Root mean square errors by channel and horizon, nothing projected out.
+    """Root mean square errors by channel and horizon, in physical units.
 
     Args:
         track: of the simulator.

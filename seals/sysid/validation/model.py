@@ -1,4 +1,4 @@
-"""A model of a log's vehicle: nominal effects, changes of them, and effects that were added."""
+"""Model of a log's vehicle: nominal effects, changes of them, and added effects."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Model:
 
     @property
     def command_delay(self) -> float:
-        """Mean time from a row's command to its arrival at the drives [s]."""
+        """Mean delay of commands on their way to the drives [s]."""
         return max(JITTER + float(timing_of(self.bound).command_delay), 0.0)
 
     @property
@@ -57,7 +57,7 @@ class Model:
         return float(timing_of(self.bound).sensor_delay)
 
     def tangent(self, samples: Samples, *, parts: int) -> tuple[Plant, dict[str, float]]:
-        """Return the batched twin of this model, and the timing that it has to be told.
+        """Return the batch dynamics of this model for linearisation, and its parameter changes.
 
         Effects too steep for explicit steps do not take part: they would make start states matter
         less than they do.
@@ -83,7 +83,7 @@ class Model:
     def changed(
         self, name: str, changes: Mapping[str, float], candidate_set: CandidateSet
     ) -> Model:
-        """Return the model with factors of a diagnosis moved.
+        """Return the model with parameters of a diagnosis changed.
 
         Args:
             name: of the new variant.
@@ -117,7 +117,7 @@ class Model:
         return made if overlay.waves is None else made.in_waves(overlay.waves)
 
     def in_waves(self, waves: Waves) -> Model:
-        """Return the model on a moving surface; the push of waves acts on the origin."""
+        """Return the model in waves; the wave force acts on the origin."""
         moment = WaveMoment(correction=True)
         effects = {**self.vehicle.effects, "wave_moment": moment}
         return replace(self, waves=waves, vehicle=replace(self.vehicle, effects=effects))
@@ -129,7 +129,7 @@ def nominal(vehicle: Vehicle) -> Model:
 
 
 def by_instance(changes: Mapping[str, float]) -> dict[str, dict[str, float]]:
-    """Group factor keys by instance.
+    """Group parameter keys by instance.
 
     Example:
         >>> by_instance({"wind.velocity_x": 2.0, "mass.mass": 0.1})
@@ -143,7 +143,7 @@ def by_instance(changes: Mapping[str, float]) -> dict[str, dict[str, float]]:
 
 
 def with_speeds(candidate_set: CandidateSet, speeds: Sequence[float]) -> CandidateSet:
-    """Return a library whose drag exponents refer to the speeds of another log.
+    """Return the candidate set with drag exponents that refer to the speeds of another log.
 
     Args:
         candidate_set: of the present log.

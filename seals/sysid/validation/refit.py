@@ -1,4 +1,4 @@
-"""Refit of named effects and nuisance parameters on the log in which they were found.
+"""Refit of named effects and nuisance parameters on the log of the diagnosis.
 
 The written answer holds what a reader wants to know. An overlay needs a little more: in which
 medium, on which link, and the nominal values that were fitted alongside.
@@ -37,7 +37,7 @@ _LATE = 2e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Refit:
-    """Named effects fitted on their log.
+    """Named effects and nominal values fitted to the log of the diagnosis.
 
     Args:
         candidates: one for each effect, in the order of the answer.
@@ -59,7 +59,7 @@ class Refit:
 
     @property
     def nominal(self) -> dict[str, dict[str, float]]:
-        """Fitted nominal values; those that an effect stands for are left to it."""
+        """Fitted nominal values; zero where a named effect changes the same value."""
         taken = set(keys_of(self.candidates))
         out = {}
         for key in self.candidate_set.tolerances:
@@ -73,7 +73,7 @@ class Refit:
 
 
 def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) -> Refit:
-    """Fit the effects of an answer once more, from its values.
+    """Fit the effects of a diagnosis again, starting from its values.
 
     Args:
         log: in which they were found.
@@ -128,7 +128,7 @@ def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candid
 
 
 def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidate]:
-    """Return the variants of an effect that an answer may mean.
+    """Return the variants of an effect that agree with a diagnosis.
 
     Raises:
         ConfigError: there is none.
@@ -150,7 +150,7 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
 
 
 def stated(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values of an answer by factor key."""
+    """Return the values of a diagnosis by parameter key."""
     given = effect.get("parameters", {})
     pairs = zip(candidate.keys, candidate.reported, strict=True)
     return {key: float(given[name]["value"]) for key, name in pairs if name in given}

@@ -44,7 +44,7 @@ class Track:
     reading: Floats
 
     def prediction(self, dynamics: Dynamics, total: int) -> Prediction:
-        """Return the track in the form that the windows of a diagnosis read.
+        """Convert the track to the predictions that the windows of a diagnosis use.
 
         Windows carry one-step errors on with their linear dynamics; taken back here, so that they
         end with exactly the states of the simulator.

@@ -19,7 +19,7 @@ _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> World:
-    """Build a world that holds nothing but the vehicle of a log.
+    """Build a world that contains only the vehicle of a log.
 
     The ground is left out: a log's vehicle has no shape that could touch it. Effects still know
     its height.
@@ -46,7 +46,7 @@ def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> W
 
 
 def urdf_of(robot: RobotModel) -> str:
-    """Return links, masses and joints of a robot as URDF text; no shapes."""
+    """Return links, masses and joints of a robot as URDF text without shapes."""
     parts = [f'<robot name="{robot.name}">']
     for k, link in enumerate(robot.links):
         matrix = robot.inertia[k]

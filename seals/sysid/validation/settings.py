@@ -1,4 +1,4 @@
-"""Typed settings of ``seals add`` and ``seals verify``: a diagnosed model, and its test."""
+"""Typed settings of ``seals add`` and ``seals verify``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.robot.settings import RobotSettings
 
 @dataclass(kw_only=True)
 class AddSettings:
-    """A diagnosis, and the model that its effects become.
+    """Settings of ``seals add``: the diagnosis to read and the model to write.
 
     Args:
         diagnosis: folder that ``seals diagnose`` wrote, or the file in it.
@@ -47,7 +47,7 @@ class AddSettings:
 
 @dataclass(kw_only=True)
 class VerifySettings:
-    """A model, a log that it never saw, and logs that it must not make worse.
+    """Settings of ``seals verify``: model, held-out log, and logs it must not make worse.
 
     Args:
         name: of the verification, part of the run folder's name.

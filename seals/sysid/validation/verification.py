@@ -1,4 +1,4 @@
-"""Verification of a model on a log that no fit saw."""
+"""Verification of a model on a held-out log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEAR = 1.08
 
 @dataclass(frozen=True, kw_only=True)
 class Verification:
-    """The outcome of one verification.
+    """Result of one verification.
 
     Args:
         overlay: the model.
@@ -41,7 +41,7 @@ class Verification:
 
     @property
     def word(self) -> str:
-        """Outcome in one word; a log that was used in the fit confirms nothing."""
+        """Outcome in one word; the log of the fit cannot confirm the model."""
         stands = "used_in_fit" if self.fitted else "confirmed"
         return "withdrawn" if self.withdrawn else stands
 
@@ -83,7 +83,7 @@ class Verification:
 def judge(
     overlay: Overlay, ablation: Ablation, older: Sequence[Ablation], *, fitted: bool
 ) -> Verification:
-    """Decide whether a model stands."""
+    """Decide whether a model is confirmed or withdrawn."""
     return Verification(
         overlay=overlay,
         ablation=ablation,
@@ -121,7 +121,7 @@ def _reason(overlay: Overlay, ablation: Ablation, older: Sequence[Ablation]) -> 
 
 
 def sentences(found: Verification) -> list[str]:
-    """Return the outcome in a few lines."""
+    """Return the outcome as a few lines of text."""
     ablation, name = found.ablation, found.overlay.name
     total = ablation.total
     lines = []

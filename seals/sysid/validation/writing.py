@@ -1,4 +1,4 @@
-"""Overlay files: written for use and for editing by hand."""
+"""Writing of overlay files, with comments for editing by hand."""
 
 from __future__ import annotations
 
@@ -95,13 +95,13 @@ def overlay_of(
 
 
 def timed_words(effect: Mapping[str, Any]) -> str:
-    """Say when an effect of an answer acts, which a model leaves out: there it acts throughout."""
+    """Describe when a diagnosed effect acts; in an overlay it acts at all times."""
     entries = effect["active"]
     return active_words(entries, [str(entry["log"]) for entry in entries])
 
 
 def write_overlay(path: Path, name: str, content: Mapping[str, Any]) -> None:
-    """Write an overlay with a word on how to use it."""
+    """Write an overlay file with usage comments."""
     import yaml
 
     head = _HEAD.format(name=name, summary=content.get("summary", ""))
@@ -110,7 +110,7 @@ def write_overlay(path: Path, name: str, content: Mapping[str, Any]) -> None:
 
 
 def withdraw(path: Path, reason: str) -> None:
-    """Mark an overlay as withdrawn; whatever a user wrote into it stays."""
+    """Mark an overlay as withdrawn, keeping what the user wrote into it."""
     import yaml
 
     text = path.read_text(encoding="utf-8")
@@ -120,7 +120,7 @@ def withdraw(path: Path, reason: str) -> None:
 
 
 def parts_of(candidate: Candidate, found: Refit, effect: Mapping[str, Any]) -> list[Part]:
-    """Return the entries that one effect makes, one for each instance that it moves.
+    """Return the overlay entries of one effect, one for each instance that it changes.
 
     An instance that the nominal model holds is changed, and so is an effect whose change is
     negative where the whole cannot be.
