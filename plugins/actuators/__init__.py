@@ -1,1 +1,1 @@
-"""Actuators: what rotors, thrusters and servos do with a command."""
+"""Actuators: force models of rotors, thrusters and servos."""

@@ -65,7 +65,7 @@ def vectors(key: str, values: Sequence[Sequence[float]], count: int) -> Floats:
 
 
 def unit_axes(key: str, values: Sequence[Sequence[float]], count: int) -> Floats:
-    """Return one unit vector a drive, shape (count, 3); nothing given is link z.
+    """Return one unit vector per drive, shape (count, 3); the link's z axis by default.
 
     Raises:
         ConfigError: as `vectors`, or an axis has no length.
@@ -86,7 +86,7 @@ def unit_axes(key: str, values: Sequence[Sequence[float]], count: int) -> Floats
 
 
 def check_first(key: str, first: int) -> None:
-    """Refuse a column before the first.
+    """Refuse a negative index of the first command column.
 
     Raises:
         ConfigError: the column is negative.

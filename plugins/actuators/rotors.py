@@ -138,7 +138,7 @@ class Rotors(ActuatorOptions, Effect):
 
     @property
     def fall(self) -> Floats:
-        """Time constants while the speed falls [s], shape (n,)."""
+        """Spin-down time constants [s], shape (n,)."""
         return self._lists["spin_down"]
 
     @property
@@ -152,7 +152,7 @@ class Rotors(ActuatorOptions, Effect):
         return np.where(self._reverse > 0.0, -self.limit, 0.0)
 
     def constants(self) -> dict[str, Floats]:
-        """Return hubs, axes and coefficients; ``before`` has one entry a drive of others before."""
+        """Return hubs, axes and coefficients; the length of ``before`` is the first column."""
         return {
             "position": self._position,
             "axis": self._axis,

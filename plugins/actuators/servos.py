@@ -133,7 +133,7 @@ class Servos(Effect):
 
     @staticmethod
     def joint_drive(joints: Joints, inputs: Inputs, params: Parameters) -> JointDrive:
-        """Torque of the servos before their limit [N m], its slopes and the limit."""
+        """Unlimited torque of the servos [N m], its gains and the limit."""
         kp, kd, limit = (
             params.get(f"{name}_each", params[name]) for name in ("kp", "kd", "torque_limit")
         )

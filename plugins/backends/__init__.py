@@ -1,1 +1,1 @@
-"""Rigid-body backends: what moves the links."""
+"""Rigid-body backends: engines that integrate the motion of the links."""

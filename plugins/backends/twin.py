@@ -1,4 +1,4 @@
-"""Free motion of one robot, and the mark of environments that fly as batches of twins."""
+"""Backend ``twin``: free motion of one robot; in learning, batch dynamics of many."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class BackendTwin(BackendFree):
-    """In a run: as ``free``. In learning: thousands of robots at once, joints held, by PyTorch.
+    """Backend ``free`` in a run; in learning thousands of robots in one PyTorch batch, joints held.
 
     Args:
         passable: see `BackendFree`.

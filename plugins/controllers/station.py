@@ -26,7 +26,7 @@ WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
 
 @state_record
 class StationState(NamedTuple):
-    """Memory of the station-keeping controller; immutable.
+    """State of the station-keeping controller between calls; immutable.
 
     Args:
         sum: of the velocity error, world axes [m], shape (3,).
@@ -144,7 +144,7 @@ class Station(ControllerOptions):
         self._added = added_inertia(plant)
 
     def start(self) -> StationState:
-        """Return zero sums; arms stowed, grippers open."""
+        """Return zero integrators; arms stowed, grippers open."""
         return StationState(np.zeros(3), np.zeros(3), None, self._rest)
 
     def command(

@@ -1,1 +1,1 @@
-"""Physical effects, one law a file."""
+"""Physical effects, one law per file."""

@@ -70,7 +70,7 @@ class AccelerometerBias(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the fault on the three axes."""
+        """Return the candidate: a bias on each of three axes."""
         if "specific_force" not in subject.channels:
             return []
         parameters = along_axes("bias", subject.spread(name), 0.3)

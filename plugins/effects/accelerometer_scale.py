@@ -1,4 +1,4 @@
-"""Error of the accelerometer's scale."""
+"""Scale error of the accelerometer."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LIMITS: dict[str, Any] = {
 
 @dataclass(kw_only=True)
 class AccelerometerScale(Effect):
-    """Relative error of the accelerometer's scale, per axis.
+    """Relative scale error of the accelerometer, per axis.
 
     Equation:
         f_i = (1 + k_i) f_true,i, after misalignment and before bias.
@@ -70,7 +70,7 @@ class AccelerometerScale(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the fault on the three axes."""
+        """Return the candidate: a scale error on each of three axes."""
         if "specific_force" not in subject.channels:
             return []
         parameters = along_axes("scale", subject.spread(name), 0.05)
@@ -79,5 +79,5 @@ class AccelerometerScale(Effect):
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:
-        """Specific force on the wrong scale [m/s^2]."""
+        """Specific force with the scale error [m/s^2]."""
         return reading._replace(specific_force=reading.specific_force * (1.0 + params["scale"]))

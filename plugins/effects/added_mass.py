@@ -1,4 +1,4 @@
-"""Inertia of the water that a body accelerates with itself."""
+"""Added mass: inertia of the water that moves with a body."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CENTRE = 0.03
 
 @dataclass(kw_only=True)
 class AddedMass(Effect):
-    """Added mass as inertia of the link, with Coriolis and Munk terms and the impulse of wetting.
+    """Added mass of a link, with its Coriolis and Munk terms and the water-entry force.
 
     Equation:
         (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
@@ -103,7 +103,7 @@ class AddedMass(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the diagonal, and the doubt about the centre of the nominal one."""
+        """Return the candidates: change of the diagonal; its centre has a tolerance."""
         hull = subject.hull
         if not subject.has_water or hull is None:
             return []
@@ -172,14 +172,14 @@ class AddedMass(Effect):
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
-        """Matrix M_A about the link origin [kg, kg m, kg m^2] with the weight s."""
+        """Matrix M_A about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
         return AddedInertia(_matrix(params), medium.medium_fraction), memory
 
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Impulse of wetting, -(ds/dt) M_A nu_r while s rises [N, N m]."""
+        """Water-entry force -(ds/dt) M_A nu_r while the submersion s rises [N, N m]."""
         if type(medium.submersion_rate) is np.ndarray and not (medium.submersion_rate > 0.0).any():
             nothing = motion.velocity * 0.0
             return Wrench(nothing, nothing), memory

@@ -1,4 +1,4 @@
-"""Torque against rotation, linear and quadratic, per body axis."""
+"""Rotational damping, linear and quadratic, per body axis."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class DragAngular(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the linear part in each medium, the square part within tolerance."""
+        """Return the candidates: linear part in each medium; the quadratic part has a tolerance."""
         return [cls._addition(name, subject, medium) for medium in subject.media]
 
     @classmethod

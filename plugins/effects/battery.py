@@ -1,4 +1,4 @@
-"""A battery that is drained by the drives and limits them."""
+"""Battery: drained by the actuators, its voltage limits their thrust."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Battery(Effect):
 
     @staticmethod
     def battery_update(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
-        """New memory under the power [W] of the drives, shape (N, 1)."""
+        """Return the new battery state after a step under the power [W] of the drives, (N, 1)."""
         if _one(memory, params) and power.size == 1:
             return _drained(power.item(), float(inputs.step), memory, params)
         xp = namespace(memory)

@@ -1,4 +1,4 @@
-"""Less thrust from a battery below its full voltage."""
+"""Loss of thrust with the voltage of the battery."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class BatterySag(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the sag of a battery whose full voltage is known."""
+        """Return the candidate, where the full voltage of the battery is known."""
         if not len(subject.lag) or not subject.full_voltage:
             return []
         return [
@@ -87,7 +87,7 @@ class BatterySag(Effect):
 
 
 def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:
-    """Return drives at a share of the full voltage.
+    """Return thrusts and torques at a fraction of the full voltage.
 
     Args:
         drives: at the full voltage.

@@ -1,4 +1,4 @@
-"""Hydrostatic lift of partially or fully submerged hulls."""
+"""Buoyancy of partially or fully submerged hulls."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Buoyancy(Effect):
-    """Archimedes' force at the centroid of the submerged volume.
+    """Buoyancy: weight of the displaced water, at the centroid of the submerged volume.
 
     Equation:
         F = rho (V + dV) s (g up + a_water) at the centroid r_b of the submerged volume; T = r_b x
@@ -80,7 +80,7 @@ class Buoyancy(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the displaced volume."""
+        """Return the candidate: a change of the displaced volume."""
         hull = subject.hull
         if not subject.has_water or hull is None:
             return []
@@ -106,14 +106,14 @@ class Buoyancy(Effect):
         medium: str | None,
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
-        """Return the lift of the base's hull, the only one that a log states."""
+        """Return the buoyancy of the base link, the only hull that a log states."""
         return name, cls(links=["root"])
 
     @classmethod
     def of_surroundings(
         cls, name: str, robot: RobotModel, environment: EnvironmentSettings
     ) -> dict[str, Effect]:
-        """Return the buoyancy of the base, and that of the other links."""
+        """Return the buoyancy of every link with a hull; one instance for the base."""
         wet = [k for k, hull in enumerate(robot.hulls) if hull is not None]
         if environment.water_level is None:
             return {}
@@ -122,14 +122,14 @@ class Buoyancy(Effect):
         return made | ({f"{name}_links": cls(links=further)} if further else {})
 
     def ambient(self) -> Effect | None:
-        """Return the effect on every link of another body."""
+        """Return the effect for every link of another robot or object in the scene."""
         return None if self.correction else replace(self, links=["*"], volume_change=0.0)
 
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Lift at the centre of buoyancy [N, N m]."""
+        """Buoyancy force at the centre of buoyancy [N, N m]."""
         displaced = (
             medium.density * (motion.body.volume + params["volume_change"]) * medium.submersion
         )

@@ -73,7 +73,7 @@ class CentreOfBuoyancy(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a shift of the hull's centre of buoyancy."""
+        """Return the candidate: a shift of the hull's centre of buoyancy."""
         if not subject.has_water:
             return []
         parameters = along_axes("offset", subject.spread(name), 0.01)
@@ -84,7 +84,7 @@ class CentreOfBuoyancy(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Torque of the lift on the shifted lever [N m]."""
+        """Torque of the buoyancy force by the shift [N m]."""
         displaced = medium.density * motion.body.volume * medium.submersion
         lift = (motion.up * medium.gravity + medium.acceleration) * displaced
         return Wrench(None, cross(params["offset"], lift)), memory

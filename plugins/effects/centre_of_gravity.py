@@ -28,7 +28,7 @@ _LIMITS: dict[str, Any] = {
 
 @dataclass(kw_only=True)
 class CentreOfGravity(Effect):
-    """Shift of a link's centre of gravity with the same inertia about it.
+    """Shift of a link's centre of gravity; the moments of inertia about it are unchanged.
 
     Equation:
         dM = m [[0, -S(d)], [S(d), S(c)^2 - S(c + d)^2]] about the link origin, order [linear,
@@ -80,7 +80,7 @@ class CentreOfGravity(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a shift of the base's centre of gravity."""
+        """Return the candidate: a shift of the base's centre of gravity."""
         parameters = along_axes("offset", subject.spread(name), 0.01)
         order = (Stage.body, 0, 2)
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]

@@ -14,7 +14,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class CommandDelay(Effect):
-    """Further delay between a command and the actuator.
+    """Additional delay between a command and the actuator.
 
     Equation:
         The actuator follows command(t - d); each command is held until the next.
@@ -57,7 +57,7 @@ class CommandDelay(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a delay of the commands."""
+        """Return the candidate: a delay of all commands."""
         if not len(subject.lag):
             return []
         delay = Freed(tolerance=subject.spread(name), scale=0.02, bounds=(-1e-3, math.inf))
@@ -73,5 +73,5 @@ class CommandDelay(Effect):
 
     @staticmethod
     def timing(params: Parameters) -> Timing:
-        """Further delay of the commands [s]."""
+        """Additional delay of the commands [s]."""
         return Timing(command_delay=params["delay"])

@@ -73,7 +73,7 @@ class Current(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a steady flow of the medium where the vehicle moves in it."""
+        """Return the candidate, where the vehicle moves in water."""
         if MediumKind.water not in subject.media:
             return []
         order = (Stage.flow, subject.media.index(MediumKind.water), 3)
@@ -81,7 +81,7 @@ class Current(Effect):
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     def ambient(self) -> Effect | None:
-        """Return the effect on every link of another body."""
+        """Return the effect for every link of another robot or object in the scene."""
         return None if self.correction else replace(self, links=["*"])
 
     @staticmethod

@@ -26,7 +26,7 @@ _POWER: dict[str, Any] = {"bounds": (-4.0, 6.0), "tolerance": 0.1}
 
 @dataclass(kw_only=True)
 class EffectFormula(Effect):
-    """Sum of terms that were found in a log for a force that no other effect describes.
+    """Formula fitted to a residual force: a sum of terms found in a log.
 
     Equation:
         Force: c + R^T h - d_i v_i abs(v)^(p-1) + l (w x v) + R^T (a - p) k r^(-1-q)
@@ -203,7 +203,7 @@ class EffectFormula(Effect):
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """Kinds of terms that are not zero."""
+        """Names of the terms that are not zero."""
         out = []
         for stem in (*FORCES, *TORQUES, "thrust"):
             names = [stem] if hasattr(self, stem) else [f"{stem}_{a}" for a in "xyz"]
@@ -215,7 +215,7 @@ class EffectFormula(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Sum of all terms but the actuators' [N, N m]."""
+        """Sum of all terms but the actuator term [N, N m]."""
         scene = Scene(
             time=motion.time,
             position=motion.position,
@@ -237,6 +237,6 @@ class EffectFormula(Effect):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts and reaction torques with the share added."""
+        """Thrusts and reaction torques, scaled by the actuator term."""
         factor = 1.0 + params["thrust"] * medium.medium_fraction
         return drives._replace(thrust=drives.thrust * factor, torque=drives.torque * factor)

@@ -17,7 +17,7 @@ from seals.robot.model import RobotModel
 
 @dataclass(kw_only=True)
 class Gravity(Effect):
-    """Uniform gravity on the real mass of every link.
+    """Uniform gravity on the mass of every link.
 
     Equation:
         F = -m g R^T e_z at the centre of mass; T = c x F about the link origin.
@@ -59,7 +59,7 @@ class Gravity(Effect):
         medium: str | None,
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
-        """Return the weight of all links; its strength is that of the log's environment."""
+        """Return the weight of all links with the gravity of the log's environment."""
         return name, cls()
 
     @classmethod
@@ -70,7 +70,7 @@ class Gravity(Effect):
         return {name: cls()}
 
     def ambient(self) -> Effect | None:
-        """Return the effect on every link of another body."""
+        """Return the effect for every link of another robot or object in the scene."""
         return None if self.correction else replace(self, links=["*"])
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""More thrust close to the ground."""
+"""Ground effect: rise of rotor thrust near the ground."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class GroundEffect(Effect):
-    """Rise of every rotor's thrust above flat ground.
+    """Ground effect: rise of every rotor's thrust near flat ground.
 
     Equation:
         T = T_free / (1 - k (R / (4 h))^2) with h the height of the hub above the ground, not taken
@@ -59,7 +59,7 @@ class GroundEffect(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the cushion above a ground whose height is known."""
+        """Return the candidate, where the height of the ground is known."""
         ground = subject.environment.ground_level
         if not len(subject.lag) or not subject.rotors or ground is None:
             return []
@@ -76,7 +76,7 @@ class GroundEffect(Effect):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts above the ground [N]."""
+        """Thrusts in ground effect [N]."""
         xp = namespace(motion.position)
         hub = motion.position[:, 2:3] + motion.up @ drives.position.T
         # the small height keeps drives without a disc finite on the ground

@@ -68,7 +68,7 @@ class GyroscopeBias(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the fault on the three axes."""
+        """Return the candidate: a bias on each of three axes."""
         parameters = along_axes("bias", subject.spread(name), 0.05)
         order = (Stage.sensors, 0, 2)
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]

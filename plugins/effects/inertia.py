@@ -81,7 +81,7 @@ class InertiaChange(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the base's moments of inertia."""
+        """Return the candidate: a change of the base's moments of inertia."""
         diagonal = np.diag(subject.robot.inertia[0])
         whole, spread = np.diag(whole_body(subject.robot)[2]), subject.spread(name)
         sizes = {

@@ -1,4 +1,4 @@
-"""Play between servo and link."""
+"""Backlash between servo and link."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ the whole of it is not resolved."""
 
 @dataclass(kw_only=True)
 class JointBacklash(Effect):
-    """Dead zone between a servo, which measures on its own side, and the link.
+    """Backlash: dead zone between a servo, which measures the motor side, and the link.
 
     Equation:
         tau = kp (dz(e) - e) with e = command - q - (kd/kp) q' and dz(e) = sign(e) max(abs(e) -
@@ -73,7 +73,7 @@ class JointBacklash(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the play of each joint that a servo drives."""
+        """Return the candidates: backlash in each joint that a servo drives."""
         if not subject.servo:
             return []
         kp, kd = subject.servo["kp"], subject.servo["kd"]
@@ -97,7 +97,7 @@ class JointBacklash(Effect):
     def joint_loads(
         joints: Joints, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Array, Array]:
-        """Change of the servo's torque by the play [N m]."""
+        """Change of the servo's torque by the dead zone [N m]."""
         if inputs.joint_command is None:
             return joints.velocity * 0.0, memory
         lead = params["kd"] / params["kp"] * joints.velocity

@@ -1,4 +1,4 @@
-"""Friction in the joints: Coulomb and viscous."""
+"""Joint friction, Coulomb and viscous."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class JointFriction(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the friction of each joint; the rate at which it turns over is not reported."""
+        """Return the candidates: friction in each joint; its smoothing rate is not reported."""
         dry = subject.spread(name)
         parameters = {
             "coulomb": Freed(tolerance=dry, scale=0.05, bounds=(0.0, np.inf)),
@@ -105,7 +105,7 @@ class JointFriction(Effect):
     def as_stated(
         self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
     ) -> dict[str, float]:
-        """Return the parts of the law with a jump at rest that does the same on the log."""
+        """Convert fitted values to the ideal law, Coulomb friction with a jump at rest."""
         if not rates.shape[1]:
             return dict(values)
         turn = self.threshold + float(changes.get("threshold", 0.0))
@@ -134,7 +134,7 @@ class JointFriction(Effect):
 def friction_as_catalogued(
     coulomb: float, viscous: float, threshold: float, rates: Floats
 ) -> tuple[float, float]:
-    """Return the Coulomb and viscous parts of the law with a jump at rest.
+    """Return the coefficients of ideal Coulomb and viscous friction that fit the smoothed law.
 
     Equation:
         least squares over the log of C sign(q') + B q' against

@@ -14,7 +14,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Lift(Effect):
-    """Lift in the body's xz plane, across the relative velocity.
+    """Lift in the body's xz plane, perpendicular to the relative velocity.
 
     Equation:
         L = rho A_L sin(a) cos(a) V^2 / 2 across v_r, with V and the angle of attack a from the x
@@ -86,7 +86,7 @@ class Lift(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Force across the relative velocity [N]."""
+        """Force perpendicular to the relative velocity [N]."""
         relative = motion.velocity - medium.velocity
         ahead, up = relative[:, 0:1], relative[:, 2:3]
         # a nanometre a second keeps the quotient finite at rest, where the force is zero

@@ -91,7 +91,7 @@ class DragLinear(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the drag in each medium, and the doubt about its exponent."""
+        """Return the candidates: drag in each medium; its exponent has a tolerance."""
         return power_law_additions(
             cls, name, subject, power=1, share={MediumKind.water: 2.0, MediumKind.air: 0.03}
         )

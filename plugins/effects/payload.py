@@ -89,7 +89,7 @@ class Payload(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the tolerance of each link's mass, and a load on the base and on the last link.
+        """Return the candidates: payload on base and last link; every link's mass has a tolerance.
 
         A load is added: what a robot lacks against its datasheet is an error of the mass.
         """

@@ -1,4 +1,4 @@
-"""Damping by the waves that a moving hull sends out."""
+"""Radiation damping: loss by the waves that a moving hull generates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LIMITS: dict[str, Any] = {
 
 @dataclass(kw_only=True)
 class DampingRadiation(Effect):
-    """Linear damping of a hull that pierces the surface, by the waves it makes.
+    """Radiation damping of a surface-piercing hull, linear in its velocity.
 
     Equation:
         F_i = -b_i v_r,i w, T_i = -d_i w_i w with the weight w = 4 s (1 - s), one for a hull half

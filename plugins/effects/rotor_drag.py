@@ -1,4 +1,4 @@
-"""Drag of rotors in their own plane."""
+"""Drag of rotors in their disc plane."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class DragRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the drag of all rotors."""
+        """Return the candidate: a common coefficient of all rotors."""
         if not len(subject.lag) or not subject.rotors:
             return []
         size = Freed(scale=0.03, bounds=(0.0, math.inf))

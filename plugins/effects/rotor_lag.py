@@ -1,4 +1,4 @@
-"""Slower or faster rotors and thrusters."""
+"""Change of the time constant of rotors and thrusters."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class RotorLag(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the actuators' time constant, which stays positive."""
+        """Return the candidate: a change of the actuators' time constant, which stays positive."""
         if not len(subject.lag):
             return []
         thrusters = subject.spread("thruster_time_constant")

@@ -15,7 +15,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class RotorMedium(Effect):
-    """Thrust and torque of rotors with the density around each disc, within their motors' torque.
+    """Thrust and torque of rotors by the density at each disc, limited by the motor torque.
 
     Equation:
         Q = g Q_free and T = (1 - (1 - efficiency) s) g T_free at equal speed, with

@@ -1,4 +1,4 @@
-"""Inertial sensors that report late."""
+"""Delay of inertial sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class SensorDelay(Effect):
-    """Delay of sensors against the time base of the log; of gyroscope and accelerometer at first.
+    """Delay of sensors against the log's time base; by default of gyroscope and accelerometer.
 
     Equation:
         Row t holds the value of t - d.
@@ -60,7 +60,7 @@ class SensorDelay(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the delay of the inertial sensors."""
+        """Return the candidate: a delay of the inertial sensors."""
         return [
             Addition(
                 instance=name,
@@ -73,5 +73,5 @@ class SensorDelay(Effect):
 
     @staticmethod
     def timing(params: Parameters) -> Timing:
-        """Further delay of the sensors [s]."""
+        """Additional delay of the sensors [s]."""
         return Timing(sensor_delay=params["delay"])

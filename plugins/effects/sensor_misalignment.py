@@ -1,4 +1,4 @@
-"""Inertial sensor turned against the body."""
+"""Misalignment of the inertial sensor."""
 
 from __future__ import annotations
 
@@ -74,19 +74,19 @@ class SensorMisalignment(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the fault on the three axes."""
+        """Return the candidate: a rotation about three axes."""
         parameters = along_axes("rotation", subject.spread(name), 0.05)
         order = (Stage.sensors, 0, 3)
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     @staticmethod
     def axis_misalignment(params: Parameters) -> Array:
-        """Return the turn of the axes, Exp(r), shape (1 or N, 3, 3)."""
+        """Return the rotation of the sensor axes, Exp(r), shape (1 or N, 3, 3)."""
         return matrix_of(exponential(params["rotation"]))
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:
-        """Both readings in the turned axes [rad/s, m/s^2]."""
+        """Angular velocity and specific force in the misaligned axes [rad/s, m/s^2]."""
         turn = SensorMisalignment.axis_misalignment(params)
         return Reading(
             angular_velocity=unrotate(turn, reading.angular_velocity),

@@ -1,4 +1,4 @@
-"""Impact force while a hull enters the water."""
+"""Slamming: impact force while a hull enters the water."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Slamming(Effect):
-    """Water-entry impact with one coefficient, spread over the entry of the hull.
+    """Slamming force with one coefficient, while a hull sinks through the surface.
 
     Equation:
         F = rho C_s A w_n^2 / 2 * 4 s (1 - s) along the water normal, only while w_n > 0; w_n is
@@ -67,7 +67,7 @@ class Slamming(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the impact on a hull over water."""
+        """Return the candidate, for a hull where there is water."""
         if not subject.has_water:
             return []
         size = Freed(scale=1.0, bounds=(0.0, math.inf))
@@ -84,7 +84,7 @@ class Slamming(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Force along the water normal while entering [N]."""
+        """Force along the normal of the water surface during entry [N]."""
         s = medium.submersion
         entering = 0.5 * (medium.sinking_speed + abs(medium.sinking_speed))
         scale = medium.density * motion.body.plan_area * params["coefficient"]

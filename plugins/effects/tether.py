@@ -1,4 +1,4 @@
-"""A cable from the vehicle to a fixed point."""
+"""Tether: elastic cable from the vehicle to a fixed point."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Tether(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a cable of unknown anchor, and the tolerances of known ones.
+        """Return the candidate: a cable of unknown anchor; known cables have tolerances.
 
         Starting values of the unknown one come from the log.
         """
@@ -133,12 +133,12 @@ class Tether(Effect):
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:
-        """Return the cables that fit the residual force best."""
+        """Return starting values: the cables that fit the residual force best."""
         return _cables(residual.position, residual.force)
 
     @staticmethod
     def plausible(position: Floats) -> dict[str, float]:
-        """Return a cable from below, a little to one side."""
+        """Return a plausible cable, anchored below and slightly to one side."""
         return {
             "length": 0.8,
             "stiffness": 1.0,
@@ -148,7 +148,7 @@ class Tether(Effect):
         }
 
     def spring(self) -> float:
-        """Return K [N/m]."""
+        """Return the stiffness K [N/m]."""
         return self.stiffness
 
     @staticmethod

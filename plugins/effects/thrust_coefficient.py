@@ -67,7 +67,7 @@ class ThrustCoefficient(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a common change of all thrusts."""
+        """Return the candidate: a common change of all thrusts."""
         if not len(subject.lag):
             return []
         change = Freed(

@@ -68,7 +68,7 @@ class ThrustInWater(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a change of the ratio that the nominal model holds."""
+        """Return the candidate: a change of the stated ratio."""
         if not len(subject.lag) or not subject.rotors or name not in subject.effects:
             return []
         ratio = Freed(tolerance=subject.spread("water_thrust_ratio"), scale=0.15)
@@ -85,7 +85,7 @@ class ThrustInWater(Effect):
         medium: str | None,
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
-        """Return the effect at the log's own water level."""
+        """Return the effect with the water level of the log."""
         level: dict[str, Any] = {"water_level": environment.water_level or 0.0}
         return name, cls(**{**parameters, **level})
 
@@ -97,7 +97,7 @@ class ThrustInWater(Effect):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts [N] and reaction torques [N m] with wet hubs."""
+        """Thrusts [N] and reaction torques [N m], changed for submerged hubs."""
         hub = motion.position[:, 2:3] + motion.up @ drives.position.T
         depth = params["water_level"] - hub
         gain = 1.0 + wet_share(depth, HALF_WIDTH) * (params["ratio"] + params["ratio_change"] - 1.0)

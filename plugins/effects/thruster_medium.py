@@ -1,4 +1,4 @@
-"""Thrusters that come out of the water."""
+"""Thruster force by the density at each hub (air, water, partly submerged)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AIR = 1.2
 
 @dataclass(kw_only=True)
 class ThrusterMedium(Effect):
-    """Force of thrusters with the density around each of them.
+    """Force of thrusters in proportion to the density around each of them.
 
     Equation:
         T = (s + (1 - s) rho_a / rho_w) T_free at equal speed, s = u^2 (3 - 2 u), u = (depth + R) /

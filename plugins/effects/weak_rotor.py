@@ -62,7 +62,7 @@ class WeakRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a loss of each actuator."""
+        """Return the candidates: a loss of thrust of each actuator."""
         loss = Freed(tolerance=subject.spread("thrust_coefficient_each"), scale=0.1)
         return [
             Addition(

@@ -74,7 +74,7 @@ class Wind(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return a steady flow of the medium where the vehicle moves in it."""
+        """Return the candidate, where the vehicle moves in air."""
         if MediumKind.air not in subject.media:
             return []
         order = (Stage.flow, subject.media.index(MediumKind.air), 3)
@@ -82,7 +82,7 @@ class Wind(Effect):
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
     def ambient(self) -> Effect | None:
-        """Return the effect on every link of another body."""
+        """Return the effect for every link of another robot or object in the scene."""
         return None if self.correction else replace(self, links=["*"])
 
     @staticmethod

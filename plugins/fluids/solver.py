@@ -232,11 +232,11 @@ class ParticleSolver(Protocol):
         ...
 
     def snapshot(self) -> Snapshot:
-        """Return everything needed to continue."""
+        """Return the complete state."""
         ...
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this solver: particles, origin and whatever it carries on.
+        """Restore a snapshot of this solver.
 
         Boundary samples are those that were added; bodies are placed, and moved samples moved, by
         the domain before the next `advance`. A snapshot may come from a file.

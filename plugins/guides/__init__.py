@@ -1,1 +1,1 @@
-"""Guides: what a robot shall do, from moment to moment."""
+"""Guides (reference generators): the wanted motion of a robot over time."""

@@ -1,4 +1,4 @@
-"""A guide whose wishes come from outside: a learner, a script, another process."""
+"""Guide with an external reference: from a learner, a script, another process."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class Commanded:
         self.wanted = aim
 
     def bind(self, plant: Plant) -> None:
-        """Lead any robot."""
+        """Accept any robot."""
 
     def start(self, situation: RobotState) -> Any:
-        """Return no memory."""
+        """Return an empty state."""
         return ()
 
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
@@ -47,7 +47,7 @@ class Commanded:
         return self.wanted, memory
 
     def finished(self, memory: Any) -> bool | None:
-        """Go on until the caller stops."""
+        """Return None: the caller decides when to stop."""
         return None
 
     def stage(self, memory: Any) -> str:

@@ -1,4 +1,4 @@
-"""Hover at a place while the arms move."""
+"""Guide that hovers in place while the arms move."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class HoverState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Hover:
-    """Hovers where it starts, or at a given place, while the arms rest, swing or wander.
+    """Guide that hovers at the start or a given position while the arms rest, swing or wander.
 
     Args:
         rate: calls a second [Hz].
@@ -90,14 +90,14 @@ class Hover:
             )
 
     def bind(self, plant: Plant) -> None:
-        """Lay out the motion of every arm."""
+        """Plan the motion of every arm."""
         rng = np.random.default_rng(self.seed)
         self._swings = {
             name: Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
         }
 
     def start(self, situation: RobotState) -> HoverState:
-        """Keep where it starts."""
+        """Return the initial state: time, position and heading."""
         place = np.array(self.position or situation.position, dtype=float)
         yaw = self.yaw[0] if self.yaw else situation.yaw
         return HoverState(situation.time, place, yaw)
@@ -117,12 +117,12 @@ class Hover:
         return None
 
     def stage(self, memory: HoverState) -> str:
-        """Return what the arms do."""
+        """Return the kind of arm motion."""
         return f"hover, arm {self.arm.value}"
 
 
 class Swing(NamedTuple):
-    """Angles of one arm as sums of sines about the middle of the range.
+    """Motion of one arm: sums of sines about the middle of the joint range.
 
     Args:
         rest: angles before [rad], shape (k,).
@@ -142,7 +142,7 @@ class Swing(NamedTuple):
 
     @staticmethod
     def of(arm: Arm, robot: RobotModel, guide: Hover, rng: np.random.Generator) -> Swing:
-        """Lay out the motion of one arm within its joints' limits; endless joints turn by pi."""
+        """Plan the motion of one arm within its joint limits; continuous joints turn by pi."""
         index = list(arm.joints)
         low = np.where(np.isfinite(robot.lower[index]), robot.lower[index], -math.pi)
         high = np.where(np.isfinite(robot.upper[index]), robot.upper[index], math.pi)

@@ -20,7 +20,7 @@ KNOWN = ("phase", "power", "slip")
 
 @state_record
 class LearnedGuideState(NamedTuple):
-    """Distance at the start [m]; last action; calls in a row at the target; whether it is there."""
+    """State: initial distance [m], last action, consecutive calls at the target, success."""
 
     start: float
     action: tuple[float, ...]
@@ -30,7 +30,7 @@ class LearnedGuideState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Learned:
-    """Leads a walking robot to a target as a trained policy does, at the policy's own rate.
+    """Guide that follows a trained walking policy to a target, at the policy's rate.
 
     Observation, meaning of the actions and success are those of the task that the policy was
     trained for; the gait must turn as it is told: ``controller.facing=aim`` and
@@ -88,7 +88,7 @@ class Learned:
         self.rate = float(self._task.rate)
 
     def start(self, situation: RobotState) -> LearnedGuideState:
-        """Remember how far it is.
+        """Return the initial state: the distance to the target.
 
         Raises:
             ConfigError: the robot has no gait, or the target is not there.
@@ -120,11 +120,11 @@ class Learned:
         return aim, kept
 
     def finished(self, memory: LearnedGuideState) -> bool | None:
-        """Return True where a fixed target has been held; a body is followed for ever."""
+        """Return True where a fixed target has been held; following a body never finishes."""
         return True if memory.there and not self.target else None
 
     def stage(self, memory: LearnedGuideState) -> str:
-        """Return what it does."""
+        """Return the present activity in a word."""
         return "there" if memory.there else "walking"
 
     def _goal(self, situation: RobotState) -> Floats:

@@ -1,4 +1,4 @@
-"""An upright oval through the surface: half in air, half under water."""
+"""Guide along a vertical ellipse through the surface, half in air, half under water."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.state_records import state_record
 
 @state_record
 class OvalState(NamedTuple):
-    """Memory of the oval: start time [s], heading [rad] and time of the last call."""
+    """State: start time [s], heading [rad] and time of the last call [s]."""
 
     time: float
     yaw: float
@@ -27,7 +27,7 @@ class OvalState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Oval:
-    """Leads along an ellipse in a vertical plane, again and again, from its topmost point.
+    """Guide along an ellipse in a vertical plane, lap by lap, from the topmost point.
 
     Equation:
         p = centre + length / 2 sin(a) e + height / 2 cos(a) z with e along ``direction``; the angle
@@ -79,20 +79,20 @@ class Oval:
             raise ConfigError(f"oval.laps={self.laps} is not allowed.\nAllowed: 1 or more.")
 
     def bind(self, plant: Plant) -> None:
-        """Any robot may fly an oval."""
+        """Accept any robot."""
 
     def start(self, situation: RobotState) -> OvalState:
-        """Keep time and heading of the start."""
+        """Return the initial state: time and heading."""
         return OvalState(situation.time, situation.yaw, situation.time)
 
     def aim(self, situation: RobotState, memory: OvalState) -> tuple[Reference, OvalState]:
-        """Return the way along the oval."""
+        """Return the reference on the ellipse."""
         place = self.place(situation.time - memory.time)._replace(yaw=memory.yaw)
         aim = pursued(situation, place, gain=self.position_gain, speed=self.speed)
         return aim, memory._replace(now=situation.time)
 
     def place(self, time: float) -> Place:
-        """Return where the robot shall be ``time`` [s] after the start."""
+        """Return the reference position ``time`` [s] after the start."""
         angle, rate, gain = self._angle(time)
         c, s = math.cos(angle), math.sin(angle)
         along = (math.cos(self.direction), math.sin(self.direction))

@@ -22,7 +22,7 @@ from seals.teleop.device import Device, Script
 
 @state_record
 class StickState(NamedTuple):
-    """Memory of the stick guide; immutable.
+    """State of the stick guide between calls; immutable.
 
     Args:
         time: of the last call [s].
@@ -92,7 +92,7 @@ class Stick:
     )
 
     def use(self, device: Device) -> None:
-        """Take events from a device instead of the script."""
+        """Use events of a device instead of the script."""
         self._device = device
 
     def bind(self, plant: Plant) -> None:

@@ -1,4 +1,4 @@
-"""A list of places, each reached by the smoothest way."""
+"""Guide through waypoints along minimum-jerk paths."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seals.state_records import state_record
 
 @state_record
 class WaypointState(NamedTuple):
-    """Start of the course: time [s], place [m] and heading [rad]; time of the last call [s]."""
+    """State: start time [s], position [m], heading [rad], and time of the last call [s]."""
 
     time: float
     place: Floats
@@ -28,7 +28,7 @@ class WaypointState(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """One leg: start and end [s], and the two places [m]; it rests at the end."""
+    """One leg: start and end time [s], and both positions [m]; it rests at the end."""
 
     start: float
     end: float
@@ -38,7 +38,7 @@ class Leg(NamedTuple):
 
 @dataclass(kw_only=True)
 class Waypoints:
-    """Leads from place to place along straight ways of least jerk, with a rest at each.
+    """Guide through waypoints along straight minimum-jerk paths, with a rest at each.
 
     Args:
         rate: calls a second [Hz].
@@ -78,27 +78,27 @@ class Waypoints:
             )
 
     def bind(self, plant: Plant) -> None:
-        """Any robot may visit places."""
+        """Accept any robot."""
 
     def start(self, situation: RobotState) -> WaypointState:
-        """Keep where it starts."""
+        """Return the initial state: time, position and heading."""
         t = situation.time
         return WaypointState(t, np.array(situation.position), situation.yaw, t)
 
     def aim(self, situation: RobotState, memory: WaypointState) -> tuple[Reference, WaypointState]:
-        """Return the way along the present leg."""
+        """Return the reference on the present leg."""
         place = self._place(situation.time - memory.time, memory)
         aim = pursued(situation, place, gain=self.position_gain, speed=2.0 * self.speed)
         return aim, memory._replace(now=situation.time)
 
     def finished(self, memory: WaypointState) -> bool | None:
-        """Return True after the rest at the last place; never when it repeats."""
+        """Return True after the rest at the last waypoint; never when it repeats."""
         legs = self._legs(memory)
         done = memory.now - memory.time >= legs[-1].end + self.rest
         return True if done and not self.repeat else None
 
     def stage(self, memory: WaypointState) -> str:
-        """Return the number of the place it goes to."""
+        """Return the number of the next waypoint."""
         k, _ = self._leg(memory.now - memory.time, memory)
         return f"to place {k % len(self.places) + 1}"
 

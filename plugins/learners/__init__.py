@@ -1,1 +1,1 @@
-"""Learners: from data or reward to a policy."""
+"""Learners: algorithms that train a policy from reward or demonstrations."""

@@ -70,7 +70,7 @@ class BC:
 
 
 class BcAgent:
-    """Behaviour cloning at work.
+    """Agent of behaviour cloning.
 
     Args:
         learner: the hyper-parameters.
@@ -105,7 +105,7 @@ class BcAgent:
         self.test: dict[str, Tensor] = {}
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Take the steps of all demonstrations and hold some episodes out."""
+        """Store the steps of all demonstrations; some episodes are held out."""
         import torch
 
         given = tensors(columns, self.device)
@@ -131,14 +131,14 @@ class BcAgent:
         return self.body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
-        """Ignore the step: behaviour cloning has no experience."""
+        """Ignore the step: behaviour cloning learns from demonstrations only."""
 
     def due(self) -> int:
-        """Return all updates that are left."""
+        """Return the number of remaining updates."""
         return self.learner.updates - self.made
 
     def update(self) -> dict[str, Tensor]:
-        """Take one step towards the demonstrations; look at the held-out ones now and then."""
+        """Run one gradient step; evaluate held-out episodes at intervals."""
         import torch
 
         if not self.shown:
@@ -204,7 +204,7 @@ class BcAgent:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         self.body.load_state_dict(state["body"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.best, self.least = dict(state["best"]), state["least"]

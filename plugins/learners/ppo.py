@@ -1,4 +1,4 @@
-"""Proximal policy optimisation: on-policy, for many environments at once and for gaits."""
+"""Proximal policy optimisation (PPO): on-policy learner for many parallel environments."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PROXIMAL = "Schulman et al. 2017, arXiv 1707.06347, table 3"
 
 @dataclass(kw_only=True)
 class PPO:
-    """Proximal policy optimisation with clipped ratios.
+    """Proximal policy optimisation (PPO) with clipped ratios.
 
     Equation:
         actor: -min(rho A, clip(rho, 1 - c, 1 + c) A),  rho = pi(a|s) / pi_old(a|s)
@@ -92,7 +92,7 @@ class PPO:
 
 
 class PpoAgent:
-    """Proximal policy optimisation at work.
+    """Agent of proximal policy optimisation.
 
     Args:
         learner: the hyper-parameters.
@@ -134,10 +134,10 @@ class PpoAgent:
         self.made = 0
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Take no demonstrations."""
+        """Ignore demonstrations: the learner is on-policy."""
 
     def act(self, observation: Any, *, explore: bool) -> Tensor:
-        """Return actions; those that explore are remembered before they are cut off."""
+        """Return actions; exploring ones are stored before clipping."""
         import torch
 
         with torch.no_grad():
@@ -165,7 +165,7 @@ class PpoAgent:
         )
 
     def due(self) -> int:
-        """Return the updates left in this round; none while steps are still gathered."""
+        """Return the number of updates left in this round; zero while steps are collected."""
         if len(self.rollout) < self.learner.horizon:
             return 0
         return self.learner.epochs * self.learner.minibatches - self.made
@@ -261,7 +261,7 @@ class PpoAgent:
         self.optimiser.step()
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
-        """Return the mean of the policy, cut off at -1 and 1."""
+        """Return the policy's mean, clipped to -1 and 1."""
         network = networks.description(
             observation=self.spaces.observation_size,
             action=self.spaces.action_size,
@@ -286,7 +286,7 @@ class PpoAgent:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         import torch
 
         self.actor.load_state_dict(state["actor"])

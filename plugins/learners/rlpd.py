@@ -1,4 +1,4 @@
-"""Learning with prior data: every batch half demonstrations, critics with layer normalisation."""
+"""RLPD: soft actor-critic with prior data, half of every batch from demonstrations."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RLPD(SAC):
 
 
 class RlpdAgent(SacAgent):
-    """Soft actor-critic that trusts a random few of its critics."""
+    """Agent of RLPD: target values from a random subset of the critics."""
 
     learner: RLPD
 

@@ -120,7 +120,7 @@ class SAC:
 
 
 class SacAgent:
-    """Agent of soft actor-critic; subclasses change its inputs, its sampler and its targets.
+    """Agent of soft actor-critic; subclasses change inputs, sampling and targets.
 
     Args:
         learner: the hyper-parameters.
@@ -228,7 +228,7 @@ class SacAgent:
             return TanhNormal(output).mode
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
-        """Remember one step of all environments."""
+        """Store one step of all environments in the replay buffer."""
         self.steps += action.shape[0]
         if self.norm is not None:
             self.norm.update(vector(observation))
@@ -259,7 +259,7 @@ class SacAgent:
     # learning
 
     def due(self) -> int:
-        """Return the updates that are due at the configured ratio of updates to steps."""
+        """Return the number of updates due at the configured ratio of updates to steps."""
         return self._updates_earned() - self.updates
 
     def _updates_earned(self) -> int:
@@ -350,7 +350,7 @@ class SacAgent:
     # keeping
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
-        """Return the mean of the policy, squashed."""
+        """Return the policy's mean, squashed to -1 and 1."""
         norm = None if self.norm is None else self.norm.layer
         return networks.policy_of(
             self._description(), body=self.nets.actor, norm=norm, encoder=self.encoder
@@ -376,7 +376,7 @@ class SacAgent:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         self.nets.load(state["networks"])
         self.memory.load(state["memory"])
         self.returns.load(state["returns"])

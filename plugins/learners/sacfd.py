@@ -1,4 +1,4 @@
-"""Soft actor-critic from demonstrations: priorities, several steps, pretraining."""
+"""Soft actor-critic from demonstrations: prioritised replay, n-step returns, pretraining."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PRIORITY = "Schaul et al. 2016, arXiv 1511.05952"
 
 @dataclass(kw_only=True)
 class SACfD(SAC):
-    """Soft actor-critic that begins with demonstrations and goes on drawing them more often.
+    """Soft actor-critic pretrained on demonstrations, which it keeps sampling more often.
 
     Equation:
         critics: w ((Q - y_1)^2 + mix (Q - y_n)^2) / (1 + mix)
@@ -86,7 +86,7 @@ class SACfD(SAC):
 
 
 class SacfdAgent(SacAgent):
-    """Soft actor-critic with pretraining, and two returns for each transition."""
+    """Agent of SACfD: pretraining, and one-step and n-step returns."""
 
     learner: SACfD
 
@@ -95,7 +95,7 @@ class SacfdAgent(SacAgent):
         return Returns(length=self.learner.steps, gamma=self.learner.gamma, both=both)
 
     def due(self) -> int:
-        """Return the updates of pretraining first, then those due at the configured ratio."""
+        """Return the number of updates due: pretraining first, then by the configured ratio."""
         wanted = self.learner.pretrain if self.memory.protected else 0
         if self.updates < wanted:
             return wanted - self.updates

@@ -1,4 +1,4 @@
-"""Soft actor-critic that sees: pictures shifted at random, one encoder, returns over steps."""
+"""Soft actor-critic on images: random shifts, one encoder, n-step returns."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 
 @dataclass(kw_only=True)
 class VisualSAC(SAC):
-    """Soft actor-critic on pictures, the cameras stacked as channels.
+    """Soft actor-critic on images, the cameras stacked as channels.
 
     Pictures are shifted by a few pixels, anew at each update: without it critics on pictures
     overfit. The encoder learns with the critics alone, unless they look at the numbers of the state
@@ -94,7 +94,7 @@ class VisualSAC(SAC):
 
 
 def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
-    """Return the places of the numbers that are not withheld, None for all of them.
+    """Return the indices of the observations that are not withheld; None when none is.
 
     Raises:
         ConfigError: there is no such name.
@@ -116,7 +116,7 @@ def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int
 
 
 class VisualSacAgent(SacAgent):
-    """Soft actor-critic with an encoder in front."""
+    """Agent of soft actor-critic with an image encoder."""
 
     learner: VisualSAC
 

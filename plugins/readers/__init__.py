@@ -1,1 +1,1 @@
-"""Readers: one file for each kind of measured log."""
+"""Readers of measured logs, one file per format or data set."""

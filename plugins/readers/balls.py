@@ -41,7 +41,7 @@ _MOST_ROWS = 10_000
 
 @dataclass(kw_only=True)
 class ReaderBalls:
-    """Balls dropped from a bridge and filmed from the side; one log for each ball, two drops each.
+    """Falling-ball videos: balls dropped from a bridge; one log per ball, two drops each.
 
     Channels:
         ``position_z``, height over the ground; the drops are segments 0 and 1.
@@ -83,7 +83,7 @@ class ReaderBalls:
 
 
 def read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Return the filled rows of every sheet, header first.
+    """Return the rows of every sheet that are not empty, header first.
 
     Raises:
         LogError: the file is not a spreadsheet of bearable size.
@@ -117,7 +117,7 @@ def _filled(sheet: Any) -> list[tuple[Any, ...]]:
 
 
 def read_weights(path: Path) -> dict[str, tuple[float, float]]:
-    """Return weight [kg] and circumference [m] by ball; balls without figures are left out.
+    """Return mass [kg] and circumference [m] by ball; balls without measurements are left out.
 
     Raises:
         LogError: the file cannot be read.

@@ -13,7 +13,7 @@ from seals.logs.log import Log
 
 @dataclass(kw_only=True)
 class ReaderCsv:
-    """Any CSV table: which column is which channel, in which unit, with which sign.
+    """CSV tables with a map of columns to channels, units and signs.
 
     Channels:
         Those of the column map.

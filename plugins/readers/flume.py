@@ -156,7 +156,7 @@ _FREQUENCY = {
 
 @dataclass(kw_only=True)
 class ReaderFlume:
-    """A floating ship section in regular waves, and the same waves without it; one log a run.
+    """Flume tests of a floating ship section in regular waves, and of the waves alone.
 
     Channels:
         ``wave_elevation_1, 2, 3, 4, 6`` (there is no probe 5) and ``wave_maker_position``; runs

@@ -1,4 +1,4 @@
-"""MCAP files as messages: records in the order of the file, chunks unpacked within bounds."""
+"""Bounded parser of MCAP files: messages in the order of the file."""
 
 from __future__ import annotations
 

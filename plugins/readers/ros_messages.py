@@ -1,4 +1,4 @@
-"""Messages of ROS 2 and of JSON topics as numbers: known types by themselves, others by a path."""
+"""Decoding of ROS 2 and JSON messages: known types automatically, others by a path."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ KNOWN: dict[str, dict[str, str]] = {
 
 
 def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
-    """Return a message as an object, or as plain data where it was written as JSON.
+    """Decode a message to an object, or to plain data for JSON.
 
     Types are those that ROS 2 ships. Definitions inside a recording are never used: the package
     that reads them would turn them into code and run it.

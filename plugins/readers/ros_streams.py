@@ -1,4 +1,4 @@
-"""Recorded messages as streams of samples: which topics count, and whose clock."""
+"""Conversion of recorded messages to sample streams: topics, fields, clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_MESSAGES = 5_000_000
 
 
 class Message(NamedTuple):
-    """One recorded message, not decoded yet; ``stamp`` [ns] is when it was recorded."""
+    """One recorded message, not yet decoded; ``stamp`` is its recording time [ns]."""
 
     topic: str
     kind: str

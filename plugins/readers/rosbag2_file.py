@@ -1,4 +1,4 @@
-"""rosbag2 recordings as messages: SQLite files read as data only, MCAP files as such."""
+"""Parser of rosbag2 recordings in SQLite or MCAP files."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _RPM = 2.0 * np.pi / 60.0
 
 @dataclass(kw_only=True)
 class ReaderUlog:
-    """Flight logs of PX4 (``.ulg``): known topics by themselves, any other field by the map.
+    """Flight logs of PX4 (``.ulg``): known topics automatically, other fields by a map.
 
     Channels:
         ``sensor_combined`` (else ``vehicle_angular_velocity``, ``vehicle_acceleration``),

@@ -1,4 +1,4 @@
-"""ULog files (PX4) as arrays: definitions, subscriptions and data messages within bounds.
+"""Bounded parser of ULog files (PX4).
 
 Layout: https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 """

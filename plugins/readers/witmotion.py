@@ -1,4 +1,4 @@
-"""Reader of the text files that WitMotion inertial sensors are recorded to."""
+"""Reader of text files recorded from WitMotion inertial sensors."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Sensors: what an instrument really reports."""
+"""Sensors: models of instruments with noise, bias, delay and rate."""

@@ -1,4 +1,4 @@
-"""Meter of the battery's voltage and current."""
+"""Battery voltage and current meter."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class SensorBatteryMeter(Instrument):
     )
 
     def bind(self, outfit: RobotEquipment) -> None:
-        """Make sure that there is a battery.
+        """Refuse a robot without a battery.
 
         Raises:
             ConfigError: the robot has none.
@@ -87,7 +87,7 @@ class SensorBatteryMeter(Instrument):
         return seen, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of both."""
+        """Return the error models of voltage and current."""
         volts = Noise(sigma=self.voltage_noise, bias=self.voltage_bias, step=self.voltage_step)
         amperes = Noise(
             sigma=self.current_noise,

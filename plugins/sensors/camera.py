@@ -1,4 +1,4 @@
-"""Camera: colour, depth, parts and normals of what stands before a link."""
+"""Camera: images of colour, depth, parts and normals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NGUYEN = "Nguyen, Izadi and Lovell 2012, 3DIMPVT, eq. 1, with its parabola begu
 
 @dataclass(kw_only=True)
 class SensorCamera(MountedSensor):
-    """A pinhole camera with depth: it looks along x of its own axes, z up in the picture.
+    """Pinhole camera with depth; it looks along its x axis, z is up in the image.
 
     Equation:
         A point at (x, y, z) in optical axes (right, down, ahead) appears in column
@@ -101,17 +101,17 @@ class SensorCamera(MountedSensor):
         )
 
     def channels(self) -> dict[str, int]:
-        """Return the channels: the number of the picture, which is kept beside the log."""
+        """Return the channels: the image number; images are stored next to the log."""
         return {"picture": 1}
 
     def start(self, rng: np.random.Generator) -> Any:
-        """Return the memory: the number of the next picture."""
+        """Return the initial state: the number of the next image."""
         return 0
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
-        """Take a picture when due, where there is a scene to see; return its number."""
+        """Render an image when due and a scene exists; return its number."""
         if not due:
             return None, memory
         if felt.camera is not None:

@@ -139,7 +139,7 @@ class SensorDvl(Instrument):
         }
 
     def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
-        """Return the velocity, where three beams give it."""
+        """Return the velocity, where at least three beams return."""
         speeds, ranges = seen[BEAM], seen[RANGE]
         heard = np.isfinite(speeds)
         out = {BEAM: speeds, RANGE: ranges, "velocity_valid": np.array([0.0])}
@@ -154,7 +154,7 @@ class SensorDvl(Instrument):
         return {**out, "velocity": velocity, "velocity_valid": np.ones(1), "dvl_altitude": altitude}
 
     def sigmas(self) -> dict[str, float]:
-        """Return the deviations of the white noise; that of the velocity is the largest axis."""
+        """Return the standard deviations of the white noise, for the velocity the largest axis."""
         each = np.sqrt(np.diag(np.linalg.inv(self._beams.T @ self._beams)))
         ranges = self.range_noise * self.farthest
         return {BEAM: self.noise, RANGE: ranges, "velocity": self.noise * float(each.max())}

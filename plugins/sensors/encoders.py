@@ -1,4 +1,4 @@
-"""Encoders of the joints."""
+"""Joint encoders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.sensors.protocol import SensorInput
 
 @dataclass(kw_only=True)
 class SensorEncoders(Instrument):
-    """Joint positions in whole counts, on the link's side of the gears.
+    """Joint encoders: positions in whole counts, measured on the link side of the gear.
 
     Equation:
         joint_position = q + bias + noise, rounded to whole steps.
@@ -85,6 +85,6 @@ class SensorEncoders(Instrument):
         return {"joint_position": np.asarray(felt.board.joints())[self._columns]}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the positions."""
+        """Return the error models of the positions."""
         law = Noise(sigma=self.noise, bias=self.bias, step=self.resolution)
         return {"joint_position": law}

@@ -19,7 +19,7 @@ _CEP = "u-blox M8 data sheet: 2.5 m CEP, most of it slow"
 
 @dataclass(kw_only=True)
 class SensorGps(Instrument):
-    """Position and velocity of the antenna in the world; silent while it is under water.
+    """Satellite navigation: position and velocity of the antenna; no readings under water.
 
     Equation:
         gps_position = p + bias + d + noise, with d a first-order Gauss-Markov process for each
@@ -88,7 +88,7 @@ class SensorGps(Instrument):
         return {"gps_position": 3, "gps_velocity": 3}
 
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
-        """Return where the antenna is and how it moves; ``own`` is when it was last under water."""
+        """Return position and velocity of the antenna, and the time it was last under water."""
         if felt.around.wet(felt.time, felt.position):
             return None, felt.time
         if own is not None and felt.time - own < self.acquire:
@@ -96,7 +96,7 @@ class SensorGps(Instrument):
         return {"gps_position": felt.position, "gps_velocity": felt.rotation @ felt.velocity}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of position and velocity."""
+        """Return the error models of position and velocity."""
         place = Noise(
             sigma=np.array([self.noise, self.noise, self.noise_up]),
             bias=np.asarray(self.bias, dtype=float),

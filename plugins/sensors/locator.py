@@ -1,4 +1,4 @@
-"""Locator: where another body of the scene is, as a camera with a detector would report it."""
+"""Locator: relative position of another body, like a camera with an object detector."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.sensors.protocol import SensorInput
 
 @dataclass(kw_only=True)
 class SensorLocator(MountedSensor):
-    """Place of another body relative to a link, link axes.
+    """Position of another body relative to a link, link axes.
 
     Equation:
         offset = R_WL^T (p_target - p_link) + sigma |offset| n, n standard normal in three
@@ -62,7 +62,7 @@ class SensorLocator(MountedSensor):
         return {"offset": 3, "seen": 1}
 
     def start(self, rng: np.random.Generator) -> Any:
-        """Return the memory: none."""
+        """Return an empty state."""
         return ()
 
     def sense(

@@ -17,7 +17,7 @@ from seals.sensors.protocol import SensorInput
 
 @dataclass(kw_only=True)
 class SensorMagnetometer(Instrument):
-    """Magnetic field of the Earth in the sensor's axes, with the iron of the robot.
+    """Magnetometer: field of the Earth in sensor axes, with scale error and hard iron.
 
     Equation:
         magnetic_field = (R_WS^T B) (1 + gain_error) + hard_iron + noise.
@@ -80,7 +80,7 @@ class SensorMagnetometer(Instrument):
         return {"magnetic_field": self._field @ felt.rotation}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the field."""
+        """Return the error models of the field."""
         law = Noise(
             sigma=self.noise,
             gain=self.gain_error,

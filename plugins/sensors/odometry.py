@@ -1,4 +1,4 @@
-"""Pose and velocity as a localisation reports them: noisy, at a rate of its own."""
+"""Odometry: noisy pose and velocity at a rate of its own."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SIGMA: dict[str, Any] = {"tolerance": 0.3, "relative": True}
 
 @dataclass(kw_only=True)
 class SensorOdometry(MountedSensor):
-    """Position, attitude, velocity and rates of a link, as motion capture or odometry give them.
+    """Pose and twist of a link, as motion capture or odometry report them.
 
     Equation:
         estimated_position = p + n_p; estimated_velocity = v + n_v in link axes;
@@ -70,7 +70,7 @@ class SensorOdometry(MountedSensor):
         return {POSITION: 3, ORIENTATION: 4, VELOCITY: 3, SPIN: 3}
 
     def start(self, rng: np.random.Generator) -> Any:
-        """Return nothing: white noise has no memory."""
+        """Return an empty state: white noise has no memory."""
         return None
 
     def sense(

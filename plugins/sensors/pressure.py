@@ -1,4 +1,4 @@
-"""Pressure sensor, which gives the depth."""
+"""Pressure sensor of the depth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.sensors.protocol import SensorInput
 
 @dataclass(kw_only=True)
 class SensorPressure(Instrument):
-    """Pressure of the water above that of the air, and the depth that follows from it.
+    """Water pressure above that of the air, and the depth computed from it.
 
     Equation:
         p = integral of rho (g + a_z) from the port to the local surface, a_z the vertical
@@ -92,7 +92,7 @@ class SensorPressure(Instrument):
         return {"pressure": np.array([felt.around.pressure(felt.time, felt.position)])}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the pressure."""
+        """Return the error models of the pressure."""
         law = Noise(
             sigma=self.noise,
             bias=self.bias,
@@ -105,11 +105,11 @@ class SensorPressure(Instrument):
         return {"pressure": law}
 
     def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
-        """Return pressure and, unless the port may be in air, depth."""
+        """Return the pressure, and the depth unless the port may be in air."""
         depth = seen["pressure"] / (self.density * self.gravity)
         return {**seen, "depth": depth} if depth[0] >= self.shallowest else dict(seen)
 
     def sigmas(self) -> dict[str, float]:
-        """Return the deviations by noise and quantisation."""
+        """Return the standard deviations by noise and quantisation."""
         spread = self._noise["pressure"].spread
         return {"pressure": spread, "depth": spread / (self.density * self.gravity)}

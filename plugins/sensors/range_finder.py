@@ -110,7 +110,7 @@ class SensorRangeFinder(Instrument):
         return {"range": np.array([way]), "range_valid": np.ones(1)}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the range."""
+        """Return the error models of the range."""
         law = Noise(
             sigma=self.noise,
             share=self.noise_share,

@@ -1,4 +1,4 @@
-"""Speeds of the rotors, as speed controllers report them."""
+"""Rotor speeds, as electronic speed controllers report them."""
 
 from __future__ import annotations
 
@@ -85,6 +85,6 @@ class SensorRotorSpeed(Instrument):
         return {"rotor_speed": np.asarray(felt.board.rotors(), dtype=float)}, own
 
     def noise_laws(self) -> Mapping[str, Noise]:
-        """Return the errors of the speeds."""
+        """Return the error models of the speeds."""
         law = Noise(sigma=self.noise, bias=self.bias, gain=self.gain_error, step=self.resolution)
         return {"rotor_speed": law}

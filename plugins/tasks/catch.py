@@ -1,4 +1,4 @@
-"""Search and catch: find an animal on the bottom, grip it and lift it out of the water."""
+"""Task catch: find an animal on the bottom, grip it and lift it out of the water."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class TaskCatch(TaskReach):
     _pads = 0
 
     def bind(self, robot: RobotModel) -> None:
-        """Find hand and posture.
+        """Look up hand and held joint positions of the robot.
 
         Raises:
             ConfigError: the robot has no gripper with tips.
@@ -104,12 +104,12 @@ class TaskCatch(TaskReach):
 
     @property
     def knows(self) -> tuple[str, ...]:
-        """Grip, touch and the level of the water."""
+        """Quantities that observations use: grip, contact and water level."""
         return ("grip", "closed", "touch", "level")
 
     @property
     def action_names(self) -> tuple[str, ...]:
-        """Velocity of the body in shares of ``speed``, rate of the grip in shares of closing."""
+        """Names of the actions: body velocity relative to ``speed``, and rate of the grip."""
         return ("velocity_x", "velocity_y", "velocity_z", "grip")
 
     @property
@@ -122,7 +122,7 @@ class TaskCatch(TaskReach):
         return (*first, *_OWN, *rest, *(f"last_{name}" for name in self.action_names))
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
-        """Return starts, and place and heading of the animal."""
+        """Return random starts, and position and heading of the animal."""
         start = rng.uniform(self.start_low, self.start_high, (count, 3))
         place = rng.uniform(self.target_low[:2], self.target_high[:2], (count, 2))
         yaw = rng.uniform(-math.pi, math.pi, (count, 1))
@@ -134,7 +134,7 @@ class TaskCatch(TaskReach):
         return {self.object: goal[0]}
 
     def aim(self, action: Array, now: Instant) -> Reference:
-        """Return the wanted velocity and grip."""
+        """Return the wanted velocity and grip of an action."""
         velocity, yaw = self.command(action, now)
         facts = now.facts
         grip = float(facts["grip"][0, 0] + action[0, 3] / (self.rate * self.closing))
@@ -188,7 +188,7 @@ class TaskCatch(TaskReach):
         return super().distance(now)
 
     def stages(self, now: Instant) -> Array:
-        """Return how far the catch is: nearness, grip, height, from -2 to 6, shape (N,)."""
+        """Return the progress of the catch: nearness, grip, height, from -2 to 6, shape (N,)."""
         xp = namespace(now.position)
         away = self.reached(now)
         close = near(away, self.grasp)
@@ -203,7 +203,7 @@ class TaskCatch(TaskReach):
         )
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return rewards (N,) of a step and the new memory."""
+        """Return the rewards of a step, shape (N,), and the new state."""
         xp = namespace(now.position)
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:

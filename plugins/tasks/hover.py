@@ -1,4 +1,4 @@
-"""Hover: hold the body at a place in the air, against wind and whatever else there is."""
+"""Task hover: hold the body at a position in air or water against disturbances."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BOX = (-1e4, 1e4)
 
 @dataclass(kw_only=True)
 class TaskHover(TaskReach):
-    """Come to a place and hold the body, not the hand, there.
+    """Task: move the body to a position and hold it there.
 
     Args:
         hold: for how long the body must be within the distance [s].
@@ -47,7 +47,7 @@ class TaskHover(TaskReach):
 
 @dataclass(kw_only=True)
 class TaskStation(TaskHover):
-    """Hold a submerged vehicle at a place, from any heading, in current and waves.
+    """Task: hold a submerged vehicle at a position in current and waves, from any heading.
 
     Args:
         duration: of an episode [s].
@@ -76,6 +76,6 @@ class TaskStation(TaskHover):
     target_high: list[float] = vector((0.0, 0.0, -2.0), "m", bounds=_BOX, source="chosen: wet")
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
-        """Return starts with any heading; the heading that is asked for is zero."""
+        """Return random starts with any heading; the wanted heading is zero."""
         yaw = rng.uniform(-np.pi, np.pi, (count, 1))
         return super().draw(rng, count)._replace(yaw=yaw)

@@ -27,7 +27,7 @@ class ObservationKind(enum.Enum):
 
 
 def names_of(sight: ObservationKind, actions: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the numbers of an observation."""
+    """Return the names of the components of an observation."""
     if sight is ObservationKind.paper:
         poses = [f"{who}_{k}" for who in ("robot", "target") for k in _POSE]
         return (*poses, *_VELOCITY)

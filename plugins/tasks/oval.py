@@ -1,4 +1,4 @@
-"""Oval: follow a target around an ellipse, half of it under water."""
+"""Task oval: follow a target around a vertical ellipse, half of it under water."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class TaskOval(TaskHover):
-    """Stay with a target that goes around a vertical ellipse about the water surface.
+    """Task: follow a target around a vertical ellipse centred on the water surface.
 
     Equation:
         p = (length / 2 sin a, 0, height / 2 cos a), a = 2 pi time / period; the robot starts near
@@ -56,14 +56,14 @@ class TaskOval(TaskHover):
     )
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
-        """Return starts within 0.2 m of the top."""
+        """Return random starts within 0.2 m of the topmost point."""
         top = np.array([0.0, 0.0, 0.5 * self.height])
         start = top + rng.uniform(-0.2, 0.2, (count, 3))
         still = np.zeros((count, 3))
         return Draw(start, still[:, :1], still, np.zeros((count, 1)))
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
-        """Return place and velocity on the ellipse."""
+        """Return position and velocity of the target on the ellipse."""
         xp = namespace(time)
         rate = 2.0 * math.pi / self.period
         sine, cosine, still = xp.sin(rate * time), xp.cos(rate * time), time * 0.0
@@ -72,7 +72,7 @@ class TaskOval(TaskHover):
         return place, rate * xp.concat((wide * cosine, still, -high * sine), axis=1)
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Return the target's velocity and a share of the way to it."""
+        """Scripted policy: target velocity plus proportional position error."""
         xp = namespace(now.position)
         follow = now.target_velocity / self.speed
         wanted = super().scripted_policy(now) + follow

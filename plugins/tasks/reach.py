@@ -1,4 +1,4 @@
-"""Reach: bring the hand to a place in the air or under water."""
+"""Task reach: move the hand to a position in air or under water."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _BOX = (-1e4, 1e4)
 
 @dataclass(kw_only=True)
 class TaskReach(Task):
-    """Fly or dive until the hand is at the target, and stay there; actions are velocities.
+    """Task: move until the hand is at the target, and hold it; actions are velocities.
 
     Args:
         rate: control steps a second [Hz].
@@ -120,7 +120,7 @@ class TaskReach(Task):
                 )
 
     def bind(self, robot: RobotModel) -> None:
-        """Find the posture: arms as given or straight, grippers open.
+        """Set the held posture: arms as given or straight, grippers open.
 
         Raises:
             ConfigError: the number of joint values does not fit.
@@ -142,7 +142,7 @@ class TaskReach(Task):
 
     @property
     def action_names(self) -> tuple[str, ...]:
-        """Velocity of the body, world axes, in shares of ``speed``."""
+        """Names of the actions: body velocity in world axes, relative to ``speed``."""
         return ("velocity_x", "velocity_y", "velocity_z")
 
     @property
@@ -151,7 +151,7 @@ class TaskReach(Task):
         return names_of(self.sight, self.action_names)
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
-        """Return starts and targets, uniform in their boxes."""
+        """Return random starts and targets, uniform in their boxes."""
         start = rng.uniform(self.start_low, self.start_high, (count, 3))
         target = rng.uniform(self.target_low, self.target_high, (count, 3))
         if self.clearance > 0.0:
@@ -190,11 +190,11 @@ class TaskReach(Task):
         return length(now.target - self.place(now))
 
     def way(self, now: Instant) -> Array:
-        """Return the way of the hand to the target, were the body level [m], shape (N, 3)."""
+        """Return the vector from the hand to the target with the body level [m], shape (N, 3)."""
         return now.target - now.position - level_hand_offset(now._replace(tool=self.place(now)))
 
     def lacking(self, now: Instant) -> Array:
-        """Return the larger distance of hand and level hand, which rewards count [m], shape (N,).
+        """Return the larger target distance of hand and level hand, for rewards [m], shape (N,).
 
         Of the hand alone, a body would gain by leaning it to the target; of the level hand alone,
         it might swing as it likes.
@@ -206,7 +206,7 @@ class TaskReach(Task):
         return now.tool
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return rewards (N,) of a step and the new memory."""
+        """Return the rewards of a step, shape (N,), and the new state."""
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
@@ -218,7 +218,7 @@ class TaskReach(Task):
         return bonus - away - cost, memory
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return never: a robot may always try until the time is over, or until it succeeded."""
+        """Return False: no episode ends early by failure."""
         return now.time[:, 0] < 0.0
 
     @property
@@ -227,7 +227,7 @@ class TaskReach(Task):
         return self.ends or self.reward_form is Reward.paper
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Return a velocity of the level hand to the target, slower the nearer, shape (N, 3)."""
+        """Scripted policy: velocity towards the target, slower near it, shape (N, 3)."""
         xp = namespace(now.position)
         wanted = self.way(now) * (EXPERT_GAIN / self.speed)
         one = wanted * 0.0 + 1.0

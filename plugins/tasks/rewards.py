@@ -1,4 +1,4 @@
-"""Rewards of reaching: the paper's, and better-scaled ones."""
+"""Reward forms of reaching tasks: that of the paper, shaped, progress, none."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Reward(enum.Enum):
 
 
 class Judged(Protocol):
-    """Protocol of a task with a choice of rewards, and the parameters of the paper's."""
+    """Interface of a task with selectable reward form."""
 
     reward_form: Reward
     success_distance: float
@@ -41,7 +41,7 @@ class Judged(Protocol):
 def unshaped(
     task: Judged, now: Instant, distance: Array, memory: Array
 ) -> tuple[Array, Array] | None:
-    """Return no reward or the paper's (N,) with the new memory, or None for the task's own.
+    """Return rewards (N,) and state of a form common to all tasks, or None for a task's own form.
 
     Args:
         task: which is asked for.
@@ -69,7 +69,7 @@ def unshaped(
 def paper_reward(
     distance: Array, speed: Array, memory: Array, *, close: float, fastest: float, patience: float
 ) -> tuple[Array, Array]:
-    """Return the reward of the paper's appendix, shape (N,), and the new memory.
+    """Return the reward of the paper's appendix, shape (N,), and the new state.
 
     Equation:
         exp(-d) outside 1 m; 1 / d inside; 1000 / d_t within d_t; -5 above the largest speed;
@@ -104,6 +104,6 @@ def length(vectors: Array) -> Array:
 
 
 def near(distance: Array, width: float) -> Array:
-    """Return a bonus that is 1 at the target and falls over ``width`` [m], shape (N,)."""
+    """Return a bonus, 1 at the target and decaying over ``width`` [m], shape (N,)."""
     xp = namespace(distance)
     return xp.exp(-((distance / width) ** 2))

@@ -1,4 +1,4 @@
-"""A scripted walker: the parameters of a gait that lead to a target."""
+"""Scripted walking policy: gait parameters that lead to a target."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def yaw_of(now: Instant) -> Array:
 
 
 def over_ground(now: Instant) -> tuple[Array, Array]:
-    """Return the way to the target, heading axes [m] (N, 2), and its length (N, 1)."""
+    """Return the horizontal vector to the target, heading axes [m] (N, 2), and its length."""
     xp = namespace(now.position)
     heading = yaw_of(now)
     c, s = xp.cos(heading), xp.sin(heading)
@@ -62,7 +62,7 @@ def over_ground(now: Instant) -> tuple[Array, Array]:
 def scripted(
     steps: Steps, ranges: Mapping[str, tuple[float, float]], way: Array, far: Array
 ) -> Array:
-    """Return actions: straight to the target, turning the leading side to it, slower near it.
+    """Return actions that walk straight to the target with the leading side ahead.
 
     Args:
         steps: of the task.

@@ -1,4 +1,4 @@
-"""Walk to a target: the actions are how to step, some times a second."""
+"""Task walk: walk to a target; actions are gait parameters at a low rate."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _manners() -> dict[str, Any]:
 
 @dataclass(kw_only=True)
 class TaskWalk(Task):
-    """Walk to a target from any place around it; actions are parameters of a gait.
+    """Task: walk to a target from any direction; actions are gait parameters.
 
     An action sets the velocity of the body, its rate of turn, and how the legs step, each from its
     least to its largest value. The gait must turn as it is told: ``controller.facing=aim`` and
@@ -131,7 +131,7 @@ class TaskWalk(Task):
                 )
 
     def bind(self, robot: RobotModel) -> None:
-        """Find the legs.
+        """Look up the legs of the robot.
 
         Raises:
             ConfigError: the robot has none.
@@ -147,28 +147,28 @@ class TaskWalk(Task):
 
     @property
     def posture(self) -> Floats:
-        """The stance: values of all joints at the start [rad], shape (J,)."""
+        """Joint positions of the stance at the start [rad], shape (J,)."""
         return self._posture
 
     @property
     def knows(self) -> tuple[str, ...]:
-        """Phases, power and slip of the legs."""
+        """Quantities that observations use: phases, power and slip of the legs."""
         return ("phase", "power", "slip")
 
     @property
     def action_names(self) -> tuple[str, ...]:
-        """Velocity in body axes, rate of turn, and the manner of stepping."""
+        """Names of the actions: body velocity, yaw rate, and gait parameters."""
         return ("ahead", "aside", "turn", *self.manner)
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """Target, velocity, spin and lean in body axes, phases of the legs, the last action."""
+        """Names of the observations: target, twist, tilt in body axes, leg phases, last action."""
         legs = self._names
         phases = (f"{f}_{leg}" for f in ("cos", "sin") for leg in legs)
         return (*_BODY, *_TURN, *phases, *(f"last_{name}" for name in self.action_names))
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
-        """Return starts on a ring about the target, with any heading."""
+        """Return random starts on a ring about the target, with any heading."""
         way, yaw = rng.uniform(-math.pi, math.pi, (2, count, 1))
         far = rng.uniform(self.nearest, self.farthest, (count, 1))
         place = np.asarray(self.goal, dtype=float)
@@ -178,7 +178,7 @@ class TaskWalk(Task):
         return Draw(start, yaw, np.zeros((count, 3)), goal)
 
     def places(self, goal: Floats) -> Mapping[str, Floats]:
-        """Return nothing: the target is a place."""
+        """Return an empty mapping: the target is a fixed position."""
         return {}
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
@@ -186,7 +186,7 @@ class TaskWalk(Task):
         return goal, goal * 0.0
 
     def aim(self, action: Array, now: Instant) -> Reference:
-        """Return velocity, turn and manner of stepping."""
+        """Return velocity, yaw rate and gait parameters of an action."""
         velocity, yaw = self.command(action, now)
         shares = 0.5 * (1.0 + action[0, 3:])
         manner = {
@@ -213,11 +213,11 @@ class TaskWalk(Task):
         return xp.concat((away, far, own, *turn, now.action), axis=1)
 
     def distance(self, now: Instant) -> Array:
-        """Return the distance over the ground [m], shape (N,)."""
+        """Return the horizontal distance to the target [m], shape (N,)."""
         return over_ground(now)[1][:, 0]
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return rewards (N,) of a step and the new memory."""
+        """Return the rewards of a step, shape (N,), and the new state."""
         xp = namespace(now.position)
         far = self.distance(now)
         given = unshaped(self, now, far, memory)
@@ -247,7 +247,7 @@ class TaskWalk(Task):
         return now.rotation[:, 2, 2] < self.fallen
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Return the scripted gait: turn one side to the target, then walk straight."""
+        """Scripted policy: turn the leading side to the target, then walk straight."""
         steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
         return scripted(steps, ranges, *over_ground(now))

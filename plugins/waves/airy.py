@@ -1,4 +1,4 @@
-"""One regular wave of small steepness on deep water."""
+"""Airy wave: one regular wave of small steepness on deep water."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _SHORTEST, _LONGEST, _FINEST = 0.5, 6.0, 0.005
 
 @dataclass(kw_only=True)
 class WaveAiry:
-    """Regular deep-water wave: it moves the surface and the water about a hull.
+    """Airy wave on deep water: elevation, velocity and acceleration of the water.
 
     Equation:
         eta = a cos(theta), theta = k (x cos b + y sin b) - 2 pi t/P + phi, k = (2 pi/P)^2/g;
@@ -92,7 +92,7 @@ class WaveAiry:
 
     @classmethod
     def additions(cls, subject: Subject) -> list[Addition]:
-        """Return the waves, and what takes the moment of their push off a hull's origin."""
+        """Return the candidate waves, with the moment of the wave force about the link origin."""
         if not subject.has_water:
             return []
         order, bounds = (Stage.water, 0, 5), {"period": (0.3, 20.0), "amplitude": (0.0, 2.0)}
@@ -116,22 +116,22 @@ class WaveAiry:
 
     @classmethod
     def of_log(cls, **parameters: float) -> WaveAiry:
-        """Return the waves that a log means by these parameters: with second-order crests."""
+        """Return the waves that a log states by these parameters, with second-order crests."""
         return cls(**parameters, second_order=True)
 
     @staticmethod
     def beside() -> dict[str, Effect]:
-        """Return what goes with the waves of a log by instance: their push acts on the origin."""
+        """Return the effects that accompany the waves of a log: their force acts on the origin."""
         return {"wave_moment": WaveMoment()}
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:
-        """Return the waves that fit the residual force best."""
+        """Return starting values: the waves that fit the residual force best."""
         return _guessed(residual)
 
     @staticmethod
     def plausible(position: Floats) -> dict[str, float]:
-        """Return a small wave."""
+        """Return plausible parameters: a small wave."""
         return {"amplitude": 0.03, "period": 2.0, "direction": 0.5, "phase": 0.3}
 
     def __post_init__(self) -> None:
@@ -161,7 +161,7 @@ class WaveAiry:
         return self.wavenumber * along - omega * time[:, 0] + self.phase
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:
-        """Return how far the water is from where it would rest [m], shape (N, 3)."""
+        """Return the displacement of the water from its rest position [m], shape (N, 3)."""
         xp = namespace(position)
         (east, north), k = _heading(self.direction), self.wavenumber
         theta = self._angle(position, time)

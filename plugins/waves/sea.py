@@ -1,4 +1,4 @@
-"""A sum of linear waves on water of any depth: a regular one, or an irregular sea."""
+"""Linear waves on water of any depth: one regular wave, or an irregular sea."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Spectrum(enum.Enum):
 
 @dataclass(kw_only=True)
 class WaveSea:
-    """A sea of linear waves that run in one direction, on water of any depth.
+    """Sum of linear waves in one direction on water of any depth.
 
     Equation:
         eta = sum a_i cos(theta_i), theta_i = k_i (x cos b + y sin b) - w_i t + phi_i,
@@ -157,7 +157,7 @@ class WaveSea:
         )
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:
-        """Return how far the water is from where it would rest [m], shape (N, 3)."""
+        """Return the displacement of the water from its rest position [m], shape (N, 3)."""
         xp = namespace(position)
         k, amplitude = as_like(self._k, position), as_like(self._amplitude, position)
         cosine, sine = self._turned(position, time)

@@ -1,4 +1,4 @@
-"""A flat surface at rest."""
+"""Still water: a flat surface at rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.environment.waves import Sea
 
 @dataclass(kw_only=True)
 class WaveStill:
-    """Flat water at the mean level.
+    """Still water at the mean level.
 
     Equation:
         eta = 0.

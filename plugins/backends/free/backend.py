@@ -1,4 +1,4 @@
-"""The scene of bodies that touch nothing."""
+"""Backend ``free``: scene of robots without contacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.robot.model import RobotModel
 
 @dataclass(kw_only=True)
 class BackendFree:
-    """Rigid bodies with joints and servos by SEALS' own equations, without contacts.
+    """Rigid bodies with joints and servos by the equations of SEALS, without contacts.
 
     Equation:
         (sum J^T (I + A) J) a = forces, see `seals.multibody.equations`; velocities half a step back
@@ -77,7 +77,7 @@ class BackendFree:
             body.restore(kept)
 
     def store(self, path: Path) -> Any:
-        """Write nothing but an empty mark; return the states, which are all there is."""
+        """Write an empty marker file; return the states, which need no file."""
         path.write_bytes(b"")
         return self.snapshot()
 

@@ -45,7 +45,7 @@ STRAY = 0.05
 
 
 class FreeBody(BodyOptions):
-    """A robot that touches nothing; it takes joint drives implicitly.
+    """Robot in free motion; joint drives are integrated implicitly.
 
     Args:
         robot: the robot.
@@ -71,7 +71,7 @@ class FreeBody(BodyOptions):
         self._limits = robot.lower - STRAY, robot.upper + STRAY
 
     def reset(self, configuration: Configuration) -> None:
-        """Place the robot; memory of earlier steps is forgotten."""
+        """Set the state of the robot and clear the memory of earlier steps."""
         c = Configuration(*(np.array(x, dtype=float) for x in configuration))
         speed = (
             np.concatenate([c.velocity, c.angular_velocity, c.joint_velocity])
@@ -84,15 +84,15 @@ class FreeBody(BodyOptions):
         self._state, self._poses = state, None
 
     def snapshot(self) -> State:
-        """Return the state; it is replaced, never written to."""
+        """Return the state, which is immutable."""
         return self._state
 
     def restore(self, kept: State) -> None:
-        """Put a state back."""
+        """Restore a state."""
         self._set(kept)
 
     def read(self) -> Configuration:
-        """Return where the robot is and how it moves."""
+        """Return pose, velocity and joint state of the robot."""
         s = self._state
         still = np.zeros(3)
         now = s.speed.now
@@ -117,7 +117,7 @@ class FreeBody(BodyOptions):
         return self._state.joints
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
-        """Find the generalised acceleration of the next step."""
+        """Compute the generalised acceleration of the next step."""
         d = dynamics
         total = self._assembly.total_inertia(d.found, 1)
         bias = d.kinematics.bias(d.moving)
@@ -134,7 +134,7 @@ class FreeBody(BodyOptions):
             self._change = driven(matrix, right, acting.drive, acting.gain)[0][0]
 
     def advance(self, step: float) -> None:
-        """Move by one step.
+        """Advance by one step.
 
         Raises:
             PhysicsError: the motion is not finite, or the robot has reached the ground.

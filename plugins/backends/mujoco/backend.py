@@ -1,4 +1,4 @@
-"""The scene: engine settings, ground, stepping, snapshots."""
+"""MuJoCo backend: opening of a scene, ground, stepping, snapshots."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class BackendMujoco:
             body.after_step(self.step)
 
     def snapshot(self) -> Any:
-        """Return the engine's own state and the middle velocities."""
+        """Return the state of the engine and the half-step velocities."""
         return self._opened.state(), [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
@@ -91,7 +91,7 @@ class BackendMujoco:
             body.restore(kept)
 
     def store(self, path: Path) -> Any:
-        """Write nothing but an empty mark; return the states, which are all there is."""
+        """Write an empty marker file; return the states, which need no file."""
         path.write_bytes(b"")
         return self.snapshot()
 

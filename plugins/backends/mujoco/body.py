@@ -1,4 +1,4 @@
-"""One robot in MuJoCo: the engine calls that the coupling makes."""
+"""One robot in MuJoCo: access of the coupling to the engine."""
 
 from __future__ import annotations
 
@@ -164,11 +164,11 @@ class MujocoBody:
         self._inertia = inertia
 
     def drive_joints(self, drive: ImplicitDrive | None) -> None:
-        """Let joint drives act over the next step."""
+        """Set the joint drives that act over the next step."""
         self._drive = drive
 
     def drive_forces(self) -> Floats:
-        """Return the drives' forces on the joints over the last step, less their armature's."""
+        """Return the drive forces on the joints over the last step, less those on the armature."""
         if self._drive is None:
             return np.zeros_like(self._pull)
         forces: Floats = self._pull - self._drive.armature * self._qacc.take(self._dofs)
@@ -195,7 +195,7 @@ class MujocoBody:
         return added
 
     def saturate(self) -> bool:
-        """Hold drives that went beyond their limits; return whether any did."""
+        """Limit drives that exceed their largest force; return whether any did."""
         if self._drive is None:
             return False
         drive, gain = self._drive.drive, self._drive.gain[0]
@@ -214,7 +214,7 @@ class MujocoBody:
         return True
 
     def contacts(self) -> MujocoContacts | None:
-        """Return what touched the robot in the last step."""
+        """Return the contacts of the robot in the last step."""
         d = self._scene.data
         if d.ncon == 0:
             return None

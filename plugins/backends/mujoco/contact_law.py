@@ -1,4 +1,4 @@
-"""MuJoCo's contact and stop parameters from coefficients and the time step."""
+"""MuJoCo's contact and joint-limit parameters from surface coefficients and the time step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def impedance() -> list[float]:
 
 
 def reference(step: float, restitution: float = 0.0) -> list[float]:
-    """Return the engine's ``solref`` of a constraint that ends an approach within one step.
+    """Return the engine's ``solref`` of a constraint that stops an approach within one step.
 
     Equation:
         The engine aims at the acceleration a = -b v - k r. With b = (1 + e) / h the velocity after

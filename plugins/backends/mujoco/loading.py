@@ -1,4 +1,4 @@
-"""Writes a robot into MuJoCo's model description, from what the robot model has read."""
+"""Conversion of a robot model to MuJoCo's model description."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def describe(engine: Any, spec: Any, robot: RobotModel, number: int, step: float
 
 
 def limits(robot: RobotModel) -> Floats:
-    """Return the stops of all joints [rad or m], shape (J, 2)."""
+    """Return the limits of all joints [rad or m], shape (J, 2)."""
     return np.stack((robot.lower, robot.upper), axis=1)
 
 

@@ -1,4 +1,4 @@
-"""The engine's model and data: built when all robots are known, and stepped in stages."""
+"""MuJoCo model and data of a scene: built from all robots, stepped together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ARENA = 1 << 26
 
 
 class Stepped(Protocol):
-    """A robot whose inertia and forces enter the step."""
+    """Interface of a robot in the scene: binding, loads and drive limits of a step."""
 
     def bind(self) -> None:
         """Look up places in the compiled model."""
@@ -33,7 +33,7 @@ class Stepped(Protocol):
         ...
 
     def saturate(self) -> bool:
-        """Hold drives that went beyond their limits; return whether any did."""
+        """Limit drives that exceed their largest force; return whether any did."""
         ...
 
 
@@ -104,7 +104,7 @@ class Scene:
         return name, -1, True, surface
 
     def add(self, robot: RobotModel, body: Stepped) -> Description:
-        """Describe a robot, and what it touches with those that are there.
+        """Add a robot and its contact pairs with the shapes that are in the scene already.
 
         Raises:
             PhysicsError: the scene has been used already.
@@ -132,7 +132,7 @@ class Scene:
         return found
 
     def compile(self) -> None:
-        """Build model and data, with the robots' own masses.
+        """Compile model and data; set the robots' masses.
 
         Raises:
             PhysicsError: the engine refuses the scene.
@@ -159,7 +159,7 @@ class Scene:
             body.bind()
 
     def posed(self) -> None:
-        """Find the poses of all bodies, if positions have changed."""
+        """Update the poses of all bodies where positions have changed."""
         if self.stale:
             self.engine.mj_kinematics(self.model, self.data)
             self.stale = False
@@ -191,7 +191,7 @@ class Scene:
         self.stale = True
 
     def state(self) -> Floats:
-        """Return everything that the next step depends on."""
+        """Return the complete state of the engine."""
         self.compile()
         m = self.model
         state: Floats = np.zeros(self.engine.mj_stateSize(m, self._state_kind))
@@ -199,7 +199,7 @@ class Scene:
         return state
 
     def put_back(self, state: Floats) -> None:
-        """Put a state back.
+        """Restore a state of the engine.
 
         Raises:
             ValueError: it is not one of this scene.

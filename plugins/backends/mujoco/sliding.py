@@ -1,4 +1,4 @@
-"""Coulomb friction out of the engine's convex one: sliding bodies must not rise.
+"""Coulomb friction in MuJoCo: correction of its convex contact problem for sliding contacts.
 
 The engine's contact problem is convex because it lets a sliding contact open: the normal
 acceleration exceeds its reference by friction times that of the slip. Lowering the reference by
@@ -18,7 +18,7 @@ ENOUGH = 1e-3
 
 
 class Sliding:
-    """References of the normal accelerations of all contacts in one step.
+    """Correction of the reference normal accelerations of all contacts in one step.
 
     Equation:
         a_n >= r_n + |mu (a_t - r_t)| is what the engine solves (r: references, t: tangential,

@@ -21,7 +21,7 @@ _FIELDS = {
 
 
 def surfaces_of(robot: RobotModel) -> list[Surface]:
-    """Return the contact coefficients of every link: the model's, else its URDF's, else the usual.
+    """Return the contact coefficients of every link: stated in the model, else URDF, else default.
 
     Raises:
         RobotError: a coefficient in the URDF is no number.

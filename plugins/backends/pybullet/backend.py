@@ -1,4 +1,4 @@
-"""The scene: engine settings, ground, stepping, snapshots."""
+"""PyBullet backend: opening of a scene, ground, stepping, snapshots."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class BackendPybullet:
             body.after_step(self.step)
 
     def snapshot(self) -> Any:
-        """Return the engine's own state and the middle velocities."""
+        """Return the state of the engine and the half-step velocities."""
         state = self._saved()
         return state, [body.snapshot() for body in self._bodies]
 

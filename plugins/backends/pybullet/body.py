@@ -1,4 +1,4 @@
-"""One robot in PyBullet: the engine calls that the coupling makes."""
+"""One robot in PyBullet: access of the coupling to the engine."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ class PybulletBody:
         )
 
     def set_motors(self, speed: Floats, force: Floats) -> None:
-        """Let velocity motors act with largest forces."""
+        """Set velocity motors on the joints, with their largest forces."""
         self._p.setJointMotorControlArray(
             self.body,
             self._joints,
@@ -192,7 +192,7 @@ class PybulletBody:
         return np.array([self._states[k][_MOTOR_FORCE] for k in self._back])
 
     def contacts(self) -> PybulletContacts | None:
-        """Return what touched the robot in the last step."""
+        """Return the contacts of the robot in the last step."""
         points = self._p.getContactPoints(bodyA=self.body, physicsClientId=self._client)
         return PybulletContacts(points, self._row) if points else None
 

@@ -1,4 +1,4 @@
-"""Loads a robot into PyBullet and strips what the engine adds on its own."""
+"""Loading of a robot into PyBullet, without the engine's hidden damping and motors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.robot.model import RobotModel
 
 @dataclass(frozen=True, kw_only=True)
 class Loaded:
-    """A loaded robot.
+    """Identifiers of a robot's parts in PyBullet, and its principal axes.
 
     Args:
         body: PyBullet's number of the robot.
@@ -40,7 +40,7 @@ class Loaded:
 
 
 def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
-    """Load the URDF of a robot with its own inertias and no hidden damping.
+    """Load the URDF of a robot with the inertias of the file and no hidden damping.
 
     Raises:
         RobotError: PyBullet cannot load the file, or loads other links than the robot has.

@@ -1,4 +1,4 @@
-"""Link poses: read from PyBullet for moving links, composed from the carrier's for fixed ones."""
+"""Link poses: read from PyBullet for moving links, composed from the parent's for fixed ones."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Posing:
 
 
 def turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:
-    """A quaternion turned further by a small rotation vector in world axes [rad], order x y z w."""
+    """Return a quaternion (x y z w) rotated by a small rotation vector in world axes [rad]."""
     x, y, z, w = quaternion
     a, b, c = (0.5 * v for v in vector)
     # cos and sin(h)/h of the half angle h to fourth order: h is about 1e-5

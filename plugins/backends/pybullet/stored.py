@@ -1,4 +1,4 @@
-"""Return whether a stored scene is whole: the engine notices neither a full disk nor a cut file."""
+"""Check of a stored PyBullet scene for completeness, which the engine does not do."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LONG = b"-"
 
 
 def whole(path: Path) -> bool:
-    """Return whether the chunks of a stored scene fill its file, the last one included.
+    """Return whether the file of a stored scene contains all its chunks in full.
 
     A file is a head and chunks of name, length, pointer, type and count, each followed by as many
     bytes as it says.

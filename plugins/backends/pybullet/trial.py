@@ -1,4 +1,4 @@
-"""A try in a forked process of what may end in the death of its process."""
+"""Trial of native code in a forked process, which a crash may end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PATIENCE = 20
 
 
 def survived(attempt: Callable[[], object]) -> bool:
-    """Return whether a copy of this process comes through something.
+    """Return whether a call returns without crash or hang in a copy of this process.
 
     It keeps crashes and hangs of native code away from this process; it is no wall against code
     that was written to take over the copy. Where processes cannot be forked the answer is yes.

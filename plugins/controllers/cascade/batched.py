@@ -1,4 +1,4 @@
-"""The cascade over a batch of robots whose joints are held."""
+"""Cascade controller for a batch of robots whose joints are held."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 
 
 class BatchMemory(NamedTuple):
-    """Memory of the cascade for a batch; see `controller.CascadeState`.
+    """State of the cascade for a batch; see `controller.CascadeState`.
 
     Args:
         sum: of the velocity error, world axes [m], shape (B, 3).
@@ -34,7 +34,7 @@ class BatchMemory(NamedTuple):
 
 
 class CascadeBatch:
-    """The law of `Cascade` for aims of velocity alone, joints held, on any array library.
+    """Velocity control by the law of `Cascade`, joints held, on any array library.
 
     Args:
         settings: the cascade.
@@ -74,7 +74,7 @@ class CascadeBatch:
         self._gains = [tuple(as_like(np.atleast_2d(x), like) for x in pair) for pair in pairs]
 
     def start(self, batch: int) -> BatchMemory:
-        """Return zero sums."""
+        """Return zero integrators."""
         zero = as_like(np.zeros((batch, 3)), self._like)
         drive = as_like(np.zeros((batch, self._drives)), self._like)
         return BatchMemory(zero, zero, drive, drive[:, 0:1] + 1.0)
@@ -82,7 +82,7 @@ class CascadeBatch:
     def command(
         self, view: View, velocity: Array, yaw: Array, memory: BatchMemory
     ) -> tuple[Array, BatchMemory]:
-        """Return speeds of the rotors, shape (B, n), and the new memory."""
+        """Return rotor speeds, shape (B, n), and the new state."""
         xp = namespace(velocity)
         wet = view.submersion
         gains = Gains(*(air + wet * (water - air) for air, water in self._gains))
@@ -142,7 +142,7 @@ class CascadeBatch:
 
 
 def lean_of(force: Array, yaw: Array, *, tilt: Array, least: Array) -> Array:
-    """Return attitudes whose z axes lie along wanted forces; see `seals.control.attitude`."""
+    """Return attitudes whose z axes point along the wanted forces; see `seals.control.attitude`."""
     xp = namespace(force)
     x, y, z = (force[:, k : k + 1] for k in range(3))
     per = z / xp.maximum(z * z, least * least)

@@ -32,7 +32,7 @@ SERVO_LAG = 0.05
 
 @state_record
 class CascadeState(NamedTuple):
-    """Memory of the cascade controller; immutable.
+    """State of the cascade controller between calls; immutable.
 
     Args:
         sum: of the velocity error, world axes [m], shape (3,).
@@ -133,7 +133,7 @@ class Cascade(CascadeSettings):
         return CascadeBatch(self, plant, joints, like, WEIGHTS)
 
     def start(self) -> CascadeState:
-        """Return zero sums; arms stowed, grippers open."""
+        """Return zero integrators; arms stowed, grippers open."""
         zero, flat = np.zeros(3), Trend.flat(3)
         inner = Inner(None, Trend.flat(15))
         return CascadeState(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
@@ -261,13 +261,13 @@ class Cascade(CascadeSettings):
 
 
 def shortened(vector: Floats, longest: float) -> Floats:
-    """Return a vector no longer than ``longest``, of the same direction."""
+    """Return a vector limited to the length ``longest``."""
     length = math.sqrt(vector @ vector)
     return vector if length <= longest else vector * (longest / length)
 
 
 def summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
-    """Return a sum after one more period [s], each component within ``most``."""
+    """Return an integral after one more period, each component limited to ``most``."""
     more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
     return more
 

@@ -1,4 +1,4 @@
-"""Gains of the cascade: numbers for air and for water, each with its reason."""
+"""Gains of the cascade in air and in water, each with its reason."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Gains(NamedTuple):
 
     @staticmethod
     def between(air: Gains, water: Gains, wet: float) -> Gains:
-        """Return the gains at a submersion."""
+        """Return the gains interpolated at a submersion."""
         if wet <= 0.0:
             return air
         if wet >= 1.0:

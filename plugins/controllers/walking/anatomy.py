@@ -19,7 +19,7 @@ SPARE = 1e-3
 
 
 class Anatomy(NamedTuple):
-    """All legs of an animal at joint values of zero; body axes about the body origin.
+    """Geometry of all legs of an animal at zero joint values, in body axes.
 
     In a leg's own plane the first coordinate runs outwards, square to the hip's axis, and the
     second along that axis. A leg of N is a row.
@@ -58,7 +58,7 @@ class Anatomy(NamedTuple):
     rank: Floats
 
     def angles(self, toes: Floats) -> Floats:
-        """Return the joint values that put the toes somewhere, as near as the legs reach.
+        """Inverse kinematics: return the joint values for toe positions, as near as the legs reach.
 
         Args:
             toes: body axes about the body origin, outwards of the hips [m], shape (N, 3).
@@ -85,7 +85,7 @@ class Anatomy(NamedTuple):
 
 
 def anatomy_of(robot: RobotModel) -> Anatomy:
-    """Return the legs of a robot.
+    """Return the leg geometry of a robot.
 
     Raises:
         ConfigError: it has no legs, or one that is not a turning hip and two parallel hinges.

@@ -1,4 +1,4 @@
-"""Scripted gaits: a clock, and legs that keep their places in the cycle."""
+"""Scripted gaits: a clock drives all legs at fixed phase offsets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Gait(Walker):
-    """Walks by a clock: tripod, tetrapod, ripple or wave.
+    """Gait controller with fixed phase offsets: tripod, tetrapod, ripple or wave.
 
     Equation:
         phase of leg i = f t + offset_i; on the ground for its first ``duty``, in the air for the
@@ -60,7 +60,7 @@ class Gait(Walker):
     )
 
     def rhythm(self) -> dict[str, float]:
-        """Return the share of the cycle on the ground."""
+        """Return the duty factor."""
         return {"duty": self.duty or duty_of(self.pattern, len(self._legs.toe))}
 
     def order(self, manner: Manner) -> Floats:

@@ -68,7 +68,7 @@ class Oscillators(Walker):
     )
 
     def rhythm(self) -> dict[str, float]:
-        """Return the share of the cycle on the ground, and the order."""
+        """Return the duty factor and the phase lags."""
         return {"duty": self.duty, "along": self.along, "across": self.across}
 
     def order(self, manner: Manner) -> Floats:

@@ -1,4 +1,4 @@
-"""Order in which legs step: the phase of every leg in the cycle."""
+"""Stepping patterns: the phase of every leg in the gait cycle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.plugins.controllers.walking.anatomy import Anatomy
 
 
 class Pattern(enum.Enum):
-    """Known orders.
+    """Names of stepping patterns.
 
     tripod: every second leg at once, both sides against each other; on eight legs this is the
     alternating tetrapod. tetrapod: thirds of the legs, one after the other. ripple: waves from the
@@ -48,7 +48,7 @@ def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
 
 
 def lagged(anatomy: Anatomy, along: float, across: float) -> Floats:
-    """Return phases that grow by a lag from leg to leg, and by another to the other side.
+    """Return phases with a lag between neighbouring legs and one between the sides.
 
     Args:
         anatomy: of the animal.
@@ -60,7 +60,7 @@ def lagged(anatomy: Anatomy, along: float, across: float) -> Floats:
 
 
 def duty_of(pattern: Pattern, legs: int) -> float:
-    """Return the share of the cycle that a leg spends on the ground [1].
+    """Return the duty factor of a pattern [1].
 
     Example:
         >>> duty_of(Pattern.tripod, 6)

@@ -13,7 +13,7 @@ from seals.state_records import state_record
 
 @state_record
 class Walk(NamedTuple):
-    """Velocity of the body that the legs are to make, body axes.
+    """Wanted body velocity and yaw rate of a gait, body axes.
 
     Args:
         ahead: along x [m/s].
@@ -26,12 +26,12 @@ class Walk(NamedTuple):
     turn: float
 
     def at(self, places: Floats) -> Floats:
-        """Return the velocity of points that go with the body [m/s], shape (N, 2)."""
+        """Return the velocity of body-fixed points [m/s], shape (N, 2)."""
         x, y = places[:, 0], places[:, 1]
         return np.stack((self.ahead - self.turn * y, self.aside + self.turn * x), axis=1)
 
     def fastest(self, places: Floats) -> float:
-        """Return the largest speed of points that go with the body [m/s]."""
+        """Return the largest speed among body-fixed points [m/s]."""
         # a few numbers: faster one by one than as arrays
         return max(
             math.hypot(self.ahead - self.turn * p[1], self.aside + self.turn * p[0])
@@ -39,14 +39,14 @@ class Walk(NamedTuple):
         )
 
     def times(self, share: float) -> Walk:
-        """Return a share of it."""
+        """Return the walk scaled by a factor."""
         return Walk(share * self.ahead, share * self.aside, share * self.turn)
 
 
 def cadence(
     walk: Walk, places: Floats, *, duty: float, stroke: float, low: float, high: float
 ) -> tuple[float, Walk]:
-    """Return the frequency of the cycle [Hz], and the walk that it can make.
+    """Return the cycle frequency [Hz], and the walk limited to what it allows.
 
     The legs cycle as fast as strokes of a length need; a walk that needs more than the highest
     frequency is shortened.
@@ -68,7 +68,7 @@ def cadence(
 def toes_of(
     phase: Floats, places: Floats, walk: Walk, *, frequency: float, duty: float, lift: float
 ) -> Floats:
-    """Return where the toes shall be, body axes [m], shape (N, 3).
+    """Return the wanted toe positions, body axes [m], shape (N, 3).
 
     On the ground a toe goes back as fast as the body goes on; in the air it comes forward on a
     cycloid, at rest against the body when it leaves and when it lands.

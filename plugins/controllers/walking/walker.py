@@ -1,4 +1,4 @@
-"""Base of gait controllers: heading, pace, and inverse kinematics from toes to joints."""
+"""Base of gait controllers: heading, cycle frequency, and inverse kinematics of the legs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Facing(enum.Enum):
 
 @state_record
 class Pace(NamedTuple):
-    """Memory of a gait; immutable.
+    """State of a gait between calls; immutable.
 
     Args:
         phase: of every leg, share of the cycle, shape (N,).
@@ -157,7 +157,7 @@ class Walker(ControllerOptions, ABC):
     def command(
         self, situation: RobotState, aim: Reference, memory: Pace
     ) -> tuple[ActuatorCommand, Pace]:
-        """Return the joint values of the coming period."""
+        """Return the joint values for the next control period."""
         manner = self.manner(aim.manner)
         pace = self._paced(situation, aim, memory, manner)
         places = self._places(manner)
@@ -174,7 +174,7 @@ class Walker(ControllerOptions, ABC):
         return ActuatorCommand(np.zeros(self._drives), joints), pace
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
-        """Return how the legs step: as the gait has it, and as a guide wishes."""
+        """Return the stepping parameters: those of the gait, overridden by the reference."""
         own = Manner(
             stroke=self.stroke,
             lift=self.lift,
@@ -188,11 +188,11 @@ class Walker(ControllerOptions, ABC):
 
     @abstractmethod
     def rhythm(self) -> dict[str, float]:
-        """Return the rest of a `Manner`, which each kind of gait has of its own."""
+        """Return the stepping parameters that depend on the kind of gait."""
 
     @abstractmethod
     def order(self, manner: Manner) -> Floats:
-        """Return the phases at which the legs follow each other, shape (N,)."""
+        """Return the phase offsets of the legs, shape (N,)."""
 
     @abstractmethod
     def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
@@ -250,7 +250,7 @@ class Walker(ControllerOptions, ABC):
 
 
 def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
-    """Return a manner with a guide's wishes over it.
+    """Return stepping parameters overridden by those of a reference.
 
     Args:
         own: of the gait.

@@ -1,4 +1,4 @@
-"""Coupling of particles with bodies, shared by tank and moving domain."""
+"""Coupling of fluid particles with rigid bodies, shared by tank and moving domain."""
 
 from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of
 from seals.plugins.fluids.coupling.fluid import Device, ParticleFluid

@@ -1,4 +1,4 @@
-"""Bodies in the fluid: boundary samples of their surfaces, and the volume they displace."""
+"""Rigid bodies in the fluid: boundary samples of their surfaces, and displaced volumes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CLEAR = 0.95
 
 
 class Immersed:
-    """Bodies immersed in a fluid, sampled once.
+    """Rigid bodies immersed in a fluid, with their samples.
 
     Args:
         bodies: in the order of their states.
@@ -82,7 +82,7 @@ def add_samples(solver: ParticleSolver, body: int, samples: Samples) -> None:
 
 
 def clear_of(places: Floats, samples: Samples, spacing: float) -> Floats:
-    """Return the places outside of the samples [m], shape (n, 3).
+    """Return the points that keep clear of the samples [m], shape (n, 3).
 
     Args:
         places: candidate positions of particles [m], shape (n, 3).

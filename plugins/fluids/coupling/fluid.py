@@ -33,7 +33,7 @@ class Device(Enum):
 
 @dataclass(kw_only=True)
 class ParticleFluid:
-    """Water as particles in some domain, coupled with bodies both ways; base of the plug-ins.
+    """Base of the particle fluids: water particles with two-way coupling to bodies.
 
     Args:
         spacing: of the particles at rest [m].
@@ -103,13 +103,13 @@ class ParticleFluid:
         self.simulation.initialise(states)
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
-        """Advance; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
+        """Advance one step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
         self._time = time + step
         out: Floats = self.simulation.exchange(states, time, step)
         return out
 
     def surface(self, position: Array) -> Sea:
-        """Return the surface over points, as last updated."""
+        """Return the height of the water surface over points, as last updated."""
         heights = self.simulation.surface(np.asarray(position, dtype=float), self._time)
         return Sea(heights[:, None], None, None, None, None)
 
@@ -119,7 +119,7 @@ class ParticleFluid:
         return out
 
     def diagnostics(self) -> Mapping[str, float]:
-        """Return particles, compression, gains and losses, gauges."""
+        """Return diagnostics: particle count, compression, added and lost particles, gauges."""
         out: Mapping[str, float] = self.simulation.diagnostics()
         return out
 
@@ -128,11 +128,11 @@ class ParticleFluid:
         return self.simulation.water.positions(), self.simulation.water.velocities()
 
     def snapshot(self) -> Any:
-        """Return a copy of everything that changes."""
+        """Return a copy of the complete state."""
         return self._time, self.simulation.snapshot()
 
     def restore(self, kept: Any) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._time, state = kept
         self.simulation.restore(state)
 

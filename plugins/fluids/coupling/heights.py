@@ -1,4 +1,4 @@
-"""The surface of the particles as a height field."""
+"""Height field of the surface of the particles."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class HeightField:
         return ends
 
     def at(self, places: Floats) -> Floats:
-        """Return the heights over places, linear between the middles of cells [m], shape (N,).
+        """Return the heights at points, interpolated linearly [m], shape (N,).
 
         Args:
             places: [m], shape (N, 2 or 3).

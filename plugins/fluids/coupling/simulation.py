@@ -1,4 +1,4 @@
-"""Simulation of a particle fluid with bodies: the part that tank and moving domain share."""
+"""Base of the simulations of particle fluids with bodies: common to tank and moving domain."""
 
 from __future__ import annotations
 
@@ -164,11 +164,11 @@ class Simulation(ABC):
         self.heights.update(self.water.positions(), self.immersed.surfaces(states).points)
 
     def surface(self, places: Floats, time: float) -> Floats:
-        """Return the height of the surface over places (n, 2 or 3) [m], shape (n,)."""
+        """Return the height of the surface over points (n, 2 or 3) [m], shape (n,)."""
         return self.heights.at(places)
 
     def diagnostics(self) -> dict[str, float]:
-        """Return particles, spacing, compression and iterations, unit in the name."""
+        """Return diagnostics: particles, spacing, compression, iterations; units in the names."""
         out = {"particles": float(self.water.count), "spacing [m]": float(self.water.spacing)}
         if self._exchange is not None:
             out["mean compression [1]"] = float(self._exchange.mean_compression)
@@ -177,12 +177,12 @@ class Simulation(ABC):
         return out
 
     def snapshot(self) -> Any:
-        """Return a copy of everything that changes."""
+        """Return a copy of the complete state."""
         own = {name: getattr(self, name) for name in self._state}
         return self.water.snapshot(), self.heights.heights.copy(), self.heights.lower.copy(), own
 
     def restore(self, kept: Any) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         water, heights, lower, own = kept
         self.water.restore(water)
         self.heights.heights, self.heights.lower = heights.copy(), lower.copy()

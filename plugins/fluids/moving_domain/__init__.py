@@ -1,4 +1,4 @@
-"""A window of particle water that goes with the robot through an open sea."""
+"""Moving domain: a box of water particles that follows the robot through an open sea."""
 
 from seals.plugins.fluids.moving_domain.fluid import FluidWindow
 

@@ -1,4 +1,4 @@
-"""Box of the moving domain in Lagrangian coordinates: whole spacings, moved by whole cells."""
+"""Box of the moving domain in Lagrangian coordinates, moved by whole cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SOFT = 3.5
 
 @state_record
 class Box(NamedTuple):
-    """A box in axes of rest.
+    """Box in coordinates of the water at rest.
 
     Args:
         spacing: of the particles [m].
@@ -47,7 +47,7 @@ class Box(NamedTuple):
 
     @property
     def middle(self) -> Floats:
-        """Of the box [m], shape (3,)."""
+        """Centre of the box [m], shape (3,)."""
         out: Floats = 0.5 * (self.lower + self.upper)
         return out
 
@@ -57,25 +57,25 @@ class Box(NamedTuple):
         return self.spacing * self.counts[2]
 
     def cells_to(self, place: Floats) -> tuple[int, int]:
-        """Return by how many cells the box should move for a place to be in its middle cell."""
+        """Return the number of cells to move so that a point lies in the middle cell."""
         off = (place - self.middle)[:2] / (self.cell * self.spacing)
         east, north = (int(math.copysign(math.floor(abs(x)), x)) for x in off)
         return east, north
 
     def moved(self, cells: tuple[int, int]) -> Box:
-        """Return the box that is some cells further."""
+        """Return the box moved by some cells."""
         way = self.cell * self.spacing * np.array([*cells, 0.0])
         return self._replace(lower=self.lower + way)
 
     def holds(self, rest: Floats, *, slack: float = 0.0) -> Marks:
-        """Return a mask of the places of rest between its sides, shape (n,)."""
+        """Return a mask of the rest positions inside the box, shape (n,)."""
         plan = rest[:, :2]
         low, high = self.lower[:2] - slack, self.upper[:2] + slack
         found: Marks = np.all((plan >= low) & (plan < high), axis=1)
         return found
 
     def lattice(self) -> Floats:
-        """Places of water at rest, compressed by its weight [m], shape (n, 3)."""
+        """Particle positions of water at rest, compressed by its weight [m], shape (n, 3)."""
         axes = [
             low + self.spacing * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.counts, strict=True)
@@ -86,7 +86,7 @@ class Box(NamedTuple):
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
     def weight(self, rest: Floats) -> Floats:
-        """Return the outer sea's weight at places of rest, 0 inside to 1 at the sides (n,)."""
+        """Return the weight of the outer sea at rest positions: 0 inside, 1 at the sides, (n,)."""
         plan = rest[:, :2]
         gap = np.minimum(plan - self.lower[:2], self.upper[:2] - plan).min(axis=1)
         s = np.clip(1.0 - gap / (self.ring * self.spacing), 0.0, 1.0)

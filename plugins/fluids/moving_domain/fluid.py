@@ -99,11 +99,11 @@ class FluidWindow(ParticleFluid):
             raise ConfigError(f"cell={self.cell} is not allowed.\nAllowed: 1 or more.")
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
-        """Return nothing: an open sea has no walls."""
+        """Return an empty list: an open sea has no walls."""
         return {}
 
     def box(self, environment: EnvironmentSettings) -> Box:
-        """Return the sizes of the window in a given environment.
+        """Return the box of the domain in an environment.
 
         Raises:
             ConfigError: a side is too short for the ring, or the ring too thin.
@@ -124,7 +124,7 @@ class FluidWindow(ParticleFluid):
         return self.physics.sound_speed or MACH * math.sqrt(gravity * depth)
 
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
-        """Prepare the window and its boundaries."""
+        """Create the domain and its boundaries."""
         e = around.environment
         box = self.box(e)
         refuse_ground(e, around.solids)

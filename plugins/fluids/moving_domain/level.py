@@ -1,4 +1,4 @@
-"""Level control of the moving domain: the amount of water is held by whole particles."""
+"""Level control of the moving domain: particles are added or removed to keep the volume."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Change(NamedTuple):
 
 
 class LevelController:
-    """Integral controller of the amount of water.
+    """Integral controller of the number of particles.
 
     A body that dives into the window lifts its surface, which an open sea would not do; a body that
     leaves it lowers the surface; a body under way leaves a trough behind, and less water goes at
@@ -44,7 +44,7 @@ class LevelController:
         self.lag, self.owed = lag, 0.0
 
     def change(self, box: Box, rest: Floats, taken: float, step: float) -> Change:
-        """Return what to change after a step.
+        """Return the particles to add and remove after a step.
 
         Args:
             box: the window.

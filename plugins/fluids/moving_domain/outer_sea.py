@@ -21,7 +21,7 @@ ROUNDS = 3
 
 
 class OuterSea:
-    """The outer sea.
+    """Linear waves and current around the moving domain.
 
     Args:
         wave: of the environment.
@@ -51,18 +51,18 @@ class OuterSea:
         return np.inf if self._orbits is None else self._orbits.shortest
 
     def displacement(self, rest: Floats, time: float) -> Floats:
-        """Return xi at places of rest [m], shape (n, 3)."""
+        """Return the displacement of the water at rest positions [m], shape (n, 3)."""
         if self._orbits is None:
             return np.zeros_like(rest)
         return np.asarray(self._orbits.displacement(rest, np.array([[time]]), self.level))
 
     def places(self, rest: Floats, time: float) -> Floats:
-        """Return the positions of water with given places of rest, world [m], shape (n, 3)."""
+        """Return the world positions of water with given rest positions [m], shape (n, 3)."""
         out: Floats = rest + self.current * time + self.displacement(rest, time)
         return out
 
     def rest(self, places: Floats, time: float) -> Floats:
-        """Return the places of rest of the water at places in the world [m], shape (n, 3)."""
+        """Return the rest positions of the water at world positions [m], shape (n, 3)."""
         here = places - self.current * time
         out: Floats = here
         if self._orbits is not None:
@@ -71,14 +71,14 @@ class OuterSea:
         return out
 
     def velocity(self, rest: Floats, time: float) -> Floats:
-        """Return the velocity of the water of places of rest [m/s], shape (n, 3)."""
+        """Return the velocity of the water at rest positions [m/s], shape (n, 3)."""
         out = np.repeat(self.current[None], len(rest), axis=0)
         if self._orbits is not None:
             out += np.asarray(self.wave.at(rest, np.array([[time]]), self.level).velocity)
         return out
 
     def elevation(self, places: Floats, time: float) -> Floats:
-        """Return the height of the surface over places in the world [m], shape (n,)."""
+        """Return the surface height over world positions [m], shape (n,)."""
         here = np.zeros((len(places), 3))
         here[:, :2] = np.asarray(places)[:, :2] - self.current[:2] * time
         found = np.asarray(self.wave.at(here, np.array([[time]]), self.level).elevation)

@@ -1,4 +1,4 @@
-"""Checks of the moving domain, before anything is allocated."""
+"""Checks of the moving domain before memory is allocated."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STILL = 0.02
 
 
 def refuse_box(spacing: float, size: tuple[float, float, float], ring: int) -> None:
-    """Refuse sizes in which there is no water outside of the ring.
+    """Refuse sizes that leave no water inside the relaxation zone.
 
     Raises:
         ConfigError: says what would do.
@@ -49,7 +49,7 @@ def refuse_box(spacing: float, size: tuple[float, float, float], ring: int) -> N
 
 
 def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> None:
-    """Refuse static solids in the water: the domain would run into them.
+    """Refuse static solids in the water, which the moving domain could meet.
 
     Raises:
         ConfigError: names it.
@@ -65,7 +65,7 @@ def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> 
 
 
 def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
-    """Refuse waves that the particles cannot follow.
+    """Refuse waves that the particles cannot resolve.
 
     Args:
         outer: the sea.
@@ -96,7 +96,7 @@ def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
 
 
 def refuse_large_robot(samples: Samples, box: Box) -> None:
-    """Refuse a robot that does not fit inside of the ring.
+    """Refuse a robot that does not fit inside the relaxation zone.
 
     Args:
         samples: of the body that the window follows, about its reference point.
@@ -119,7 +119,7 @@ def refuse_large_robot(samples: Samples, box: Box) -> None:
 
 
 def refuse_astray(names: Sequence[str], rest: Floats, box: Box) -> None:
-    """Refuse bodies outside of the window: there is no water for them.
+    """Refuse bodies outside the domain, where there are no particles.
 
     Args:
         names: of the bodies.

@@ -1,4 +1,4 @@
-"""Moving domain: a box of the outer sea, made of particles, that follows the robot."""
+"""Simulation of the moving domain: a box of particles in the outer sea that follows a robot."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ SPAN = 300.0
 
 
 class MovingDomain(Simulation):
-    """A box of water that follows a body through an open sea.
+    """Box of water particles that follows a body through an open sea.
 
     Sides and floor move with the water of the outer sea, so no water passes through them; in the
     relaxation ring velocities are drawn to those of the outer sea.
@@ -217,7 +217,7 @@ class MovingDomain(Simulation):
         return by_volume - seen
 
     def surface(self, places: Floats, time: float) -> Floats:
-        """Return the height of the surface, the outer sea's outside of the window [m]."""
+        """Return the surface height; outside the domain that of the outer sea [m]."""
         outer = self.outer.elevation(places, time)
         level = np.column_stack([places[:, :2], outer])
         weight = self.box.weight(self.outer.rest(level, time))
@@ -225,15 +225,15 @@ class MovingDomain(Simulation):
         return out
 
     def diagnostics(self) -> dict[str, float]:
-        """Return those of the solver, shifts of the box, particles added and removed."""
+        """Return diagnostics of solver and box: shifts, particles added and removed."""
         out = super().diagnostics() | {"shifts of the window": float(self.shifts)}
         return out | {"particles come": float(self.entered), "particles gone": float(self.left)}
 
     def snapshot(self) -> Any:
-        """Return a copy of everything that changes."""
+        """Return a copy of the complete state."""
         return super().snapshot(), self.level.owed
 
     def restore(self, kept: Any) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         state, self.level.owed = kept
         super().restore(state)

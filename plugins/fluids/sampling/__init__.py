@@ -1,4 +1,4 @@
-"""Solids as samples with volumes, for particle fluids; NumPy only."""
+"""Sampling of solids for particle fluids: boundary points with volumes."""
 
 from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.pieces import Thin, refuse_coarse, sample_pieces, thickness

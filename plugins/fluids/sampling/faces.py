@@ -29,7 +29,7 @@ THICK = 3.0
 def fine_face(
     kind: str, size: tuple[float, ...], spacing: float, *, pitch: float = PITCH
 ) -> Samples:
-    """Sample the face of a box, sphere, cylinder or capsule that is some spacings thick.
+    """Sample the surface layer of a box, sphere, cylinder or capsule.
 
     The samples are those of a slightly smaller shape at the finer distance, so that they lie half a
     spacing of the fluid under the surface; they share the volume of the layer evenly.
@@ -59,7 +59,7 @@ def fine_face(
 
 
 def face_edge(edge: float, spacing: float) -> float:
-    """Return the distance of the outermost samples along an edge [m]."""
+    """Return the distance between the outermost samples of an edge [m]."""
     return max(edge - spacing, 0.0)
 
 

@@ -22,7 +22,7 @@ LEAST = 1e-3
 
 
 def is_closed(faces: Any) -> bool:
-    """Return whether every edge belongs to two faces, run through in opposite directions.
+    """Return whether a mesh is closed: every edge has two faces of consistent orientation.
 
     Example:
         >>> is_closed([[0, 1, 2]])
@@ -156,7 +156,7 @@ def _near_surface(full: Any, index: Any, layers: int) -> Any:
 
 
 def sample_sheet(vertices: Floats, faces: Any, spacing: float) -> Samples:
-    """Sample an open mesh by one layer that no fluid passes, a spacing thick.
+    """Sample an open mesh by one impermeable layer, one spacing thick.
 
     Args:
         vertices: [m], shape (V, 3).

@@ -106,7 +106,7 @@ def own_volume(piece: Piece) -> float:
 
 
 def thickness(piece: Piece) -> float:
-    """Return how thick a piece is [m]; of a mesh, as thick as a plate of its volume and area.
+    """Return the thickness of a piece [m]; for a mesh that of a plate of equal volume and area.
 
     Example:
         >>> thickness(Piece("cylinder", (0.1, 0.05), np.zeros(3), np.eye(3)))

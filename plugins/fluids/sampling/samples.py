@@ -35,7 +35,7 @@ class Samples(NamedTuple):
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
-    """Return several sets as one.
+    """Concatenate several sets of samples.
 
     Example:
         >>> joined([]).points.shape

@@ -1,4 +1,4 @@
-"""Samples of primitives, layer by layer from the surface inwards.
+"""Sampling of primitives in layers from the surface inwards.
 
 The first layer lies half a spacing under the surface, the next one a spacing deeper, as if the
 fluid's lattice went on. Every sample has the volume of its own cell: the volumes of all layers add

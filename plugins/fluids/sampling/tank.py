@@ -1,4 +1,4 @@
-"""Boundary samples of walls and floors, behind the face that the fluid touches."""
+"""Boundary samples of tank walls and floors, outside the fluid."""
 
 from __future__ import annotations
 

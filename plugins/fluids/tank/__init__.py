@@ -1,4 +1,4 @@
-"""Particle water for the world: basin, boundaries, waves, and the hand-over to bodies."""
+"""Tank of water particles: basin, boundaries, wave maker, two-way coupling with bodies."""
 
 from seals.plugins.fluids.tank.fluid import FluidParticles
 

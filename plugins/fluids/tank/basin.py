@@ -1,4 +1,4 @@
-"""Basin geometry: lattice of the water at rest, walls, wave maker's board."""
+"""Basin geometry: particle lattice of the water at rest, walls, wave maker paddle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SLAB = 0.5
 
 
 class Basin(NamedTuple):
-    """A box of water whose sides are whole spacings.
+    """Box of water whose sides are multiples of the particle spacing.
 
     Args:
         spacing: of the particles [m].
@@ -46,7 +46,7 @@ class Basin(NamedTuple):
 
     @property
     def depth(self) -> float:
-        """Of the water [m]."""
+        """Depth of the water [m]."""
         return float(self.upper[2] - self.lower[2])
 
     def domain(self, reach: float = 0.0) -> tuple[Floats, Floats]:
@@ -62,7 +62,7 @@ class Basin(NamedTuple):
         return low, high
 
     def lattice(self) -> Floats:
-        """Places of the water at rest [m], shape (n, 3)."""
+        """Particle positions of the water at rest [m], shape (n, 3)."""
         axes = [
             low + self.spacing * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.counts, strict=True)
@@ -90,7 +90,7 @@ class Basin(NamedTuple):
         return max(1, round(float(self.top - self.lower[2]) / self.spacing))
 
     def floor(self) -> Samples:
-        """Samples of a floor that moves, about its middle at rest."""
+        """Samples of a moving floor, relative to its centre at rest."""
         walls = box_walls(
             self.lower - np.array([self.behind, 0.0, 0.0]),
             self.upper,
@@ -101,11 +101,11 @@ class Basin(NamedTuple):
 
     @property
     def middle(self) -> Floats:
-        """Of the floor [m]."""
+        """Centre of the floor [m]."""
         return np.array([*(0.5 * (self.lower + self.upper))[:2], self.lower[2]])
 
     def paddle(self) -> Samples:
-        """Samples of a wave maker's board about its foot; it closes the low end of x."""
+        """Samples of the wave maker paddle about its foot, at the low end of x."""
         d = self.spacing
         width, high = d * self.counts[1], d * self._rows
         across, up = round(width / (PITCH * d)), round(high / (PITCH * d))
@@ -122,7 +122,7 @@ class Basin(NamedTuple):
 
     @property
     def foot(self) -> Floats:
-        """Of the wave maker's board at rest [m]."""
+        """Foot of the wave maker paddle at rest [m]."""
         return np.array([self.lower[0], self.middle[1], self.lower[2]])
 
 
@@ -137,7 +137,7 @@ def build_basin(
     behind: float,
     open_sides: Collection[str],
 ) -> Basin:
-    """Return a basin of exact depth whose sides are whole spacings.
+    """Return a basin of exact depth whose sides are multiples of the spacing.
 
     The nearest spacing that divides the depth is taken.
 
@@ -182,7 +182,7 @@ def build_basin(
 
 
 def walls_of(basin: Basin) -> dict[str, ObstacleSettings]:
-    """Return floor and walls as solids that bodies touch; a wave maker's wall is not among them."""
+    """Return floor and walls as contact solids, without the wall that a wave maker replaces."""
     low, high = basin.lower, basin.upper
     middle, size = 0.5 * (low + high), high - low
     tall = basin.top - low[2]

@@ -1,4 +1,4 @@
-"""Fluid plug-in of the tank: options, and the tank they describe."""
+"""Fluid plug-in of the tank."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ class FluidParticles(ParticleFluid):
         )
 
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
-        """Prepare the basin and the boundaries."""
+        """Create the basin and its boundaries."""
         environment = around.environment
         if around.waves.at(np.zeros((1, 3)), np.zeros((1, 1)), 0.0).normal is not None:
             raise ConfigError(

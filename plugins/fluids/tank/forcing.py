@@ -14,7 +14,7 @@ from seals.plugins.fluids.tank.settings import BeachSettings, WindSettings
 def apply_beach(
     beach: BeachSettings, basin: Basin, places: Floats, velocities: Floats, step: float
 ) -> Floats:
-    """Return the velocities after a step of the beach at the high end of x [m/s], shape (n, 3).
+    """Return the velocities after one step of the sponge layer [m/s], shape (n, 3).
 
     Args:
         beach: its settings.
@@ -39,7 +39,7 @@ def apply_wind(  # noqa: PLR0917  the water as it stands
     velocities: Floats,
     share: float,
 ) -> Floats:
-    """Return the velocities after a step of the wind [m/s], shape (n, 3).
+    """Return the velocities after one step of the wind stress [m/s], shape (n, 3).
 
     The stress acts on the particles of the uppermost spacing, each with the area of its column.
 

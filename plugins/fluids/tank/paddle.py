@@ -28,7 +28,7 @@ class Stroke(NamedTuple):
 
 
 class Paddle:
-    """A wave maker on water of a given depth.
+    """Wave maker paddle in water of a given depth.
 
     Args:
         settings: of the maker.
@@ -142,7 +142,7 @@ def _ramped(place: float, speed: float, t: float, ramp: float) -> Stroke:
 
 
 class PaddlePlate(NamedTuple):
-    """The paddle as a body: place, attitude, velocity and spin, shapes (3,), (3, 3), (3,), (3,)."""
+    """Pose and twist of the paddle: position (3,), rotation (3, 3), velocities (3,) each."""
 
     position: Floats
     rotation: Floats
@@ -151,7 +151,7 @@ class PaddlePlate(NamedTuple):
 
 
 def plate_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
-    """Return the paddle that stands at a stroke.
+    """Return pose and twist of the paddle at a stroke.
 
     Args:
         kind: piston or flap.

@@ -12,7 +12,7 @@ _CHOSEN = "chosen"
 
 
 class Maker(Enum):
-    """Kind of wave maker, in place of the wall at low x."""
+    """Kind of wave maker, which replaces the wall at low x."""
 
     none = "none"
     piston = "piston"
@@ -93,7 +93,7 @@ class BeachSettings:
 
 @dataclass(kw_only=True)
 class TideSettings:
-    """A slow change of the mean level: the floor moves the water up and down.
+    """Tide: slow change of the mean level, made by a moving floor.
 
     Equation:
         level(t) = amplitude sin(2 pi t / period).

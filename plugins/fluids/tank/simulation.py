@@ -1,4 +1,4 @@
-"""Tank simulation: walls, wave maker, beach, tide and wind around the particles."""
+"""Tank simulation: particles with walls, wave maker, beach, tide and wind."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REST_SHARE = 0.7
 
 
 class TankSimulation(Simulation):
-    """Water in a basin.
+    """Simulation of water particles in a basin.
 
     Args:
         settings: options of the fluid.
@@ -149,7 +149,7 @@ class TankSimulation(Simulation):
             self.water.set_particles(velocities=velocities)
 
     def diagnostics(self) -> dict[str, float]:
-        """Return those of the solver, particles lost through open sides, and gauges."""
+        """Return diagnostics of solver and tank: lost particles, wave gauges."""
         out = super().diagnostics()
         out["left through open sides"] = float(self.left)
         for name, place in self.settings.gauges.items():
@@ -158,7 +158,7 @@ class TankSimulation(Simulation):
 
 
 def paddle_of(settings: FluidParticles, environment: EnvironmentSettings) -> Paddle | None:
-    """Return the wave maker of a fluid, or None.
+    """Return the wave maker of the tank, or None.
 
     Raises:
         ConfigError: its waves are too high for the theory.

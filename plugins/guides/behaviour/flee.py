@@ -1,4 +1,4 @@
-"""Running from somebody."""
+"""Behaviour of fleeing from another body."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.state_records import state_record
 
 @state_record
 class FleeState(NamedTuple):
-    """Heading at the start [rad]; whether it runs."""
+    """State: heading at the start [rad], and whether it flees."""
 
     yaw: float
     runs: bool
@@ -24,7 +24,7 @@ class FleeState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Flee(Behaviour):
-    """Runs straight away from a body that comes near, and stands when it is far enough.
+    """Behaviour that moves straight away from an approaching body and stops at a distance.
 
     Args:
         rate: calls a second [Hz].
@@ -56,11 +56,11 @@ class Flee(Behaviour):
             )
 
     def start(self, situation: RobotState) -> FleeState:
-        """Keep the heading; it stands."""
+        """Return the initial state: standing."""
         return FleeState(situation.yaw, False)
 
     def aim(self, situation: RobotState, memory: FleeState) -> tuple[Reference, FleeState]:
-        """Return the velocity away from the enemy, or none."""
+        """Return the velocity away from the body, or zero."""
         place = place_of(situation, self.enemy, where="flee.enemy")
         near = float(np.linalg.norm(place - situation.position))
         runs = near < (self.calm if memory.runs else self.alarm)
@@ -69,5 +69,5 @@ class Flee(Behaviour):
         return aim, memory._replace(runs=runs)
 
     def stage(self, memory: FleeState) -> str:
-        """Return what it does."""
+        """Return the present activity in a word."""
         return "fleeing" if memory.runs else "still"

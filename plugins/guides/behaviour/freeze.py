@@ -1,4 +1,4 @@
-"""Standing still."""
+"""Behaviour of standing still."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Freeze(Behaviour):
-    """Stays where it is, as animals do that rely on not being seen.
+    """Behaviour that stays in place, like animals that rely on camouflage.
 
     Args:
         rate: calls a second [Hz].
@@ -24,11 +24,11 @@ class Freeze(Behaviour):
     rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
 
     def start(self, situation: RobotState) -> float:
-        """Keep the heading [rad]."""
+        """Return the initial state: the heading [rad]."""
         return situation.yaw
 
     def aim(self, situation: RobotState, memory: float) -> tuple[Reference, float]:
-        """Return no velocity."""
+        """Return zero velocity."""
         return Reference(yaw=memory), memory
 
     def stage(self, memory: float) -> str:

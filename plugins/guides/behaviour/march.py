@@ -1,4 +1,4 @@
-"""Walking one way."""
+"""Behaviour of moving in one direction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.state_records import state_record
 
 @state_record
 class MarchState(NamedTuple):
-    """Start [s] and heading there [rad]; time of the last call [s]."""
+    """State: start time [s], heading at the start [rad], time of the last call [s]."""
 
     start: float
     yaw: float
@@ -23,7 +23,7 @@ class MarchState(NamedTuple):
 
 @dataclass(kw_only=True)
 class March(Behaviour):
-    """Goes one way at one speed.
+    """Behaviour that moves in one direction at constant speed.
 
     Args:
         rate: calls a second [Hz].
@@ -53,7 +53,7 @@ class March(Behaviour):
     )
 
     def start(self, situation: RobotState) -> MarchState:
-        """Keep time and heading."""
+        """Return the initial state: time and heading."""
         return MarchState(situation.time, situation.yaw, situation.time)
 
     def aim(self, situation: RobotState, memory: MarchState) -> tuple[Reference, MarchState]:
@@ -67,6 +67,6 @@ class March(Behaviour):
         return True if memory.now - memory.start >= self.delay + self.duration else None
 
     def stage(self, memory: MarchState) -> str:
-        """Return what it does."""
+        """Return the present activity in a word."""
         walked = memory.now - memory.start - self.delay
         return "marching" if 0.0 <= walked < self.duration else "still"

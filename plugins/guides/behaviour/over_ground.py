@@ -1,4 +1,4 @@
-"""Motion over the ground: velocities in the horizontal plane, and the base of behaviours."""
+"""Base of behaviours that move in the horizontal plane, and plane geometry."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.errors import ConfigError, suggestion
 
 
 class Behaviour:
-    """Base of behaviours: leads any robot, and never ends by itself."""
+    """Base of behaviours: suits any robot, and never finishes."""
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""
@@ -24,7 +24,7 @@ class Behaviour:
 
 
 def heading_for(way: float, speed: float, yaw: float) -> Reference:
-    """Return the aim that goes one way.
+    """Return the reference of a horizontal velocity with its heading.
 
     Args:
         way: direction, anticlockwise from east [rad].
@@ -36,7 +36,7 @@ def heading_for(way: float, speed: float, yaw: float) -> Reference:
 
 
 def place_of(situation: RobotState, name: str, *, where: str) -> Floats:
-    """Return where another body of the scene is, world [m], shape (3,).
+    """Return the position of another body of the scene, world [m], shape (3,).
 
     Raises:
         ConfigError: there is no such body.
@@ -50,6 +50,6 @@ def place_of(situation: RobotState, name: str, *, where: str) -> Floats:
 
 
 def apart(situation: RobotState, place: Floats) -> tuple[float, float]:
-    """Return distance [m] and direction [rad] of a place over the ground."""
+    """Return horizontal distance [m] and direction [rad] of a point."""
     x, y = (float(place[k] - situation.position[k]) for k in (0, 1))
     return math.hypot(x, y), math.atan2(y, x)

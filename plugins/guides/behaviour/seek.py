@@ -1,4 +1,4 @@
-"""Going to a target."""
+"""Behaviour of going to a target."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.state_records import state_record
 
 @state_record
 class SeekState(NamedTuple):
-    """Heading at the start [rad]; whether it has arrived."""
+    """State: heading at the start [rad], and whether the target is reached."""
 
     yaw: float
     there: bool
@@ -25,7 +25,7 @@ class SeekState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Seek(Behaviour):
-    """Goes straight to a place or to another body, slower near it, and stays.
+    """Behaviour that moves straight to a point or another body, slows down, and stays.
 
     Args:
         rate: calls a second [Hz].
@@ -56,7 +56,7 @@ class Seek(Behaviour):
             )
 
     def start(self, situation: RobotState) -> SeekState:
-        """Keep the heading."""
+        """Return the initial state: the heading."""
         return SeekState(situation.yaw, False)
 
     def aim(self, situation: RobotState, memory: SeekState) -> tuple[Reference, SeekState]:
@@ -68,11 +68,11 @@ class Seek(Behaviour):
         return heading_for(way, speed, memory.yaw), memory._replace(there=False)
 
     def finished(self, memory: SeekState) -> bool | None:
-        """Return True where a fixed target is reached; a body is followed for ever."""
+        """Return True where a fixed target is reached; following a body never finishes."""
         return True if memory.there and not self.target else None
 
     def stage(self, memory: SeekState) -> str:
-        """Return what it does."""
+        """Return the present activity in a word."""
         return "there" if memory.there else "seeking"
 
     def _goal(self, situation: RobotState) -> Floats:

@@ -1,4 +1,4 @@
-"""Walking about."""
+"""Behaviour of random walking near a home position."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.state_records import state_record
 
 @state_record
 class WanderState(NamedTuple):
-    """Bouts so far; end of the present one [s]; way [rad]; home x, y [m]; heading there [rad]."""
+    """State: bout number and end [s], direction [rad], home position [m] and heading [rad]."""
 
     bouts: int
     end: float
@@ -27,7 +27,7 @@ class WanderState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Wander(Behaviour):
-    """Walks in bouts of random length and direction with pauses between, and stays near home.
+    """Behaviour that walks in random bouts with pauses and stays near its start.
 
     Equation:
         The lengths of bouts and pauses are exponential with the given means; odd bouts walk, even
@@ -64,7 +64,7 @@ class Wander(Behaviour):
     seed: int = 0
 
     def start(self, situation: RobotState) -> WanderState:
-        """Keep home; the first bout begins at once."""
+        """Return the initial state: home position, first bout due."""
         x, y = (float(v) for v in situation.position[:2])
         return WanderState(0, situation.time, 0.0, (x, y), situation.yaw)
 
@@ -76,7 +76,7 @@ class Wander(Behaviour):
         return heading_for(memory.way, self.speed if walking else 0.0, memory.yaw), memory
 
     def stage(self, memory: WanderState) -> str:
-        """Return what it does."""
+        """Return the present activity in a word."""
         return "wandering" if memory.bouts % 2 == 1 else "still"
 
     def _next(self, situation: RobotState, memory: WanderState) -> WanderState:

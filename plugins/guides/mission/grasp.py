@@ -1,4 +1,4 @@
-"""The mission of fetching an object, by a few numbers."""
+"""Mission of fetching an object, described by a few numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.schema import param, vector
 
 @dataclass(kw_only=True)
 class Grasp(Mission):
-    """Unfolds the arm, goes above the object, descends, closes, lifts and carries it to a goal.
+    """Mission that approaches an object, grasps it, lifts it and carries it to a goal.
 
     Args:
         goal: where the hand shall bring the object, world [m].
@@ -31,7 +31,7 @@ class Grasp(Mission):
     unfolded: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
     def listed(self) -> list[Any]:
-        """Return the stages of a fetch."""
+        """Return the stages of the mission."""
         return [
             {"do": "pose", "name": "unfold", "angles": list(self.unfolded), "time": 2.0},
             {"do": "reach", "name": "above", "height": self.clearance, "speed": 0.4},

@@ -1,4 +1,4 @@
-"""A guide that goes through the stages of a mission."""
+"""Guide that runs the stages of a mission in order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class Mission:
-    """Goes through stages in order: rise, go, pose, reach, close, open, wait, land.
+    """Mission of stages in order: rise, go, pose, reach, close, open, wait, land.
 
     Args:
         rate: calls a second [Hz].
@@ -70,7 +70,7 @@ class Mission:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of the sensors without which it cannot work."""
+        """Names of the sensors that the mission requires."""
         reaches = any(isinstance(stage, ReachStage) for stage in self._stages)
         return (*((self.locator,) if reaches else ()), *self.pads)
 
@@ -86,7 +86,7 @@ class Mission:
         self._hand = Hand(robot, arm, gripper)
 
     def start(self, situation: RobotState) -> MissionState:
-        """Begin with the first stage where the robot is, arm stowed and hand open."""
+        """Return the initial state: first stage, arm stowed, hand open."""
         p, yaw, rest = situation.position, situation.yaw, self._hand.stowed
         return MissionState(
             number=0,
@@ -106,7 +106,7 @@ class Mission:
         )
 
     def aim(self, situation: RobotState, memory: MissionState) -> tuple[Reference, MissionState]:
-        """Return the reference of the present stage, and the new memory."""
+        """Return the reference of the present stage, and the new state."""
         kept = memory._replace(target=self._seen(situation, memory))
         stage = self._stages[min(kept.number, len(self._stages) - 1)]
         pads = self._pressing(situation)

@@ -1,4 +1,4 @@
-"""From a list in YAML to the stages of a mission."""
+"""Parser of the stages of a mission from YAML."""
 
 from __future__ import annotations
 

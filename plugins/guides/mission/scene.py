@@ -1,4 +1,4 @@
-"""Inputs and memory of the stages of a mission."""
+"""Inputs, outputs and state of the stages of a mission."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seals.state_records import state_record
 
 
 class Outcome(enum.Enum):
-    """Transition after one instant of a stage."""
+    """Transition of a stage: go on, next stage, or retry."""
 
     stay = "stay"
     onward = "onward"
@@ -29,7 +29,7 @@ class Outcome(enum.Enum):
 
 @state_record
 class MissionState(NamedTuple):
-    """Memory of a mission; immutable.
+    """State of a mission between calls; immutable.
 
     Args:
         number: of the present stage, from 0.
@@ -85,7 +85,7 @@ class Scene(NamedTuple):
         return self.now.time - self.kept.since
 
     def pressed(self, force: float) -> int:
-        """Return how many pads are pressed by at least ``force`` [N]."""
+        """Return the number of contact pads with at least ``force`` [N]."""
         return sum(1 for value in self.pads.values() if value >= force)
 
 
@@ -108,7 +108,7 @@ class Move(NamedTuple):
 
 
 class Hand:
-    """Arm and gripper that a mission uses, and where they hold.
+    """Arm and gripper that a mission uses, with the grasp point.
 
     Args:
         robot: with at least one arm and one gripper, or none at all.
@@ -131,7 +131,7 @@ class Hand:
         return origins[0], turns[0]
 
     def offset(self, joints: Floats) -> Floats:
-        """Return where the hand holds, body axes about the body origin [m], shape (3,)."""
+        """Return the grasp point, body axes about the body origin [m], shape (3,)."""
         if self.arm is None:
             return np.zeros(3)
         origins, turns = self._poses(joints)

@@ -47,10 +47,10 @@ class Stage(ABC):
 
     @abstractmethod
     def act(self, scene: Scene) -> Move:
-        """Return the present reference."""
+        """Return the reference and transition at one instant."""
 
     def still(self, scene: Scene, *, fine: bool, grip: float | None = None) -> Move:
-        """Stay where the stage began."""
+        """Hold the position at which the stage began."""
         k = scene.kept
         wanted = k.grip if grip is None else grip
         return Move(Place(k.origin, yaw=k.yaw), k.arm, wanted, fine)
@@ -58,7 +58,7 @@ class Stage(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Rise(Stage):
-    """Rises, or sinks, from where the stage began.
+    """Stage that changes the height.
 
     Args:
         height: upwards [m].
@@ -71,14 +71,14 @@ class Rise(Stage):
     within: float = _metres(0.05, 1e-3)
 
     def act(self, scene: Scene) -> Move:
-        """Return the place on the way up."""
+        """Return the next position on the way up."""
         end = scene.kept.origin + np.array([0.0, 0.0, self.height])
         return travelled(self, scene, end, self.speed, self.within)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Go(Stage):
-    """Goes to a place on a straight line.
+    """Stage that moves to a position on a straight line.
 
     Args:
         to: world [m], three numbers.
@@ -95,7 +95,7 @@ class Go(Stage):
     within: float = _metres(0.06, 1e-3)
 
     def act(self, scene: Scene) -> Move:
-        """Return the place on the line."""
+        """Return the next position on the line."""
         end = np.asarray(self.to, dtype=float)
         if self.hand:
             end = scene.hand.body_for(end, scene.kept.yaw, scene.now.joints)
@@ -105,7 +105,7 @@ class Go(Stage):
 
 @dataclass(frozen=True, kw_only=True)
 class ReachStage(Stage):
-    """Brings the hand to a height above the object, wherever that has been seen.
+    """Stage that moves the hand above the object at its last seen position.
 
     Args:
         height: of the hand above the object's origin [m].
@@ -120,7 +120,7 @@ class ReachStage(Stage):
     within_height: float = _metres(0.03, 1e-3)
 
     def act(self, scene: Scene) -> Move:
-        """Return the place on the way to the object; wait until it has been seen."""
+        """Return the next position towards the object; wait until it has been seen."""
         k, s = scene.kept, scene.now
         if k.target is None:
             late = scene.elapsed > self.patience
@@ -138,7 +138,7 @@ class ReachStage(Stage):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose(Stage):
-    """Moves the arm, and holds its place meanwhile.
+    """Stage that moves the arm while the body holds its position.
 
     Args:
         angles: one a joint of the arm [rad or m]; empty for stowed.
@@ -149,7 +149,7 @@ class Pose(Stage):
     time: float = _seconds(2.0)
 
     def act(self, scene: Scene) -> Move:
-        """Return the angles on the way."""
+        """Return the next joint angles."""
         k = scene.kept
         end = np.asarray(self.angles, dtype=float) if self.angles else scene.hand.stowed
         done = scene.elapsed >= self.time
@@ -159,7 +159,7 @@ class Pose(Stage):
 
 @dataclass(frozen=True, kw_only=True)
 class Close(Stage):
-    """Closes the fingers until enough pads feel the object.
+    """Stage that closes the gripper until enough pads are in contact.
 
     Args:
         time: of the whole motion [s].
@@ -176,7 +176,7 @@ class Close(Stage):
     patience: float = _seconds(2.0)
 
     def act(self, scene: Scene) -> Move:
-        """Return the grip; try again when nothing is felt in time."""
+        """Return the grip; retry without contact in time."""
         grip = min(scene.elapsed / max(self.time, 1e-9), 1.0)
         felt = scene.elapsed >= self.time and scene.pressed(self.force) >= self.pads
         late = scene.elapsed > self.time + self.settle + self.patience
@@ -186,7 +186,7 @@ class Close(Stage):
 
 @dataclass(frozen=True, kw_only=True)
 class Open(Stage):
-    """Opens the fingers.
+    """Stage that opens the gripper.
 
     Args:
         time: of the motion [s].
@@ -203,7 +203,7 @@ class Open(Stage):
 
 @dataclass(frozen=True, kw_only=True)
 class Wait(Stage):
-    """Stays in its place.
+    """Stage that holds the position for a time.
 
     Args:
         time: [s].
@@ -212,13 +212,13 @@ class Wait(Stage):
     time: float = _seconds(1.0)
 
     def act(self, scene: Scene) -> Move:
-        """Return the place."""
+        """Return the held position."""
         return self.still(scene, fine=scene.elapsed >= self.time)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Land(Stage):
-    """Sinks until something holds it up.
+    """Stage that descends until the body is supported.
 
     Args:
         speed: downwards [m/s].
@@ -232,7 +232,7 @@ class Land(Stage):
     settle: float = _seconds(0.5)
 
     def act(self, scene: Scene) -> Move:
-        """Return a place that sinks; landed when the body does not follow it."""
+        """Return a descending position; landed when the body no longer follows."""
         k, s = scene.kept, scene.now
         down = self.speed * min(scene.elapsed, 1.0) * max(scene.elapsed - 0.5, 0.5 * scene.elapsed)
         low = k.origin - np.array([0.0, 0.0, down])
@@ -251,7 +251,7 @@ def travelled(  # noqa: PLR0917  one way of one stage
     within: float,
     yaw: float | None = None,
 ) -> Move:
-    """Return the place on a minimum-jerk way to an end that may drift.
+    """Return the position on a minimum-jerk path to an end point that may move.
 
     Args:
         stage: with its patience.

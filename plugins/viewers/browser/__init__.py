@@ -1,4 +1,4 @@
-"""A run in the web browser, by viser."""
+"""Viewer of a run in the web browser, by viser."""
 
 from seals.plugins.viewers.browser.viewer import ViewerBrowser
 

@@ -1,4 +1,4 @@
-"""Forces in the page: one set of arrows for each effect."""
+"""Force arrows in the page, one set per effect."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHAFT, HEAD, TIP = 0.018, 0.05, 0.13
 
 
 class Pushes:
-    """The arrows of a run.
+    """Force arrows of a run.
 
     Args:
         server: viser's.
@@ -67,7 +67,7 @@ class Pushes:
         )
 
     def remove(self) -> None:
-        """Take all arrows out of the page."""
+        """Remove all arrows from the page."""
         self.show({}, 1.0)
 
 

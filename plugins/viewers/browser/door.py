@@ -1,4 +1,4 @@
-"""The door of the page: a token in the address, own origins, few connections."""
+"""Access control of the page: token in the address, same origin, limited connections."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _DEAF = "Open the address that seals view printed, with all that follows the por
 
 @dataclass
 class Door:
-    """Lets in who knows the token and comes from the page itself.
+    """Access control: admits requests with the token that come from the page itself.
 
     A page of any other site can make a browser ask for ``http://127.0.0.1:8080``, and its scripts
     can open a websocket there: the browser asks nobody. Such a page does not know the token, and
@@ -50,7 +50,7 @@ class Door:
     open: set[Any] = field(default_factory=set)
 
     def refusal(self, path: str, host: str, origin: str | None) -> str:
-        """Return why a request is refused, empty where it is let in.
+        """Return why a request is refused; empty where it is admitted.
 
         Args:
             path: what is asked for.
@@ -86,7 +86,7 @@ class Door:
         return name in (socket.gethostname().lower(), socket.getfqdn().lower())
 
     def answered(self, serve: Callable[..., Any]) -> Callable[..., Any]:
-        """Return how a request is answered: refused, or by what serves the page.
+        """Return the response to a request: a refusal, or that of the page's server.
 
         Args:
             serve: takes connection and request; returns a response, or None for a websocket.
@@ -125,7 +125,7 @@ def _name(address: str) -> str:
 
 @contextlib.contextmanager
 def closed_by(door: Door) -> Iterator[None]:
-    """Put a door before every server of websockets that is opened inside of the context.
+    """Guard every websocket server opened inside the context with an access control.
 
     viser opens its server by itself and has no place for one.
     """

@@ -1,4 +1,4 @@
-"""The controls beside the picture: time, forces, cameras, values of the run."""
+"""Control panel of the page: time, forces, cameras, parameters of the run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4", "8")
 
 
 class Panel:
-    """The controls of one session.
+    """Control panel of one session.
 
     Values are read by the thread that draws; pages write them from threads of their own.
 
@@ -78,13 +78,13 @@ class Panel:
         return value
 
     def turned(self) -> dict[str, float]:
-        """Return the values that a person changed since the last call."""
+        """Return the parameters that the user changed since the last call."""
         with self._lock:
             found, self._turned = self._turned, {}
         return found
 
     def begin(self, colours: dict[str, tuple[int, int, int]]) -> None:
-        """Renew what belongs to the run on show.
+        """Rebuild the controls for the displayed run.
 
         Args:
             colours: of the effects that push.
@@ -110,7 +110,7 @@ class Panel:
                 self.effects = {n: gui.add_checkbox(n, n not in off) for n in colours}
 
     def chosen(self) -> set[str]:
-        """Return the effects whose arrows are wanted."""
+        """Return the effects whose arrows are switched on."""
         return {name for name, box in self.effects.items() if box.value}
 
     def tell(self, time: float) -> None:

@@ -1,4 +1,4 @@
-"""The water in the page: a surface that moves, the depth below it, particles."""
+"""Water in the page: moving surface, water body, particles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CELLS = 64
 
 
 class Sea:
-    """The water of a run in the page.
+    """Water of a run in the page.
 
     Args:
         server: viser's.
@@ -39,7 +39,7 @@ class Sea:
         self._drawn: Patch | None = None
 
     def show(self, time: float, particles: Floats | None) -> None:
-        """Draw the water of a time [s].
+        """Draw the water at a time [s].
 
         Args:
             time: [s].
@@ -91,7 +91,7 @@ class Sea:
             self._drops.points = particles.astype(np.float32)
 
     def remove(self) -> None:
-        """Take the water out of the page."""
+        """Remove the water from the page."""
         for handle in (self._surface, self._drops):
             if handle is not None:
                 handle.remove()

@@ -1,4 +1,4 @@
-"""Web server of the viewer, bound to one address, without public tunnel."""
+"""Web server of the viewer, on one address, without a public tunnel."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _shown(host: str) -> str:
 
 
 def refuse_missing() -> Any:
-    """Return viser.
+    """Return the module viser, or refuse in words where it is missing.
 
     Raises:
         MissingExtra: it is not installed.

@@ -1,4 +1,4 @@
-"""Robots, objects and ground in the page: shapes that hang on frames that move."""
+"""Robots, objects and ground in the page: shapes on moving frames."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TILES = 24
 
 
 class Solids:
-    """The shapes of a stage in the page.
+    """Shapes of a scene in the page.
 
     Args:
         server: viser's.
@@ -55,7 +55,7 @@ class Solids:
             frame.position, frame.wxyz = place, quaternion_of(turn)[[3, 0, 1, 2]]
 
     def remove(self) -> None:
-        """Take everything out of the page."""
+        """Remove all shapes from the page."""
         for handle in reversed(self._handles):
             handle.remove()
 

@@ -40,7 +40,7 @@ class Extent(NamedTuple):
 
 
 def extent_of(session: Session, before: Extent | None) -> Extent:
-    """Return how much of the world to show of the run on show.
+    """Return the extent of the world to display for a run.
 
     A run whose end is not known yet is taken as it stands; the first one sets the view.
     """
@@ -72,7 +72,7 @@ def extent_of(session: Session, before: Extent | None) -> Extent:
 
 
 def size_of(stage: Stage) -> float:
-    """Return the radius of the robot around its base, as it is drawn [m].
+    """Return the radius of the drawn robot around its base [m].
 
     The objects of a run do not count: they may be rafts.
     """
@@ -86,7 +86,7 @@ def size_of(stage: Stage) -> float:
 
 
 def look_at(server: Any, extent: Extent) -> None:
-    """Put the first view of every page in front of the robot, a little above it."""
+    """Set the initial camera in front of the robot and slightly above it."""
     way = np.array([0.75, -1.0, 0.45])
     camera = server.initial_camera
     camera.up = (0.0, 0.0, 1.0)
@@ -102,7 +102,7 @@ def look_at(server: Any, extent: Extent) -> None:
 
 
 def set_sky(server: Any) -> None:
-    """Put a sky behind everything, and light without what would have to be fetched."""
+    """Set sky background and lights, without downloaded textures."""
     fade = np.linspace(0.0, 1.0, 64)[:, None]
     column = (1.0 - fade) * np.array(ZENITH) + fade * np.array(HORIZON)
     server.scene.set_background_image(

@@ -1,4 +1,4 @@
-"""Viewer in the browser: draws at the rate of the page and follows its controls."""
+"""Viewer in the browser: draw loop and controls."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REST = 0.5
 
 @dataclass(kw_only=True)
 class ViewerBrowser:
-    """A page for the web browser, by viser.
+    """Viewer in the web browser, by viser.
 
     Args:
         rate: pictures in a second.
@@ -81,7 +81,7 @@ class Page:
         set_sky(server)
 
     def draw(self) -> None:
-        """Obey the controls, go on in time, and draw."""
+        """Apply the controls, advance the time, and draw."""
         session = self._session
         self._obey()
         session.follow()

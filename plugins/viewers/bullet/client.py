@@ -1,4 +1,4 @@
-"""A PyBullet client that holds nothing but what is seen: no contact, no mass, no step."""
+"""PyBullet client for rendering only: visual shapes without mass or contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MOST_CORNERS = 30_000
 
 
 class View(NamedTuple):
-    """A camera: place [m], optical axes in the world as columns, lens."""
+    """Camera: position [m], optical axes in the world as columns, lens."""
 
     origin: Floats
     axes: Floats
@@ -47,7 +47,7 @@ class _Body(NamedTuple):
 
 
 class Bodies:
-    """The shapes of a scene as PyBullet bodies, one for each frame, part and colour.
+    """Visual shapes of a scene as PyBullet bodies, one for each frame, part and colour.
 
     Args:
         scene: what to draw; planes are left out.
@@ -128,7 +128,7 @@ class Bodies:
         }
 
     def place(self, position: Floats, rotation: Floats, camera: View) -> None:
-        """Move all bodies that are in view, and hide the others.
+        """Set the poses of all bodies in view, and hide the others.
 
         The camera is the origin, because drawing is in single precision.
 
@@ -216,7 +216,7 @@ def _placed(shape: Shape) -> tuple[Floats, Floats]:
 
 
 def engine(name: str) -> Any:
-    """Import PyBullet, without the line that its C code prints on the first import.
+    """Import PyBullet without the line that it prints.
 
     Raises:
         MissingExtra: it is not installed.
@@ -234,7 +234,7 @@ def engine(name: str) -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Swallow what C code prints: a first import and drivers talk."""
+    """Suppress the output of C code, such as that of drivers."""
     sys.stdout.flush()
     sys.stderr.flush()
     kept, silent = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)

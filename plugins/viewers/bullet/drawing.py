@@ -1,4 +1,4 @@
-"""From PyBullet's buffers to a picture."""
+"""Conversion of PyBullet's image buffers to a picture."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Sampling(NamedTuple):
 
 
 class Drawing:
-    """A scene that PyBullet draws; planes are put behind it pixel by pixel.
+    """Scene drawn by PyBullet; planes are added behind it pixel by pixel.
 
     Args:
         scene: what to draw.

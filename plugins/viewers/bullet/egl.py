@@ -1,4 +1,4 @@
-"""PyBullet's OpenGL renderer without a display, as far as the machine has one."""
+"""PyBullet's OpenGL renderer without a display (EGL)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TRIAL = Path(__file__).with_name("egl_trial.py")
 
 @dataclass(kw_only=True)
 class RendererEgl(RendererBullet):
-    """OpenGL through EGL: fast on a graphics card, slow on a software driver.
+    """OpenGL renderer through EGL: fast on a graphics card, slow on a software driver.
 
     Equation:
         Pinhole projection, depth buffer; shading by PyBullet's own shader.
@@ -48,7 +48,7 @@ class RendererEgl(RendererBullet):
     """
 
     def begin(self, scene: Scene, light: Light) -> Drawing:
-        """Try the driver out, then load the scene.
+        """Test the driver, then load the scene.
 
         Raises:
             MissingExtra: the plug-in or a driver is missing, or the trial failed.
@@ -75,7 +75,7 @@ def plugin_file() -> str:
 
 
 def try_out(plugin: str) -> None:
-    """Take a picture in a process of its own.
+    """Test the driver by rendering a picture in a child process.
 
     Raises:
         MissingExtra: it did not work; the message says how it ended.

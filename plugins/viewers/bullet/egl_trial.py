@@ -1,4 +1,4 @@
-"""Load PyBullet's EGL plug-in and take a picture; a driver that is missing may end the process.
+"""Test program: load PyBullet's EGL plug-in and render; a missing driver may crash it.
 
     python egl_trial.py PLUGIN_FILE
 
@@ -14,7 +14,7 @@ if sys.path and sys.path[0] == os.path.dirname(__file__):
 
 
 def main(plugin: str) -> int:
-    """Try the plug-in in a file and return the exit code."""
+    """Test the EGL plug-in in a file and return the exit code."""
     import pybullet
 
     pybullet.connect(pybullet.DIRECT)

@@ -15,7 +15,7 @@ from seals.rendering.scene import Poses, Scene
 
 @dataclass(kw_only=True)
 class RendererBullet(ABC):
-    """Base of renderers with one PyBullet client; subclasses open it."""
+    """Base of renderers with one PyBullet client, which subclasses open."""
 
     def __post_init__(self) -> None:
         """Keep the engine closed until `open`."""
@@ -26,7 +26,7 @@ class RendererBullet(ABC):
         """Return the drawing of a scene."""
 
     def open(self, scene: Scene, light: Light) -> None:
-        """Load a scene; one that was open is closed first.
+        """Load a scene, closing the one before.
 
         Raises:
             MissingExtra: what the renderer needs is not installed.

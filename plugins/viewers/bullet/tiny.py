@@ -1,4 +1,4 @@
-"""TinyRenderer: a rasteriser on the processor that runs wherever PyBullet does."""
+"""TinyRenderer of PyBullet: rasteriser on the CPU."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SAMPLING = Sampling("ER_TINY_RENDERER", (-0.5, 0.5))
 
 @dataclass(kw_only=True)
 class RendererTiny(RendererBullet):
-    """TinyRenderer of PyBullet: triangles on one processor core.
+    """TinyRenderer of PyBullet: rasteriser on one CPU core.
 
     Equation:
         Pinhole projection, depth buffer, Lambert shading (`seals.rendering.light.Light`).

@@ -1,4 +1,4 @@
-"""Photoreal frames by Mitsuba 3: water that bends, mirrors, absorbs and scatters light."""
+"""Photorealistic frames by Mitsuba 3, with refraction, reflection, absorption and scattering."""
 
 from seals.plugins.viewers.mitsuba.renderer import RendererMitsuba
 

@@ -1,4 +1,4 @@
-"""A frame as the dictionary that Mitsuba builds a scene from."""
+"""Conversion of a frame to Mitsuba's scene dictionary."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ LOWER = 0.003
 
 
 class Crop(NamedTuple):
-    """Rows of a picture that are drawn: the first, and how many."""
+    """Rows of an image to draw: first row and number of rows."""
 
     first: int
     rows: int
 
 
 class Build:
-    """Builds dictionaries for the frames of one film.
+    """Builder of the scene dictionaries of one film.
 
     Args:
         mi: the mitsuba module.
@@ -64,7 +64,7 @@ class Build:
         self._medium = medium_of(optics)
 
     def links(self, poses: Poses) -> dict[str, Any]:
-        """Return links and solids where they stand."""
+        """Return links and solids at their poses."""
         place, turn = np.asarray(poses.position)[0], np.asarray(poses.rotation)[0]
         return {
             f"shape_{number}": {
@@ -77,12 +77,12 @@ class Build:
         }
 
     def sky(self) -> dict[str, Any]:
-        """Return sky and sun; its picture has its pole upwards along y."""
+        """Return sky and sun as an environment map, whose pole is along y."""
         turn = self.mi.ScalarTransform4f().rotate([1.0, 0.0, 0.0], 90.0)
         return {"sky": {"type": "envmap", "bitmap": self._sky, "to_world": turn}}
 
     def water(self, frame: Frame) -> dict[str, Any]:
-        """Return the surface of the water with the medium inside of it."""
+        """Return the water surface with the participating medium below it."""
         if frame.water is None:
             return {}
         path = self.folder / "water.ply"
@@ -98,7 +98,7 @@ class Build:
         return {"medium": dict(self._medium), "water": surface}
 
     def ground(self, frame: Frame) -> dict[str, Any]:
-        """Return level planes; sunlight dances on those under water."""
+        """Return level planes, with caustics on those under water."""
         out: dict[str, Any] = {}
         for k, plane in enumerate(self.planes):
             height = float(plane.position[2])
@@ -138,7 +138,7 @@ class Build:
         return cell * round(float(x) / cell), cell * round(float(y) / cell)
 
     def sensor(self, frame: Frame, crop: Crop, *, wet: bool, samples: int) -> dict[str, Any]:
-        """Return the camera; under water it begins in the medium."""
+        """Return the camera, inside the medium where it is under water."""
         found = camera(self.mi, frame.view, frame.lens, near=frame.port, crop=crop)
         found["sampler"] = {"type": "independent", "sample_count": samples}
         if wet and self._medium is not None and frame.water is not None:
@@ -150,7 +150,7 @@ class Build:
 
 
 def camera(mi: Any, view: Viewpoint, lens: Lens, *, near: float, crop: Crop) -> dict[str, Any]:
-    """Return a pinhole camera, without sampler.
+    """Return a pinhole camera without sampler.
 
     Args:
         mi: the mitsuba module.

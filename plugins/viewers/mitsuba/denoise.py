@@ -1,4 +1,4 @@
-"""Takes the grain of too few samples out of a picture, where Open Image Denoise is installed."""
+"""Denoising of rendered images, by Open Image Denoise where it is installed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def denoiser() -> Any:
 
 
 def cleaned(colour: Image, albedo: Image, normal: Image) -> Image:
-    """Return a picture without grain; as it was, without single bright dots, lacking a denoiser.
+    """Return a denoised image; without a denoiser only single bright pixels are removed.
 
     Args:
         colour: linear, shape (H, W, 3).
@@ -40,7 +40,7 @@ def cleaned(colour: Image, albedo: Image, normal: Image) -> Image:
 
 
 def calmed(colour: Image, ratio: float = 4.0) -> Image:
-    """Return a picture whose single bright dots have the median of the pixels about them.
+    """Return an image whose single bright pixels are replaced by the local median.
 
     Args:
         colour: linear, shape (H, W, 3).

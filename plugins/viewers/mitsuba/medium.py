@@ -1,4 +1,4 @@
-"""Jerlov's water as a participating medium."""
+"""Jerlov water types as participating media."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FURTHEST = 0.95
 
 
 def medium_of(optics: Optics) -> Mapping[str, Any] | None:
-    """Return the medium of the water, None for water that is as clear as air.
+    """Return the medium of the water; None for water as clear as air.
 
     Equation:
         Extinction a + (1 - f) b, albedo (1 - f) b over it; f, the share that goes on nearly
@@ -37,7 +37,7 @@ def medium_of(optics: Optics) -> Mapping[str, Any] | None:
 
 
 def mean_cosine(backward: float) -> float:
-    """Return g of Henyey and Greenstein's phase function with a given backward share.
+    """Return the Henyey-Greenstein parameter g for a given backscatter fraction.
 
     Equation:
         B(g) = (1 - g) / (2 g) ((1 + g) / sqrt(1 + g^2) - 1).
@@ -59,5 +59,5 @@ def mean_cosine(backward: float) -> float:
 
 
 def backward_share(g: float) -> float:
-    """Return the share that a phase function of Henyey and Greenstein turns backwards [1]."""
+    """Return the backscatter fraction of a Henyey-Greenstein phase function [1]."""
     return (1.0 - g) / (2.0 * g) * ((1.0 + g) / float((1.0 + g * g) ** 0.5) - 1.0)

@@ -1,4 +1,4 @@
-"""One frame: drawn dry, wet, or both and joined along the waterline on the camera's port."""
+"""Rendering of one frame: camera in air, under water, or half submerged."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FINER = 3
 
 
 def photograph(build: Build, frame: Frame, *, samples: int, depth: int, denoise: bool) -> Image:
-    """Return a frame: linear, one being white, shape (H, W, 3).
+    """Render a frame; linear colour, white is 1, shape (H, W, 3).
 
     Args:
         build: of the film.
@@ -43,7 +43,7 @@ def photograph(build: Build, frame: Frame, *, samples: int, depth: int, denoise:
 
 
 def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool) -> Image:
-    """Draw one picture."""
+    """Render one image."""
     inner = {"type": "volpath", "max_depth": depth, "rr_depth": 3}
     scene = mi.load_dict(
         {
@@ -60,7 +60,7 @@ def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool) -> Image:
 
 
 def wet_share(frame: Frame) -> NDArray[np.float64]:
-    """Return the share of every pixel whose line of sight begins under water, shape (H, W)."""
+    """Return the fraction of every pixel whose ray starts under water, shape (H, W)."""
     lens, (origin, axes) = frame.lens, frame.view
     if frame.water is None:
         return np.zeros((lens.height, lens.width))

@@ -1,4 +1,4 @@
-"""Pictures for cameras of a run: links and ground without water, from Mitsuba."""
+"""Camera images by Mitsuba: links and ground without water."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAMPLES = 16
 
 
 class Plain:
-    """A scene for cameras.
+    """Scene for camera images.
 
     Args:
         mi: the mitsuba module.

@@ -30,7 +30,7 @@ DEPTHS = {Quality.draft: 8, Quality.paper: 32}
 
 @dataclass(kw_only=True)
 class RendererMitsuba:
-    """Mitsuba 3: paths of light through a surface that bends and mirrors, in water that scatters.
+    """Mitsuba 3 path tracer: refracting and reflecting water surface, scattering water.
 
     Equation:
         Radiative transfer by path tracing with volumes; Fresnel and Snell at the surface, index
@@ -100,7 +100,7 @@ class RendererMitsuba:
         return self._plain.render(poses, cameras, lens, normals=normals)
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
-        """Prepare for the frames of a film."""
+        """Prepare the frames of a film."""
         check_scene(scene)
         mi = mitsuba(self.variant)
         folder = self._fresh()
@@ -117,7 +117,7 @@ class RendererMitsuba:
         )
 
     def photograph(self, frame: Frame) -> NDArray[np.float32]:
-        """Return a frame.
+        """Render a frame.
 
         Raises:
             PhysicsError: nothing was arranged.

@@ -1,4 +1,4 @@
-"""A sandy floor: grains of colour, and the dance of sunlight on it."""
+"""Texture of a sandy floor, with caustics of sunlight."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def sand(
 
 @lru_cache(maxsize=1)
 def grains() -> NDArray[np.float64]:
-    """Return noise of many sizes with mean 0 and standard deviation 1."""
+    """Return multi-scale noise with mean 0 and standard deviation 1."""
     rng = np.random.default_rng(7)
     rate = np.hypot(*np.meshgrid(np.fft.fftfreq(CELLS), np.fft.fftfreq(CELLS), indexing="ij"))
     rate[0, 0] = 1.0

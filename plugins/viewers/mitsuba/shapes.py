@@ -1,4 +1,4 @@
-"""Shapes of a scene for Mitsuba: triangle files, placed for every frame."""
+"""Shapes of a scene for Mitsuba: mesh files and their poses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ METAL = 0.06
 
 
 def write_shapes(scene: Scene, folder: Path) -> list[tuple[int, Shape, Path]]:
-    """Write every shape but level planes into files; return number, shape and file of each."""
+    """Write every shape but level planes to a file; return number, shape and file of each."""
     found = []
     for number, shape in enumerate(scene.shapes):
         if shape.kind == "plane":
@@ -46,7 +46,7 @@ def _split(mesh: Mesh) -> Mesh:
 
 
 def material(colour: tuple[float, float, float]) -> Mapping[str, Any]:
-    """Return the surface of a link by its displayed colour."""
+    """Return the surface material of a link of a displayed colour."""
     grey = max(colour) - min(colour) < METAL
     metal = 0.7 if grey and 0.35 < max(colour) < 0.75 else 0.0
     return {
@@ -62,7 +62,7 @@ def material(colour: tuple[float, float, float]) -> Mapping[str, Any]:
 
 
 def pose_of(shape: Shape, position: Floats, rotation: Floats) -> Floats:
-    """Return the 4x4 placement of a shape's file in the world."""
+    """Return the pose of a shape's file in the world as a 4 x 4 matrix."""
     place = np.eye(4)
     if shape.frame != WORLD:
         place[:3, :3], place[:3, 3] = rotation[shape.frame], position[shape.frame]

@@ -1,4 +1,4 @@
-"""Sky and sun as a picture of everything around."""
+"""Environment map of sky and sun."""
 
 from __future__ import annotations
 

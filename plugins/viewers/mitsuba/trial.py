@@ -1,4 +1,4 @@
-"""Draw a small picture with one of Mitsuba's variants; an old LLVM may end the process.
+"""Test program: render a small image with a Mitsuba variant; an old LLVM may crash it.
 
     python trial.py VARIANT
 
@@ -14,7 +14,7 @@ if sys.path and sys.path[0] == os.path.dirname(__file__):
 
 
 def main(variant: str) -> int:
-    """Try a variant and return the exit code."""
+    """Test a variant and return the exit code."""
     import mitsuba as mi
 
     mi.set_variant(variant)

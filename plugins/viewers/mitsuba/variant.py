@@ -17,7 +17,7 @@ _TRIAL = Path(__file__).with_name("trial.py")
 
 
 class Variant(enum.Enum):
-    """Mitsuba variant; ``auto`` takes the fastest that works on this machine."""
+    """Mitsuba variant; ``auto`` takes the fastest one that works here."""
 
     scalar_rgb = "scalar_rgb"
     llvm_ad_rgb = "llvm_ad_rgb"
@@ -68,7 +68,7 @@ def _chosen(variant: Variant) -> str:
 
 @lru_cache(maxsize=8)
 def trial(variant: str) -> str:
-    """Return what is wrong with a variant, empty when it draws.
+    """Return what is wrong with a variant; empty when it works.
 
     An old LLVM does not raise an error but ends the process, hence a child.
     """

@@ -1,4 +1,4 @@
-"""A batched ray caster in plain torch: colour, depth, parts and normals of many cameras at once."""
+"""Batched ray caster in PyTorch: colour, depth, parts and normals of many cameras."""
 
 from seals.plugins.viewers.raycast.renderer import RendererRaycast
 

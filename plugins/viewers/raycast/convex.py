@@ -1,4 +1,4 @@
-"""Meshes as convex solids: planes, or the ball or cylinder that a many-sided piece stands for."""
+"""Conversion of meshes to convex solids: polyhedra, or the fitted sphere, cylinder or box."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def boxes(
 def cylinders(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor, half: Tensor, near: float
 ) -> Tensor:
-    """Return entry distances of cylinders: mantle and caps."""
+    """Return entry distances of cylinders: side and caps."""
     import torch
 
     (dx, dy, dz), (ox, oy, oz) = local(rays, centre, turn)
@@ -94,7 +94,7 @@ def hulls(
     planes: tuple[Tensor, Tensor],
     near: float,
 ) -> tuple[Tensor, Tensor]:
-    """Return entry distances of convex solids of P planes, and the plane's number, (M, R, K).
+    """Return entry distances of convex solids of P planes, and the plane hit, (M, R, K).
 
     Args:
         rays: x and y of the rays.

@@ -1,4 +1,4 @@
-"""Primitives in the axes of every camera: what the rays are cast against."""
+"""Transformation of primitives to the axes of every camera."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Fixed(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Primitives as M cameras see them, single precision.
+    """Primitives in the axes of M cameras, single precision.
 
     Args:
         centre: optical axes [m], shape (M, K, 3).
@@ -55,12 +55,12 @@ class Placed(NamedTuple):
     above: Tensor
 
     def of(self, cut: slice) -> Placed:
-        """Return some of the cameras."""
+        """Return the primitives of some of the cameras."""
         return Placed(*(x[cut] for x in self))
 
 
 def fixed_of(tables: Tables, sky: tuple[float, float, float], device: str) -> Fixed:
-    """Return the tables as tensors; places in double precision."""
+    """Return the tables as tensors; positions in double precision."""
     import torch
 
     def tensor(values: Any, kind: Any) -> Tensor:

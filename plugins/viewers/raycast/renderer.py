@@ -1,4 +1,4 @@
-"""The ray caster as a renderer plug-in: devices, blocks, programs."""
+"""Renderer plug-in of the ray caster: device, blocks of rays, compiled programs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BLOCK = {"cpu": 0.5, "cuda": 2000.0}
 
 @dataclass(kw_only=True)
 class RendererRaycast:
-    """One ray a pixel against primitives and convex pieces, in torch, for many cameras at once.
+    """Ray caster in PyTorch: one ray per pixel against primitives, many cameras at once.
 
     Equation:
         Closed forms of ray and sphere, box, cylinder, convex polyhedron and level plane; Lambert
@@ -182,7 +182,7 @@ class RendererRaycast:
 
 
 def blocks(views: int, pixels: int, most: int) -> list[tuple[slice, slice]]:
-    """Cut cameras and pixels into blocks of at most ``most`` rays, all of one size where it goes.
+    """Split cameras and pixels into blocks of at most ``most`` rays, of equal size if possible.
 
     Example:
         >>> blocks(3, 100, 200)

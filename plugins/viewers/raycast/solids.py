@@ -16,7 +16,7 @@ KINDS = ("sphere", "box", "cylinder", "convex", "plane")
 
 
 class Solid(NamedTuple):
-    """One primitive in axes of its frame; half lengths, a cylinder's as radius, radius, half."""
+    """One primitive in its frame; size as half lengths, for a cylinder (radius, radius, half)."""
 
     kind: str
     half: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""From primitives in camera axes to pictures: the nearest hit, its normal, its colour."""
+"""Ray casting: the nearest hit of every ray, its normal and colour."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Tensor = Any
 
 
 class Setting(NamedTuple):
-    """Numbers that a compiled program holds for good.
+    """Constants of a compiled program.
 
     Args:
         counts: primitives of each kind.

@@ -1,4 +1,4 @@
-"""Compliance from the speed of sound, and Chebyshev acceleration of the Jacobi sweeps."""
+"""Compliance from the speed of sound, and Chebyshev weights of the Jacobi iterations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def compliance(sound_speed: float, step: float) -> float:
 def weights(
     sweeps: int, *, softness: float, lattice: Calibration, margin: float = 1.1
 ) -> list[tuple[float, float]]:
-    """Return (gain, memory) of each sweep: Chebyshev semi-iteration on the constraint's spectrum.
+    """Return (gain, momentum) of each iteration of the Chebyshev semi-iteration.
 
     Args:
         sweeps: how many.

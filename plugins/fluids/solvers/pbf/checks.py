@@ -18,7 +18,7 @@ CLOSEST = 0.6
 
 
 def check_state(arrays: Mapping[str, Any], capacity: int) -> None:
-    """Refuse a stored state that would lead the kernels out of their arrays.
+    """Refuse a stored state with indices or sizes outside the arrays.
 
     Raises:
         ValueError: a count, the numbers of the particles, or the origin cannot be.
@@ -44,7 +44,7 @@ def check_fill(
     capacity: int,
     trusted: bool,
 ) -> None:
-    """Refuse particles that the solver cannot start from.
+    """Refuse initial particles that are invalid, such as not finite or overlapping.
 
     Raises:
         PhysicsError: wrong shape, not finite, outside, over capacity, or overlapping.

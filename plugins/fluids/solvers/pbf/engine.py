@@ -1,4 +1,4 @@
-"""Start of Taichi: device, threads, precision; once per process."""
+"""Initialisation of Taichi: device, threads, precision; once per process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DEVICES = ("cpu", "cuda")
 
 @dataclass(kw_only=True)
 class Engine:
-    """Start Taichi once for the process.
+    """Initialisation of Taichi for the process, with its settings.
 
     A second start with the same choice joins the first; with another choice it is refused,
     because Taichi would destroy every field in use.
@@ -51,7 +51,7 @@ class Engine:
         return self.device == "cuda"
 
     def start(self) -> Any:
-        """Start Taichi, or join the start that was made; return the language module."""
+        """Initialise Taichi unless that was done already; return its module."""
         wanted = (self.device, 0 if self.accelerated else self.threads)
         if Engine._started is None:
             self._init()

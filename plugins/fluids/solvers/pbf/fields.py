@@ -13,12 +13,12 @@ NOT_FINITE, ESCAPED, CROWDED, LONGEST = 0, 1, 2, 3
 
 
 def buffers(sweep: int) -> tuple[int, int]:
-    """Return the buffers that a sweep reads and writes; a substep starts in buffer 1."""
+    """Return the buffers that an iteration reads and writes; a substep starts in buffer 1."""
     return (1, 0) if sweep % 2 == 0 else (0, 1)
 
 
 class Fields:
-    """A tree of fields that can be freed as a whole."""
+    """Group of device fields, allocated and freed together."""
 
     def __init__(self) -> None:
         self.builder = ti.FieldsBuilder()

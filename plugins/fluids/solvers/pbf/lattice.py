@@ -138,7 +138,7 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
 def sheet_mean(
     shape: Callable[[Array], tuple[Array, Array]], height: float, support: float
 ) -> Array:
-    """Return value and slope of a kernel above a sheet, averaged over places along it.
+    """Return value and slope of a kernel above a sheet, averaged along it.
 
     Args:
         shape: value, and slope over distance.
@@ -179,7 +179,7 @@ def solid_factors(
 
 
 def along_over_across(solid: tuple[float, float], support: float) -> float:
-    """Return the second moment of a sheet's push along the sheet over that across it.
+    """Return the ratio of a sheet's second force moments along and across it.
 
     Seen from the layer of water on it, one spacing away; averaged over places along the sheet.
 

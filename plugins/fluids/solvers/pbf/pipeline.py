@@ -1,4 +1,4 @@
-"""Device side of the solver: fields, kernels, and the sequence of one substep."""
+"""Sequence of one substep on the device, with fields and kernels."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Sums(NamedTuple):
 
 
 class SubstepPipeline:
-    """Fields and kernels of one fluid, and their sequence in a substep.
+    """Fields and kernels of one fluid, run substep by substep.
 
     Args:
         domain: extent and capacities.
@@ -148,7 +148,7 @@ class SubstepPipeline:
         )
 
     def substep(self, *, static_changed: bool) -> int:
-        """Advance by one substep; return the number of sweeps."""
+        """Advance by one substep; return the number of solver iterations."""
         moving = self.moving
         if moving:
             self.bodies.predict()

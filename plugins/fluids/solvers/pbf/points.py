@@ -1,4 +1,4 @@
-"""Pairs of close points in NumPy: for checks and boundary volumes, outside of the time loop."""
+"""Search of close point pairs in NumPy, for checks and boundary volumes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def nearest_pair(a: Array, b: Array, radius: float, *, same: bool = False) -> fl
 
 
 class Weighed(NamedTuple):
-    """Boundary samples as the solver uses them.
+    """Boundary samples with weights, ready for the solver.
 
     Args:
         points: positions [m], shape (b, 3).

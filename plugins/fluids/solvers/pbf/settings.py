@@ -18,7 +18,7 @@ class Kernel(Enum):
 
 
 class Search(Enum):
-    """Neighbour search: a list stored once a substep, or a walk over cells in each pass."""
+    """Kind of neighbour search: stored list per substep, or cell search in each pass."""
 
     auto = "auto"
     list = "list"

@@ -325,7 +325,7 @@ class SolverPbf:
         return virial * (self.settings.density / self.pipeline.current**2) * self._multipliers()
 
     def placed(self) -> tuple[Array, Array, Array, Array]:
-        """Position, rotation, velocity and spin of the bodies as the water moved them."""
+        """Position, rotation, velocity and angular velocity of the bodies after the step."""
         table = self._bodies
         return (
             table[:, :3] + self.origin,
@@ -353,7 +353,7 @@ class SolverPbf:
         return Snapshot(arrays)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this water; bodies are placed anew by the caller."""
+        """Restore a snapshot; the caller sets the bodies again."""
         p, arrays = self.pipeline.particles, snapshot.arrays
         check_state(arrays, self.capacity)
         p.place[0].from_numpy(arrays["place"])

@@ -1,1 +1,1 @@
-"""Functions that run on the device: kernels grouped by model, data in, data out."""
+"""Device kernels of the fluid solver; docstrings name what each reads and writes."""

@@ -67,7 +67,7 @@ class Bodies:
 
     @ti.func
     def body_response(self, body, slope, turn) -> Any:
-        """Response of a body to the push of a particle with these gradients [1/m^2]."""
+        """Return the mobility of a body at a contact with these gradients [1/m^2]."""
         count, c = self.neighbour_count[body], self.compact[body]
         return self.mass * (
             c[3] * slope * ti.max(slope, SHARE * count[0])
@@ -76,7 +76,7 @@ class Bodies:
 
     @ti.kernel
     def receive(self):
-        """Data in: the inbox. Data out: state of the bodies."""
+        """Copy body states from the host. Data in: inbox. Data out: body states."""
         for b in range(1, self.bodies + 1):
             for k in ti.static(range(3)):
                 self.centre[b][k] = self.inbox[b, k]
@@ -91,7 +91,7 @@ class Bodies:
 
     @ti.kernel
     def report(self):
-        """Data in: state of the bodies. Data out: the outbox; impulses start anew."""
+        """Copy body states and impulses to the host, and zero the impulses. Data out: outbox."""
         for b in range(1, self.bodies + 1):
             for k in ti.static(range(3)):
                 self.outbox[b, k] = self.centre[b][k]
@@ -117,7 +117,7 @@ class Bodies:
 
     @ti.kernel
     def carry(self):
-        """Data in: poses of bodies. Data out: places of all samples."""
+        """Move the samples with their bodies. Data in: body poses. Data out: sample positions."""
         for s in range(self.s.capacity):
             if s < self.g.samples[None]:
                 self.put(s)
@@ -134,7 +134,7 @@ class Bodies:
 
     @ti.func
     def publish(self, b):
-        """Write what the sweeps read."""
+        """Write the body quantities that the iterations read."""
         c, j = self.centre[b], self.inverse_inertia[b]
         self.compact[b] = ti.Vector(
             [
@@ -148,7 +148,7 @@ class Bodies:
 
     @ti.func
     def put(self, s):
-        """Place one sample by the pose of its body."""
+        """Set the position of one sample from the pose of its body."""
         b = self.s.body[s]
         x = self.s.point[s]
         if b > 0:
@@ -157,7 +157,7 @@ class Bodies:
 
     @ti.kernel
     def gather(self):
-        """Data in: pushes on samples. Data out: impulses, poses and twists of bodies, samples."""
+        """Sum the forces on samples. Data out: impulses, poses and twists of bodies, samples."""
         for k in range(self.most):
             if k < self.groups[None]:
                 body, first, last = self.group[k][0], self.group[k][1], self.group[k][2]
@@ -181,7 +181,7 @@ class Bodies:
 
     @ti.func
     def apply_impulse(self, b):
-        """Let one body receive the pushes of a sweep."""
+        """Apply the impulses of one iteration to one body."""
         force = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
         moment = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
         for k in range(self.first[b][0], self.first[b][1]):
@@ -219,7 +219,7 @@ class BodyNeighbourCount:
 
     @ti.kernel
     def count(self):
-        """Data in: places in buffer 1, samples. Data out: neighbour counts."""
+        """Count the particles near each body. Data in: positions in buffer 1, samples."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 o = self.s.place[self.s.rank[s]]

@@ -64,7 +64,7 @@ class Cohesion:
 
     @ti.kernel
     def pull(self, src: ti.template()):
-        """Data in: places of ``src``, densities. Data out: velocities of buffer 1."""
+        """Apply surface tension. Data in: positions of ``src``, densities. Data out: velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.normal[i] = self.gather(src, i, False)
@@ -95,7 +95,7 @@ class Cohesion:
 
     @ti.func
     def pair(self, src: ti.template(), i, j, q, force: ti.template()) -> Any:
-        """Share of one neighbour."""
+        """Contribution of one neighbour."""
         o = self.p.place[src][j]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()

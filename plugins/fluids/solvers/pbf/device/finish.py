@@ -1,4 +1,4 @@
-"""End of a substep: artificial viscosity, wall friction, positions to buffer 0, sums."""
+"""End of a substep: artificial viscosity, wall friction, copy to buffer 0, sums."""
 
 from typing import Any
 
@@ -47,14 +47,14 @@ class Finish:
 
     @ti.kernel
     def find_laplacian(self, src: ti.template()):
-        """Data in: places of ``src``, velocities of buffer 1. Data out: their Laplacian."""
+        """Compute the velocity Laplacian. Data in: positions of ``src``, velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.p.laplacian[i] = self.laplacian(src, i, self.p.velocity[1])
 
     @ti.kernel
     def close(self, src: ti.template()):
-        """Data in: places of ``src``, velocities of buffer 1. Data out: buffer 0, wall impulse.
+        """Apply viscosity and wall friction. Data out: buffer 0, wall impulse.
 
         Equation:
             (L v)_i = sum_j W_ij (v_j - v_i); v <- v + blend L v - calm L (L v). The second term
@@ -87,7 +87,7 @@ class Finish:
 
     @ti.func
     def wall_friction(self, src: ti.template(), i, v) -> Any:
-        """Change of velocity by static walls: a stress of friction / 2 density speed^2.
+        """Velocity change by the friction of static walls, stress friction / 2 density speed^2.
 
         It acts on the layer at the wall, a spacing deep, against the flow along the wall, and is
         taken implicitly: it stops no particle within one substep.
@@ -140,7 +140,7 @@ class Finish:
 
     @ti.kernel
     def sums(self, velocity: ti.template(), src: ti.template()):
-        """Data out: per chunk, sums of velocity, its square, compression, and their largest."""
+        """Sum velocity, its square and compression by chunk, with the largest values."""
         for c in range(self.g.chunks):
             flow = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
             energy, squeezed, residual = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)

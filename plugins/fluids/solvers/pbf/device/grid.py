@@ -1,4 +1,4 @@
-"""Counting sort of points by cell, and the short runs of candidates around a point.
+"""Cell grid: counting sort of points by cell, and neighbour candidates of a point.
 
 Cells are as wide as the kernel's support in x and y, and a fraction of it in z, where neighbouring
 cells are neighbours in memory. Around a point nine columns are searched, each only over the heights
@@ -77,7 +77,7 @@ class Grid:
 
     @ti.func
     def run(self, start: ti.template(), p, ox, oy, reach) -> Any:
-        """Candidates of one of the nine columns around a point: first, and one past the last."""
+        """Index range of the candidates in one of the nine columns around a point."""
         cx, cy = self.column(p)
         # distance to the column's nearest side, zero for the point's own
         dx = ti.max(ox * ((cx - 1 + 0.5 + 0.5 * ox) * self.support - p[0]), 0.0)
@@ -104,7 +104,7 @@ class Grid:
 
     @ti.func
     def scan(self) -> None:
-        """Turn counts into starts, and clear the counts."""
+        """Prefix sum of the cell counts; clears the counts."""
         for r in range(self.runs):
             total = 0
             for c in range(r * RUN, ti.min((r + 1) * RUN, self.cells)):
@@ -135,7 +135,7 @@ class Grid:
 
     @ti.func
     def settle(self, order: ti.template(), number: ti.template()) -> None:
-        """Order the members of each cell by their number, so that sums repeat bit for bit."""
+        """Sort the members of each cell by number, which makes sums deterministic."""
         for c in range(self.cells):
             first, last = self.start[c], self.start[c + 1]
             for a in range(first + 1, last):

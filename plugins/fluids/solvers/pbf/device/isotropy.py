@@ -1,4 +1,4 @@
-"""Isotropic stress correction: shear stress from the disorder of particles is removed."""
+"""Isotropic stress correction, which removes the shear stress of disordered particles."""
 
 from typing import Any
 
@@ -65,7 +65,7 @@ class Isotropy:
 
     @ti.kernel
     def find(self):
-        """Data in: places of buffer 1. Data out: the tensors less one, and tr M / 3."""
+        """Compute the correction tensors less one, and tr M / 3. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 at = self.p.place[1][i]
@@ -79,7 +79,7 @@ class Isotropy:
 
     @ti.func
     def around(self, i, q) -> Any:
-        """Sum the moments: diagonal, and (yz, xz, xy)."""
+        """Sum the second moments around a particle: diagonal, and (yz, xz, xy)."""
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         # of boundary samples
         c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
@@ -107,7 +107,7 @@ class Isotropy:
 
     @ti.func
     def solid(self, c, d, t, q) -> Any:
-        """Add a boundary sample, which presses for itself and for the water behind it: half."""
+        """Add the moment of a boundary sample with half weight."""
         o = self.s.place[t]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         _, g = self.kernel.solid(e.norm_sqr())

@@ -60,7 +60,7 @@ class Pressure:
 
     @ti.kernel
     def multipliers(self, src: ti.template(), gain: ti.f32, memory: ti.f32):
-        """Data in: places in buffer ``src``. Data out: change of the multipliers, there too."""
+        """Compute the change of the multipliers in ``src``. Data in: positions of ``src``."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.solve(src, i, gain, memory)
@@ -158,7 +158,7 @@ class Pressure:
 
     @ti.kernel
     def displace(self, src: ti.template(), dst: ti.template()):
-        """Data in: places and multiplier changes of ``src``. Data out: places in ``dst``."""
+        """Move all particles. Data in: ``src``. Data out: positions in ``dst``."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.move(src, dst, i)
@@ -190,7 +190,7 @@ class Pressure:
 
     @ti.func
     def corrected(self, i, s) -> Any:
-        """Displacement by a particle's multiplier, made even."""
+        """Displacement by a particle's multiplier, with the isotropy correction."""
         return turned(self.p.correction[i], s) if ti.static(self.p.isotropic) else s
 
     @ti.func
@@ -207,7 +207,7 @@ class Pressure:
 
     @ti.func
     def press_off(self, i, q, mine) -> Any:
-        """Displacement by all boundary samples; the static ones' share goes into the account."""
+        """Displacement by all boundary samples; static ones also add to the wall impulse."""
         s = ti.Vector([0.0, 0.0, 0.0])
         wall = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
@@ -246,7 +246,7 @@ class Pressure:
 
     @ti.kernel
     def react(self, src: ti.template()):
-        """Data in: places and multiplier changes of ``src``. Data out: pushes on moving samples."""
+        """Compute the forces of particles on moving samples. Data in: ``src``."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 t = self.s.rank[s]

@@ -1,4 +1,4 @@
-"""From predicted positions to sorted particles and neighbour lists: the start of a substep."""
+"""Start of a substep: prediction of positions, sort by cell, neighbour lists."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 
 @ti.data_oriented
 class Sorting:
-    """Predicts, sorts and finds neighbours.
+    """Kernels of prediction, sort and neighbour search.
 
     Args:
         particles: model: capacity; data in: buffer 0; data out: buffer 1 and the lists.
@@ -46,7 +46,7 @@ class Sorting:
 
     @ti.kernel
     def begin(self):
-        """Data in: buffer 0. Data out: buffer 1, predicted and sorted by cell."""
+        """Predict positions and sort them by cell. Data in: buffer 0. Data out: buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 h = self.g.step[None]
@@ -80,7 +80,7 @@ class Sorting:
 
     @ti.func
     def report(self, q):
-        """Note a particle that is not a number, or outside."""
+        """Count a particle whose position is not finite or outside the domain."""
         bad = 0
         for k in ti.static(range(3)):
             # fast arithmetic may assume that numbers are finite: a range is tested instead
@@ -91,7 +91,7 @@ class Sorting:
 
     @ti.kernel
     def bin_samples(self):
-        """Data in: samples in the world. Data out: the same sorted by cell."""
+        """Sort the boundary samples by cell. Data in: samples in the world."""
         for s in range(self.s.capacity):
             if s < self.g.samples[None]:
                 q = self.s.world[s]
@@ -124,7 +124,7 @@ class Sorting:
 
     @ti.kernel
     def survey(self):
-        """Data in: sorted places. Data out: neighbours, or whether a boundary is near."""
+        """Find neighbours, or whether a boundary is near. Data in: sorted positions."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 if ti.static(self.listed):
@@ -176,14 +176,14 @@ class Sorting:
 
     @ti.func
     def look_around(self, i):
-        """Note whether boundary samples are in reach of one particle."""
+        """Mark whether boundary samples are in reach of one particle."""
         at = self.p.place[1][i]
         q = ti.Vector([at[0], at[1], at[2]])
         self.p.beside[i] = self.bounds.mark[self.bounds.cell_of(q)]
 
     @ti.kernel
     def survey_samples(self):
-        """Data in: sorted places. Data out: the particles around each moving sample."""
+        """Find the particles around each moving sample. Data in: sorted positions."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 o = self.s.place[self.s.rank[s]]

@@ -50,7 +50,7 @@ class Vorticity:
 
     @ti.kernel
     def confine(self, src: ti.template()):
-        """Data in: places of ``src``. Data out: velocities of buffer 1."""
+        """Apply vorticity confinement. Data in: positions of ``src``. Data out: velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 w = self.gather(src, i, False)
@@ -85,7 +85,7 @@ class Vorticity:
 
     @ti.func
     def pair(self, src: ti.template(), i, j, q, slope: ti.template()) -> Any:
-        """Share of one neighbour."""
+        """Contribution of one neighbour."""
         o = self.p.place[src][j]
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         g = self.kernel.gradient(e.norm_sqr()) * e
