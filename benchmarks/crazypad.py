@@ -1,22 +1,29 @@
-"""Real flights of changed quadrotors: ``python -m benchmarks.crazypad [FOLDER] [REFERENCES]``.
+"""Real flights of changed quadrotors: ``python -m benchmarks.crazypad [FOLDER [BESIDE [OUT]]]``.
 
-A folder holds ``flights.csv`` and ``flights/``; references are the healthy flights of another such
-folder, by default of the same one. A flight that is itself a reference is compared with the
-healthy flights of other sessions.
+A folder holds ``flights.csv`` and ``flights/``; references are the healthy flights of BESIDE, such
+a folder, too, by default the same one. A flight that is itself a reference is compared with the
+healthy flights of other sessions. OUT is a table of the answers.
 """
 
 from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.crazypad_lines import Row, lines_of
-from benchmarks.healthy_flights import Balance, Changed, Healthy, compared, healthy_of
+from benchmarks.crazypad_lines import Row, false_alarms, lines_of
+from benchmarks.healthy_flights import (
+    Balance,
+    Changed,
+    Comparison,
+    compared,
+    comparison_of,
+    healthy_of,
+)
 from benchmarks.hover_balance import Airframe
 from benchmarks.real_data import BESIDE, table
 from seals.arrays import Floats
@@ -51,6 +58,8 @@ def airframe() -> Airframe:
         direction=np.asarray(rotors["direction"], dtype=np.float64),
         torque=rotors["torque_coefficient"][0] / rotors["thrust_coefficient"][0],
         needed=flattest,
+        radius=rotors["radius"][0],
+        unit=1e-3,
     )
 
 
@@ -136,23 +145,38 @@ def other_sessions(references: Sequence[Balance], flight: Balance) -> list[Balan
     left = [one for one in references if not near(one)]
     if any(one.vehicle == flight.vehicle for one in left):
         return left
+    return other_flights(references, flight)
+
+
+def other_flights(references: Sequence[Balance], flight: Balance) -> list[Balance]:
+    """Return the references without a flight that is one of them."""
     return [one for one in references if one is not flight]
 
 
-def answers(flights: Iterable[Flight], references: Sequence[Balance]) -> list[Changed | None]:
-    """Return the answer about each flight; None for a log that is no flight."""
+def answers(
+    flights: Iterable[Flight],
+    references: Sequence[Balance],
+    others: Callable[[Sequence[Balance], Balance], list[Balance]] = other_sessions,
+) -> list[Changed | None]:
+    """Return the answer about each flight; None for a log that is no flight.
+
+    Args:
+        flights: to answer about.
+        references: healthy flights.
+        others: the references that a flight is compared with.
+    """
     frame, policy = airframe(), DecisionPolicy()
     out: list[Changed | None] = []
-    states: dict[tuple[int, ...], Healthy] = {}
+    known: dict[tuple[int, ...], Comparison] = {}
     for flight in flights:
         if flight.balance is None:
             out.append(None)
             continue
-        beside = other_sessions(references, flight.balance)
+        beside = others(references, flight.balance)
         key = (hash(flight.balance.vehicle), *map(id, beside))
-        if key not in states:
-            states[key] = healthy_of(frame, beside, flight.balance.vehicle)
-        out.append(compared(frame, states[key], flight.balance, policy))
+        if key not in known:
+            known[key] = comparison_of(frame, healthy_of(frame, beside, flight.balance.vehicle))
+        out.append(compared(known[key], flight.balance, policy))
     return out
 
 
@@ -183,9 +207,22 @@ def words(name: str, answer: Changed | None) -> str:
     return f"{name:40}  {answer.verdict.value:15}  {answer.evidence:5.1f}  {losses}  {named}"
 
 
+def write(flights: Sequence[Flight], found: Sequence[Changed | None], out: Path) -> None:
+    """Write one row for each flight: verdict, explanations joined by ``|``, lost shares."""
+    with out.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["file", "verdict", "explanations", *(f"loss_{k}" for k in (1, 2, 3, 4))])
+        for flight, one in zip(flights, found, strict=True):
+            if one is None:
+                table.writerow([flight.row.file, Verdict.bad_data.value, "", *[""] * 4])
+                continue
+            losses = [f"{loss:.4f}" for loss in one.losses]
+            table.writerow([flight.row.file, one.verdict.value, "|".join(one.names), *losses])
+
+
 def main() -> int:
     """Print the answers by flight and by group, and the lines where labels are given."""
-    places = [Path(word) for word in sys.argv[1:3]] or [BESIDE / "crazypad"]
+    places = [Path(word) for word in sys.argv[1:4]] or [BESIDE / "crazypad"]
     try:
         flights = read(places[0])
         known = flights if len(places) == 1 else read(places[1])
@@ -193,7 +230,11 @@ def main() -> int:
         found = answers(flights, references)
         groups = grouped(flights)
         of_groups = answers(groups, references)
-    except (SealsError, ValueError) as error:
+        healthy = [f for f in flights if f.row.healthy]
+        beside = answers(healthy, references, other_flights)
+        if len(places) > 2:
+            write(flights, found, places[2])
+    except (SealsError, ValueError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
     print("flight, verdict, evidence, lost thrust by motor [%], explanations")
@@ -203,6 +244,8 @@ def main() -> int:
     for flight, answer in zip(groups, of_groups, strict=True):
         print(words(flight.row.group, answer))
     lines = lines_of([f.row for f in flights], found)
+    if lines and places[0] == places[-1]:
+        lines.insert(1, false_alarms("of the same sessions", [f.row for f in healthy], beside))
     print("\n" + table(lines))
     return sum(not line.reached for line in lines)
 

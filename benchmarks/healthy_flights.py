@@ -7,16 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.hover_balance import SIZES, Airframe, explanations
+from benchmarks.hover_balance import COMMON, SIZES, Airframe, Explanation, explanations
 from seals.arrays import Floats
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 
 OTHERS_COUNT = 2.0
 """Flights of one's own that the scatter of other vehicles of the type is worth."""
-EVIDENCE = 6.0
-"""Strong evidence (Kass and Raftery 1995) against healthy flights whose scatter is integrated over;
-also that by which one explanation rules out another [2 ln B]."""
+RULED_OUT = 6.0
+"""Strong evidence (Kass and Raftery 1995), by which one explanation rules out another [2 ln B]."""
+FALSE_ALARMS = 0.025
+"""Share of further healthy flights that may be taken for changed ones: half of the 5 % that are
+allowed, for sessions differ more than the flights of one."""
+_DRAWS = 400
+"""Healthy flights drawn to find the evidence that this share of them exceeds."""
 PLAUSIBLE = 0.1
 """Plausible relative loss of a rotor, as `WeakRotor` declares it: the prior of estimated losses."""
 _MOST = 3
@@ -71,15 +75,16 @@ class Changed:
 class Healthy:
     """What healthy flights of one vehicle tell: the commands they need and their scatter.
 
-    The scatter is Student's t in the modes of the vehicle (thrust, roll, pitch, yaw): variances
-    from few flights are themselves uncertain. Roll and pitch share one, for a battery or a deck
-    shifts either way; other vehicles of the type count as `OTHERS_COUNT` flights more.
+    The scatter is Student's t in each mode of the vehicle (thrust, roll, pitch, yaw): variances
+    from few flights are themselves uncertain, each by itself. Roll and pitch share one, for a
+    battery or a deck shifts either way; other vehicles of the type count as `OTHERS_COUNT` flights
+    more.
 
     Args:
         commands: mean, shape (n,).
         turn: mean change between the legs, shape (n,).
         variance: of a further flight's mean commands by mode, shape (n,).
-        degrees: of freedom of that variance.
+        degrees: of freedom of these variances, shape (n,).
         turn_variance: of the yaw mode of the change between the legs.
         turn_degrees: of freedom of that.
     """
@@ -87,7 +92,7 @@ class Healthy:
     commands: Floats
     turn: Floats
     variance: Floats
-    degrees: float
+    degrees: Floats
     turn_variance: float
     turn_degrees: float
 
@@ -113,9 +118,13 @@ def healthy_of(frame: Airframe, flights: Sequence[Balance], vehicle: str) -> Hea
     count = {v: len(some) - 1 for v, some in by_vehicle.items()}
     if not own or not any(count.values()):
         raise ValueError(f"vehicle '{vehicle}' has too few healthy flights to compare with")
-    pooled = sum(spread.values(), np.zeros(len(modes))) / sum(count.values())
-    degrees = count[vehicle] + OTHERS_COUNT
-    variance = (spread[vehicle] + OTHERS_COUNT * pooled) / degrees
+    beside = sum(count.values()) - count[vehicle]
+    of_others = sum((s for v, s in spread.items() if v != vehicle), np.zeros(len(modes)))
+    borrowed = min(OTHERS_COUNT, float(beside))
+    weight = count[vehicle] + borrowed
+    variance = (spread[vehicle] + borrowed * of_others / max(beside, 1)) / weight
+    degrees = np.full(len(modes), weight)
+    degrees[[_ROLL, _PITCH]] *= 2.0
     turns = sum(_squares(modes, [f.turn for f in some])[_YAW] for some in by_vehicle.values())
     further = 1.0 + 1.0 / len(own)
     return Healthy(
@@ -136,46 +145,87 @@ def _squares(modes: Floats, rows: Sequence[Floats]) -> Floats:
     return np.asarray(squares)
 
 
-def compared(frame: Airframe, healthy: Healthy, flight: Balance, policy: DecisionPolicy) -> Changed:
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What flights of a vehicle are compared with.
+
+    Args:
+        frame: its rotors.
+        healthy: its healthy state.
+        known: what may have changed.
+        least: evidence that a change needs [2 ln B]; see `comparison_of`.
+    """
+
+    frame: Airframe
+    healthy: Healthy
+    known: tuple[Explanation, ...]
+    least: float
+
+
+def comparison_of(frame: Airframe, healthy: Healthy) -> Comparison:
+    """Return the comparison with a healthy state.
+
+    The evidence that a change needs is what `FALSE_ALARMS` of the further healthy flights would
+    show for some explanation, drawn from the scatter itself; a common change of thrust, which air
+    and battery make, is no alarm.
+    """
+    known = tuple(explanations(frame, healthy.commands))
+    asked = [one for one in known if one.name != COMMON]
+    modes = modes_of(frame)
+    random = np.random.default_rng(0)
+    drawn = random.standard_t(healthy.degrees, size=(_DRAWS, len(modes)))
+    changes = (drawn * np.sqrt(healthy.variance)) @ modes
+    best = [max(_scores(frame, healthy, asked, change).values()) for change in changes]
+    least = float(np.quantile(best, 1.0 - FALSE_ALARMS))
+    return Comparison(frame=frame, healthy=healthy, known=known, least=least)
+
+
+def _scores(
+    frame: Airframe, healthy: Healthy, known: Sequence[Explanation], change: Floats
+) -> dict[str, float]:
+    modes = modes_of(frame)
+    before = change @ modes.T
+    return {
+        one.name: _gain((change - one.changes) @ modes.T, before, healthy.variance, healthy.degrees)
+        for one in known
+    }
+
+
+def compared(beside: Comparison, flight: Balance, policy: DecisionPolicy) -> Changed:
     """Return what changed on a vehicle since its healthy flights.
 
     Equation:
         2 ln B = 2 ln (mean over the sizes of L(d - c) / L(d)) with d the change of the commands,
-        c that of an explanation, L Student's t with the scatter of healthy flights.
+        c that of an explanation, L the product of Student's t over the modes with the scatter of
+        healthy flights.
     """
-    modes = modes_of(frame)
+    frame, healthy = beside.frame, beside.healthy
     change = flight.mean - healthy.commands
-    scores = {}
-    known = explanations(frame, healthy.commands)
-    for one in known:
-        left = (change - one.changes) @ modes.T
-        scores[one.name] = _gain(left, change @ modes.T, healthy.variance, healthy.degrees)
+    scores = _scores(frame, healthy, beside.known, change)
     dragged = {k: _drag(frame, healthy, flight, k) for k in range(healthy.commands.size)}
-    asked = EVIDENCE + policy.evidence_further
+    asked = RULED_OUT + policy.evidence_further
     for k, evidence in dragged.items():
         # what trails on the floor is an effect beside its weight
         if evidence >= asked:
             scores[f"slung_load@{k + 1}"] = scores[f"payload@{k + 1}"] + evidence
-    within = {one.name: one.within for one in known}
-    names = _near(scores, within, EVIDENCE)
+    within = {one.name: one.within for one in beside.known}
     best = max(scores.values())
-    if best < EVIDENCE:
-        names = ()
+    names = _near(scores, within, RULED_OUT) if best >= beside.least else ()
     verdict = Verdict.ambiguous if len(names) > 1 else Verdict.named
     return Changed(
         verdict=verdict if names else Verdict.nothing_missing,
         names=names,
         evidence=best,
-        losses=_losses(modes, healthy, change),
+        losses=_losses(modes_of(frame), healthy, change),
         scores=scores,
     )
 
 
-def _gain(left: Floats, before: Floats, variance: Floats, degrees: float) -> float:
-    """Evidence of equally probable changes over none [2 ln B]."""
-    power = 0.5 * (degrees + variance.size)
-    gains = -power * np.log1p((left**2 / variance).sum(axis=-1) / degrees)
-    gains += power * np.log1p(float((before**2 / variance).sum()) / degrees)
+def _gain(left: Floats, before: Floats, variance: Floats, degrees: Floats) -> float:
+    """Evidence of equally probable changes, rows of what they leave, over none [2 ln B]."""
+    power = 0.5 * (degrees + 1.0)
+    gains = np.log1p(before**2 / (variance * degrees)) @ power
+    gains = gains - np.log1p(left**2 / (variance * degrees)) @ power
     most = float(gains.max())
     return 2.0 * (most + float(np.log(np.exp(gains - most).mean())))
 
@@ -193,8 +243,8 @@ def _drag(frame: Airframe, healthy: Healthy, flight: Balance, rotor: int) -> flo
     per_force = float((-torque[1] + torque[0]) * (yaw @ mode))
     change = (flight.turn - healthy.turn) @ mode
     left = change - per_force * float(healthy.commands.sum()) * SIZES**2
-    variance = np.array([healthy.turn_variance])
-    return _gain(left[:, None], np.array([change]), variance, healthy.turn_degrees)
+    variance, degrees = np.array([healthy.turn_variance]), np.array([healthy.turn_degrees])
+    return _gain(left[:, None], np.array([change]), variance, degrees)
 
 
 def _near(

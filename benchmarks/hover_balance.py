@@ -23,7 +23,12 @@ from seals.plugins.effects.weak_rotor import WeakRotor
 
 SIZES: Floats = np.geomspace(0.01, 0.95, 90)
 """Sizes of an effect, log-uniform: one to 95 % of a rotor's thrust, the weight, or the arm."""
+COMMON = "thrust_coefficient"
+"""A change of all rotors alike, which air and battery make."""
 _SHARES: Floats = np.linspace(0.0, 1.0, 6)
+_PRESSED: Floats = np.linspace(0.0, 1.0, 4)
+_LIGHTEST = 1000.0
+"""Density [kg/m^3] of the bulkiest weight: plastic."""
 _ANGLES: Floats = np.linspace(0.0, 0.5 * np.pi, 11)[1:-1]
 
 
@@ -37,12 +42,16 @@ class Airframe:
         torque: reaction torque over thrust [m].
         needed: command that true thrusts (sizes, n) take, of (healthy commands (n,), thrusts),
             where the thrust law is as flat as physics allows; see `lifts`.
+        radius: of the rotors [m].
+        unit: mass that one unit of thrust carries [kg].
     """
 
     position: Floats
     direction: Floats
     torque: float
     needed: Callable[[Floats, Floats], Floats]
+    radius: float
+    unit: float
 
     def wrench_of(self) -> Floats:
         """Return the map of thrusts to thrust and torques about x, y, z, shape (4, n)."""
@@ -111,7 +120,7 @@ def _thrust(healthy: Floats) -> Explanation:
     """All rotors lose or gain the same share of thrust and torque."""
     sizes = np.concatenate([-SIZES, SIZES])
     changes = _restored(ThrustCoefficient, healthy, {"relative_change": sizes[:, None]})
-    return Explanation(name="thrust_coefficient", changes=changes)
+    return Explanation(name=COMMON, changes=changes)
 
 
 def _restored(effect: type[Effect], healthy: Floats, params: Parameters) -> Floats:
@@ -132,13 +141,40 @@ def _restored(effect: type[Effect], healthy: Floats, params: Parameters) -> Floa
 
 
 def _load(frame: Airframe, healthy: Floats, rotors: tuple[int, ...]) -> Explanation:
-    """A load under a rotor, or midway between two."""
+    """A load under a rotor, or midway between two.
+
+    A load under a rotor stands in its wake and is pressed down.
+    """
     weight = float(healthy.sum())
     mass = weight * SIZES[:, None]
     place = np.tile(frame.position[list(rotors)].mean(axis=0), (SIZES.size, 1))
     inertia = Payload.inertia_change(_body(weight), {"mass": mass, "position": place})
     at = "+".join(str(k + 1) for k in rotors)
-    return Explanation(name=f"payload@{at}", changes=lifts(frame, healthy, np.asarray(inertia)))
+    changes = lifts(frame, healthy, np.asarray(inertia))
+    if len(rotors) == 1:
+        changes = _pressed_down(frame, healthy, changes, np.tile(mass[:, 0], _SHARES.size), *rotors)
+    return Explanation(name=f"payload@{at}", changes=changes)
+
+
+def _pressed_down(
+    frame: Airframe, healthy: Floats, changes: Floats, mass: Floats, rotor: int
+) -> Floats:
+    """Return changes of the commands with the rotor's wake on the load as well, more rows.
+
+    The pressure in the wake is at most thrust over disc, rho (2 v)^2 / 2 with v the induced
+    velocity; on a blunt body (drag coefficient 1) of volume V its force is the share
+    V^(2/3) / disc of the thrust. Between none of it, for a load beside the wake or a dense one, and
+    the share of the bulkiest all are equally probable.
+    """
+    area = (mass * frame.unit / _LIGHTEST) ** (2.0 / 3.0)
+    share = np.minimum(area / (np.pi * frame.radius**2), SIZES[-1])
+    rows = []
+    for part in _PRESSED:
+        lost = part * share
+        more = changes.copy()
+        more[:, rotor] += (healthy[rotor] + changes[:, rotor]) * lost / (1.0 - lost)
+        rows.append(more)
+    return np.concatenate(rows)
 
 
 def _shifted(frame: Airframe, healthy: Floats, rotor: int) -> Explanation:
