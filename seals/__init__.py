@@ -1,4 +1,4 @@
-"""SEALS: simulation of aerial-aquatic robots, and identification of effects a model is missing.
+"""SEALS: simulation of robots in air, in water and on land, and diagnosis of missing effects.
 
 The names below are the public interface: they keep their meaning between minor versions. Modules
 and names that are not listed here may move. A name is imported when it is first used, so

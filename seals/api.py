@@ -1,4 +1,4 @@
-"""Functions of the public interface: each joins a few steps that the command line also takes.
+"""Public functions of the package: build, simulate, load logs and robots, list plug-ins.
 
 Users import them from ``seals``; nothing inside of SEALS imports this module.
 """

@@ -1,4 +1,4 @@
-"""Array type aliases and the one way to find an array's namespace.
+"""Array type aliases, and helpers that work on any array library.
 
 Arrays may come from NumPy, PyTorch or array-api-strict.
 """
@@ -44,7 +44,7 @@ def columns(*parts: Array) -> Array:
 
 
 def some(flags: Array) -> bool:
-    """Return whether any flag is set; always True for traced arrays.
+    """Return whether any flag is set; True for traced arrays, whose values are unknown.
 
     Whoever asks must be right, if slower, with yes; see `unasked`.
 
@@ -68,7 +68,7 @@ def deciding() -> bool:
 
 @contextlib.contextmanager
 def undecided() -> Iterator[None]:
-    """Let all laws called within go one way for all rows, as on an accelerator."""
+    """Make all laws called inside evaluate every branch for all rows, as on an accelerator."""
     _DECIDING.append(False)
     try:
         yield
@@ -114,7 +114,7 @@ _FIXED: dict[tuple[int, Any, Any], tuple[Floats, Array]] = {}
 
 
 def fixed(value: Floats, like: Array) -> Array:
-    """Return a constant that lives as long as the program as an array of the kind of ``like``.
+    """Return a module constant as a cached array of the kind of ``like``.
 
     It is converted once for every library, type and device, so that an accelerator, which works
     ahead of the processor, does not wait for the same few numbers again and again.

@@ -80,7 +80,7 @@ class Dynamics(NamedTuple):
 
 
 class BodyOptions:
-    """Defaults of what a body may have; a base of bodies, or read by `options_of`."""
+    """Optional attributes of a body and their defaults; a base class, or read by `options_of`."""
 
     implicit: ClassVar[bool] = False
     """Whether it takes joint drives implicitly; to others they are part of ``joint_force``."""
@@ -110,11 +110,11 @@ class RigidBody(Protocol):
     robot: RobotModel
 
     def reset(self, configuration: Configuration) -> None:
-        """Place the robot; memory of earlier steps is forgotten."""
+        """Set the state of the robot and clear the memory of earlier steps."""
         ...
 
     def read(self) -> Configuration:
-        """Return where the robot is and how it moves."""
+        """Return pose, velocity and joint state of the robot."""
         ...
 
     def poses(self) -> LinkPoses:
@@ -126,7 +126,7 @@ class RigidBody(Protocol):
         ...
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
-        """Set what acts on the robot during the next step [s]."""
+        """Set the loads on the robot for the next step [s]."""
         ...
 
     def contact_wrenches(self) -> Floats:
@@ -169,7 +169,7 @@ class Backend(Protocol):
         ...
 
     def advance(self) -> None:
-        """Advance the scene by one step, under what was last applied to every robot.
+        """Advance the scene by one step under the loads last applied to every robot.
 
         Forces and wrenches act over this step alone.
         """
@@ -180,7 +180,7 @@ class Backend(Protocol):
         ...
 
     def restore(self, snapshot: Any) -> None:
-        """Put the scene back into the state of a snapshot."""
+        """Restore the scene to a snapshot."""
         ...
 
     def close(self) -> None:
@@ -193,9 +193,9 @@ class Storing(Protocol):
     """Protocol of a backend whose state can be stored on disk, for checkpoints."""
 
     def store(self, path: Path) -> Any:
-        """Write the scene to a file; return what is kept beside it: arrays, numbers, records."""
+        """Write the scene to a file; return the rest of the state as arrays, numbers, records."""
         ...
 
     def recall(self, path: Path, bodies: Any) -> Any:
-        """Return a snapshot made of a file and what `store` returned."""
+        """Return a snapshot from the file and the result of `store`."""
         ...

@@ -1,4 +1,4 @@
-"""Folders for compiled code that nobody else can write to.
+"""Private cache folders for compiled code.
 
 What lies in such a folder is loaded and run: in a folder of a predictable name in the system's
 temporary folder, another user of the machine may have put it there first.
@@ -22,7 +22,7 @@ TORCH = {"TORCHINDUCTOR_CACHE_DIR": "inductor", "TRITON_CACHE_DIR": "triton"}
 
 @functools.cache
 def cache_folder(name: str) -> Path:
-    """Return a folder of the user's own, made when it is not there, that no other may write to.
+    """Return a cache folder that only the user can write to, creating it if needed.
 
     It lies in ``$XDG_CACHE_HOME/seals``, or ``~/.cache/seals``. Where that cannot be made, or is
     not the user's alone, a note says so and a fresh temporary folder takes its place, which goes
@@ -46,7 +46,7 @@ def cache_folder(name: str) -> Path:
 
 
 def use_private_compiler_cache() -> None:
-    """Tell PyTorch's compiler to keep its results in a private folder, unless the user says where.
+    """Set PyTorch's compiler cache to a private folder, unless the user has set one.
 
     Called before a compiler starts: by default it takes ``/tmp/torchinductor_USER``.
     """

@@ -1,4 +1,4 @@
-"""Python processes that the program starts: code in the working directory never runs in them."""
+"""Start of Python child processes that never import code from the working directory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PATH = "PYTHONPATH"
 
 
 def command(file: str | Path, *words: str) -> list[str]:
-    """Return the command line that runs a file of the program in a process of its own.
+    """Return the command line that runs a file of the package in a child process.
 
     A file, because ``python -c`` and ``python -m`` look for modules in the working directory
     first, where a stranger's ``numpy.py`` may lie. Before Python 3.11 the file's own folder comes
@@ -28,7 +28,7 @@ def command(file: str | Path, *words: str) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment of a child: an empty entry of ``PYTHONPATH`` is the working directory.
+    """Return environment variables for a child, without empty entries in ``PYTHONPATH``.
 
     Example:
         >>> environment()["PYTHONSAFEPATH"]
@@ -44,7 +44,7 @@ def environment() -> dict[str, str]:
 
 
 def protect_children(words: Sequence[str] | None) -> None:
-    """Keep the working directory out of every Python process that a library may start.
+    """Keep the working directory off the import path of every child process.
 
     Args:
         words: of the command line as a caller gave them; None for those of the process itself,

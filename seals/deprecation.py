@@ -34,7 +34,7 @@ def renamed_members(module: str, names: Mapping[str, str]) -> Callable[[str], An
 
 
 def add_former_names(owner: type, names: Mapping[str, str]) -> None:
-    """Let the fields of a class be read under their former names, with a warning.
+    """Make the fields of a class readable under their former names, with a warning.
 
     Args:
         owner: the class.

@@ -1,4 +1,4 @@
-"""The environments of learning for Gymnasium: importing this module makes their ids known.
+"""Registration of the learning environments with Gymnasium, done on import.
 
 Example:
     >>> import gymnasium
@@ -24,7 +24,7 @@ ROOM = "seals.learn.environments.gym"
 
 
 def register() -> None:
-    """Make all environments known to Gymnasium; calling twice is harmless."""
+    """Register all environments with Gymnasium; may be called twice."""
     import gymnasium
 
     for name, env in IDS.items():

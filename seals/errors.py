@@ -1,4 +1,4 @@
-"""Every error SEALS raises on purpose.
+"""Error classes of SEALS, and suggestions for mistyped names.
 
 Each says what was given, what is allowed, the nearest name and the next step.
 """
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 
 class SealsError(Exception):
-    """Base of all refusals that a user can act upon.
+    """Base of all errors that a user can act upon.
 
     The command line prints it without a traceback.
     """
@@ -39,11 +39,11 @@ class LogError(SealsError):
 
 
 class NotFitted(SealsError, AttributeError):
-    """A learned value was asked for before anything was learned."""
+    """A result was read before ``fit`` was called."""
 
 
 class DiskFull(SealsError):
-    """There is no room for what is to be written; what was finished before is whole."""
+    """The disk is full; files finished before are complete."""
 
 
 class RobotError(SealsError):
@@ -51,7 +51,7 @@ class RobotError(SealsError):
 
 
 class PhysicsError(SealsError):
-    """The simulation was asked for, or ran into, something outside its valid range."""
+    """The simulation was set to, or reached, a state outside its valid range."""
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
@@ -68,7 +68,7 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
 
 
 def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", most: int = 24) -> str:
-    """Return the second line of a refusal: the nearest name and the allowed ones.
+    """Return the second line of an error message: the nearest name and the allowed ones.
 
     Example:
         >>> suggestion("sphree", ["box", "sphere"])

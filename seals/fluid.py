@@ -1,4 +1,4 @@
-"""The protocol of fluid plug-ins: water that is simulated itself and pushes bodies.
+"""Interface of fluid plug-ins: simulated water with two-way coupling to bodies.
 
 Order of one step of the world, from t to t + h:
 
@@ -30,7 +30,7 @@ from seals.state_records import state_record
 
 
 class FluidBody(NamedTuple):
-    """A rigid body in the fluid: one link, or several that joints do not move apart.
+    """A rigid body in the fluid: one link, or several rigidly connected ones.
 
     Args:
         name: ``actor/link``, for messages.
@@ -96,7 +96,7 @@ class MomentumBalance(NamedTuple):
 
 
 class Surrounding(NamedTuple):
-    """Context in which a fluid is opened.
+    """Environment, waves and step with which a fluid is opened.
 
     Args:
         environment: gravity, water and its level.
@@ -122,7 +122,7 @@ class Fluid(Protocol):
     """Phenomena in water that no effect may own beside it, see `seals.effects.Effect`."""
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
-        """Return what the fluid adds to the surroundings that bodies touch, such as tank walls."""
+        """Return the static solids that the fluid adds, such as tank walls."""
         ...
 
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
@@ -163,11 +163,11 @@ class Fluid(Protocol):
         ...
 
     def snapshot(self) -> Any:
-        """Return an opaque copy of everything that changes."""
+        """Return an opaque copy of the complete state."""
         ...
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         ...
 
     def close(self) -> None:
@@ -176,7 +176,7 @@ class Fluid(Protocol):
 
 
 class SeaOfFluid:
-    """The surface of a fluid for effects and sensors that ask for waves.
+    """Adapter of a fluid's surface to the interface of waves, for effects and sensors.
 
     Args:
         fluid: open.

@@ -68,7 +68,7 @@ MANY = 256
 
 
 def rotate(rotation: Array, vector: Array) -> Array:
-    """Turn vectors by matrices: R v, shapes (N, 3, 3) and (N, 3)."""
+    """Rotate vectors by matrices: R v, shapes (N, 3, 3) and (N, 3)."""
     return (
         rotation[:, :, 0] * vector[:, 0:1]
         + rotation[:, :, 1] * vector[:, 1:2]
@@ -77,7 +77,7 @@ def rotate(rotation: Array, vector: Array) -> Array:
 
 
 def unrotate(rotation: Array, vector: Array) -> Array:
-    """Turn vectors back by matrices: R^T v, shapes (N, 3, 3) and (N, 3)."""
+    """Rotate vectors by transposed matrices: R^T v, shapes (N, 3, 3) and (N, 3)."""
     if type(rotation) is np.ndarray and len(rotation) < FEW:
         return np.matmul(vector[:, None, :], rotation)[:, 0, :]
     return (

@@ -39,7 +39,7 @@ class BatchDrives:
         self._power = as_like(response.power[None], like)
 
     def limited(self, command: Array, share: Array | None) -> Array:
-        """Return commands within what the voltage allows.
+        """Return commands limited by the battery voltage.
 
         Args:
             command: in the unit of the drives, shape (B, n).
@@ -53,7 +53,7 @@ class BatchDrives:
         return xp.minimum(xp.maximum(command, -most), most)
 
     def follow(self, state: Array, goal: Array, span: float) -> Array:
-        """Return states after ``span`` [s] under held goals, shape (B, n)."""
+        """Return drive states after ``span`` [s] under held commands, shape (B, n)."""
         xp = namespace(state)
         lag = xp.where(xp.abs(goal) < xp.abs(state), self._fall, self._rise)
         return goal + (state - goal) * xp.exp(-span / lag)

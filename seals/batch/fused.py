@@ -1,4 +1,4 @@
-"""Equations of motion of several links that no joint moves apart."""
+"""Equations of motion of several rigidly connected links."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot and its effects with the joints held, for twins that move as one body."""
+"""Conversion of a robot and its effects to one with held joints."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ class BatchDynamics:
         return TwinState.at_rest(self.batch, self.robot.tree.joints, self.like, **values)
 
     def posture(self, state: TwinState, time: Any) -> Posture:
-        """Return what the state alone decides, for twins with other parameters and equal waves.
+        """Return the quantities that depend on the state alone, for use with other parameters.
 
         Args:
             state: of the batch.
@@ -220,7 +220,7 @@ class BatchDynamics:
         *,
         posture: Posture | None = None,
     ) -> tuple[Rates, Mapping[str, Array]]:
-        """Return the rates a while ahead along other rates, and the new memory.
+        """Return the rates at the state advanced along other rates, and the new memory.
 
         Args:
             state: of the batch.

@@ -1,4 +1,4 @@
-"""A batch of twins flown by a controller: what learning and studies of many flights need."""
+"""Batch dynamics with a controller, for learning and studies of many flights."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PilotedSettings(Protocol):
 
 
 class Flight(NamedTuple):
-    """Everything that changes in a batch of flights; arrays of B rows.
+    """State of a batch of controlled flights; arrays of B rows.
 
     Args:
         state: of the bodies.
@@ -54,7 +54,7 @@ class Flight(NamedTuple):
 
 
 class PilotedTwin:
-    """Robots with held joints under the same effects as the simulator, flown by velocity.
+    """Batch of velocity-controlled robots with held joints.
 
     Args:
         settings: of a run with a controller.
@@ -165,7 +165,7 @@ class PilotedTwin:
         return share
 
     def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
-        """Return ``fresh`` flights where ``ended`` (B,) is set, else those that go on."""
+        """Return ``fresh`` flights where ``ended`` (B,) is set, else the present ones."""
         return Flight(*(_chosen(a, b, ended) for a, b in zip(fresh, flight, strict=True)))
 
     def _share(self, memory: Mapping[str, Array]) -> Array | None:

@@ -1,4 +1,4 @@
-"""Quantities that depend on the state alone: link poses and velocities, and the water around."""
+"""Quantities that depend on the state alone: link poses, link velocities, surroundings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.multibody.kinematics import Kinematics, LinkVelocities
 
 
 class Posture(NamedTuple):
-    """Poses, velocities and surroundings at a state, good for every choice of parameters.
+    """Poses, velocities and surroundings at a state, independent of the parameters.
 
     Args:
         base: R_WB, shape (B, 3, 3).

@@ -1,4 +1,4 @@
-"""First-order changes of the rates by single effects, by evaluating these effects alone."""
+"""Linear response of the state derivatives to single effects, evaluated alone."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Response:
         return out
 
     def rates_under(self, inputs: Inputs) -> Rates:
-        """Rates at the same state under inputs that differ in the commands to the joints alone."""
+        """State derivatives at the same state with other joint commands."""
         body, posture, state = self.twin.body, self.posture, self._state
         if isinstance(body, RigidBody):
             return self.twin.rates(state, self._time, inputs, posture)

@@ -1,4 +1,4 @@
-"""The rates of a twin as one fused law for all stages of a step."""
+"""Compiled state derivatives of the batch dynamics, common to all stages of a step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Ahead = tuple[Rates, Any] | None
 
 
 class FusedSlopes:
-    """Compiled `BatchDynamics.slopes`: numbers that differ between stages are passed as arrays.
+    """Compiled `BatchDynamics.slopes`; what differs between stages is passed as arrays.
 
     Args:
         twin: on PyTorch.

@@ -74,7 +74,7 @@ add_former_names(TwinState, {"spin": "angular_velocity", "rates": "joint_velocit
 
 
 class Rates(NamedTuple):
-    """Time derivative of a state, and what an accelerometer at the base origin would feel.
+    """Time derivative of a state, and the specific force at the base origin.
 
     Args:
         position: [m/s], shape (B, 3).

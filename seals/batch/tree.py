@@ -1,4 +1,4 @@
-"""Equations of motion of a robot with joints, or bolted to the world."""
+"""Equations of motion of a robot with joints or a fixed base."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ class TreeBody:
         return self._moving(posture.base, posture.kinematics, state, time)
 
     def state_rates(self, state: TwinState, base: Array, change: Array) -> Rates:
-        """Turn generalised accelerations (world) into the derivative of the state (base axes)."""
+        """Convert generalised accelerations (world) to the state derivative (base axes)."""
         up = base[:, 2, :]
         if self.tree.fixed_base:
             still = state.velocity * 0.0

@@ -1,1 +1,1 @@
-"""Checks of a robot folder, as ``seals check`` asks them: masses, hulls, joints, drives, meshes."""
+"""Plausibility checks of a robot folder for ``seals check``."""

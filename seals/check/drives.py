@@ -1,4 +1,4 @@
-"""Rotors and thrusters in the check of a robot."""
+"""Checks of rotors and thrusters."""
 
 from __future__ import annotations
 

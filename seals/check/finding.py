@@ -46,12 +46,12 @@ def passed(subject: str, found: str) -> RobotFinding:
 
 
 def warned(subject: str, found: str, advice: str) -> RobotFinding:
-    """Return a finding to look at."""
+    """Return a warning."""
     return RobotFinding(verdict=Verdict.WARN, subject=subject, found=found, advice=advice)
 
 
 def failed(subject: str, found: str, advice: str) -> RobotFinding:
-    """Return a finding that makes the robot useless as it stands."""
+    """Return a failure: the robot cannot be simulated as it is."""
     return RobotFinding(verdict=Verdict.FAIL, subject=subject, found=found, advice=advice)
 
 

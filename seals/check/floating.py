@@ -18,7 +18,7 @@ _HALVINGS = 80
 
 
 class Placed(NamedTuple):
-    """A hull with the place and the axes of its link in base axes."""
+    """Hull with the pose of its link in base axes."""
 
     hull: Hull
     origin: Floats
@@ -57,7 +57,7 @@ class FloatingBody:
         )
 
     def wetted(self, up: Floats, level: float) -> tuple[float, Floats]:
-        """Return volume [m^3] and centroid [m] of what lies below the surface.
+        """Return volume [m^3] and centroid [m] of the submerged part.
 
         Args:
             up: unit normal of the surface in base axes, shape (3,).
@@ -82,7 +82,7 @@ class FloatingBody:
         return 0.5 * (low + high)
 
     def draught(self, volume: float) -> float:
-        """Return how deep the lowest point of the upright robot lies [m]."""
+        """Return the draught of the upright robot [m]."""
         up = np.array([0.0, 0.0, 1.0])
         # the height at which the first millionth of the volume is wet stands for the lowest point
         return self.level_of(up, volume) - self.level_of(up, 1e-9 * self.volume)

@@ -1,4 +1,4 @@
-"""Joints and servos in the check of a robot."""
+"""Checks of joints and servos."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FASTEST = 60.0
 
 
 def look_at_joints(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Yield limits that hold a joint still, or exclude zero."""
+    """Yield findings about joint limits that allow no motion, or exclude zero."""
     if not robot.joints:
         return
     stuck, away = [], []
@@ -49,7 +49,7 @@ def look_at_joints(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def look_at_servos(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[RobotFinding]:
-    """Yield frequency, damping and strength of the joints' servos.
+    """Yield findings about frequency, damping and torque of the servos.
 
     Args:
         robot: the robot.

@@ -1,4 +1,4 @@
-"""Capability of a set of drives: hover, margin, authority, rank of its allocation."""
+"""Capability of a set of drives: hover thrust, control authority, rank of the allocation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WAYS = ("forward force", "sideways force", "vertical force", "roll", "pitch", "y
 
 
 class CommandedDirections(NamedTuple):
-    """Directions that drives command.
+    """Directions of force and torque that the drives can command.
 
     Args:
         rank: number of directions.
@@ -50,7 +50,7 @@ def wrench_matrix(layout: Layout, centre: Floats) -> Floats:
 
 
 def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> CommandedDirections:
-    """Return rank and condition of an allocation, in shares of full command.
+    """Return rank and condition of an allocation in units of full command.
 
     Moments are taken per mean arm, so that forces and moments compare.
 

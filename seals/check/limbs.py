@@ -1,4 +1,4 @@
-"""Poses of arms and grippers in the check of a robot."""
+"""Checks of the stated poses of arms and grippers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROUNDING = 1e-6
 
 
 def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Yield poses that the joints cannot take, and arms whose joints run towards the base."""
+    """Yield findings about poses beyond joint limits, and arms listed from the wrong end."""
     poses = [(f"{a.name}.stowed", a.joints, a.stowed) for a in robot.arms.values()]
     for hand in robot.grippers.values():
         poses += [

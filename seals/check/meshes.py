@@ -1,4 +1,4 @@
-"""Meshes in the check of a robot."""
+"""Checks of meshes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TINY = 1e-4
 
 
 def look_at_meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
-    """Yield meshes that are heavy, of an unlikely size, or not closed where they displace water."""
+    """Yield findings about large, oddly sized or open meshes."""
     fine = 0
     for name, scale in _scaled(settings.urdf_path):
         remarks = list(_look(settings.urdf_path.parent / name, name, scale))

@@ -10,7 +10,7 @@ from seals.robot.settings import RobotSettings
 
 
 def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
-    """Yield every ``<mimic>``, unless one gripper of the robot moves both joints together.
+    """Yield a finding for every ``<mimic>`` that is not part of one gripper.
 
     Args:
         settings: the robot folder as configured.

@@ -1,4 +1,4 @@
-"""Plausibility checks of a robot: mass, inertia, hulls, stability, drives."""
+"""Plausibility check of a robot: mass, inertia, hulls, stability, drives."""
 
 from __future__ import annotations
 

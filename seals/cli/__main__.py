@@ -1,4 +1,4 @@
-"""The command line, as ``python -m seals.cli`` and for the processes that the program starts."""
+"""Entry of ``python -m seals.cli``."""
 
 import os
 import sys

@@ -17,7 +17,7 @@ _COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 
 
 def check(arguments: list[str]) -> int:
-    """Compose the robot, print every finding about it, and return 1 when one of them is a fault."""
+    """Check a robot and print all findings; return 1 when one of them is a failure."""
     from omegaconf import OmegaConf
 
     from seals.config.compose import compose

@@ -1,4 +1,4 @@
-"""``seals convert``: a log of another program becomes a log folder."""
+"""``seals convert``: conversion of a foreign log to a SEALS log folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST_FINDINGS = 12
 
 
 def convert(arguments: list[str]) -> int:
-    """Convert: compose, read, check and write; the reader is chosen by the suffix if not named."""
+    """Convert a log; the reader is chosen by the suffix unless it is named."""
     from seals.cli.hydra_app import launch
 
     words = list(arguments)
@@ -156,7 +156,7 @@ def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, An
 
 
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:
-    """Return a log in ENU and FLU, with rotor speeds and even rows, and what was recognised.
+    """Return a log in ENU and FLU with rotor speeds and even rows, and remarks on the conversion.
 
     Args:
         log: as the reader gives it, with what is known of the vehicle in its metadata.

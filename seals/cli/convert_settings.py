@@ -1,4 +1,4 @@
-"""Typed settings of taking over a foreign log."""
+"""Typed settings of ``seals convert``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.robot.settings import RobotSettings
 
 @dataclass(kw_only=True)
 class MotorSettings:
-    """Motor curve by which commands become rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
+    """Motor curve from commands to rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
 
     What is left out comes from ``motors`` in the data sheet, else from the values themselves.
     """
@@ -27,7 +27,7 @@ class MotorSettings:
 
 @dataclass(kw_only=True)
 class ConvertSettings:
-    """A foreign log, how to read it, and where the log folder goes.
+    """Settings of a conversion: foreign log, reader options, output folder.
 
     Args:
         name: of the conversion, part of the name of Hydra's own folder.

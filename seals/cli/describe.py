@@ -1,4 +1,4 @@
-"""``seals describe``: a plug-in's fields with units and bounds, and its own words."""
+"""``seals describe``: prints docstring and fields of a plug-in, with units and bounds."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _text(field: dataclasses.Field[Any]) -> str:
 
 
 def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
-    """Return what a robot or an animal is made of: hulls, limbs, effects, drives, sensors.
+    """Describe a robot or an animal: hulls, limbs, effects, drives, sensors.
 
     Args:
         plugin: the robot or animal.

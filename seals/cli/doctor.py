@@ -33,7 +33,7 @@ class Remark:
 
 
 def doctor(arguments: list[str]) -> int:
-    """Print the state of Python, packages, plug-ins, configuration and machine; 1 when faulty."""
+    """Check Python, packages, plug-ins and configuration; print the report, return 1 on a fault."""
     if arguments:
         raise ConfigError(f"doctor takes no arguments: {' '.join(arguments)}.\nWrite: seals doctor")
     remarks = [remark for look in LOOKS for remark in _look(look)]
@@ -134,7 +134,7 @@ def configuration() -> Iterator[Remark]:
 
 
 def data() -> Iterator[Remark]:
-    """Report where measured data would be found offline."""
+    """Report the folder of offline data sets."""
     folder = os.environ.get("SEALS_DATA")
     found = bool(folder) and Path(str(folder)).is_dir()
     words = str(folder) if found else "SEALS_DATA names no folder: data sets come from the network"

@@ -16,7 +16,7 @@ COMPARE = "--compare"
 
 
 def evaluate(arguments: list[str]) -> int:
-    """Judge a policy, or with ``--compare`` the runs of a study."""
+    """Evaluate a policy, or with ``--compare`` the runs of a study."""
     _one_thread()
     if COMPARE in arguments:
         words = [word for word in arguments if word != COMPARE]
@@ -25,13 +25,13 @@ def evaluate(arguments: list[str]) -> int:
 
 
 def record(arguments: list[str]) -> int:
-    """Keep the episodes of a policy as demonstrations."""
+    """Record the episodes of a policy as demonstrations."""
     _one_thread()
     return launch("record", with_card(arguments), _record_task)
 
 
 def with_card(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with those of the policy's training in front.
+    """Return the arguments, preceded by those of the policy's training.
 
     A policy is judged in the world of its training, unless the words say otherwise: an override
     of the card goes where a word has the same key.

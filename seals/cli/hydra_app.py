@@ -1,4 +1,4 @@
-"""Start a verb as a Hydra application, with overrides, ``--multirun``, launchers and sweepers."""
+"""Start of a command as a Hydra application, with overrides, ``--multirun`` and launchers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
 
 
 def run(arguments: list[str]) -> int:
-    """Simulate: compose, check, then hand over to ``seals.run.application``.
+    """Run ``seals run``: compose and check the configuration, then call its application.
 
     A manoeuvre that ``seals plan`` wrote is flown with the vehicle and controller of its file.
     """
@@ -42,12 +42,12 @@ def run(arguments: list[str]) -> int:
 
 
 def compare(arguments: list[str]) -> int:
-    """Compare: compose, check, then hand over to ``seals.compare.application``."""
+    """Run ``seals compare``: compose and check the configuration, then call its application."""
     return launch("compare", arguments, _compare_task)
 
 
 def diagnose(arguments: list[str]) -> int:
-    """Diagnose: compose, then hand over to ``seals.sysid.report.application``.
+    """Run ``seals diagnose``: compose the configuration, then call its application.
 
     The runs of an experiment are those that ``seals compare`` takes.
     """
@@ -59,25 +59,25 @@ def diagnose(arguments: list[str]) -> int:
 
 
 def calibrate(arguments: list[str]) -> int:
-    """Calibrate: compose, then hand over to ``seals.sysid.calibration.application``."""
+    """Run ``seals calibrate``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("calibrate", arguments, _calibrate_task)
 
 
 def add(arguments: list[str]) -> int:
-    """Add: compose, then hand over to ``seals.sysid.validation.application``."""
+    """Run ``seals add``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("add", arguments, _add_task)
 
 
 def verify(arguments: list[str]) -> int:
-    """Verify: compose, then hand over to ``seals.sysid.validation.application``."""
+    """Run ``seals verify``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return launch("verify", arguments, _verify_task)
 
 
 def plan(arguments: list[str]) -> int:
-    """Plan: compose, then hand over to ``seals.sysid.experiment_design.application``."""
+    """Run ``seals plan``: compose the configuration, then call its application."""
     for word in arguments:
         if word.startswith("effect="):
             better = word.replace("=", "s=", 1)
@@ -87,12 +87,12 @@ def plan(arguments: list[str]) -> int:
 
 
 def teleop(arguments: list[str]) -> int:
-    """Fly manually: compose, then hand over to ``seals.teleop.application``."""
+    """Run ``seals teleop``: compose the configuration, then call its application."""
     return launch("teleop", arguments, _teleop_task)
 
 
 def view(arguments: list[str]) -> int:
-    """Look: compose, then hand over to ``seals.view.application``; a folder is one to replay."""
+    """Run ``seals view``: compose the configuration, then call its application."""
     words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in arguments]
     return launch("view", words, _view_task)
 
@@ -213,7 +213,7 @@ class _Outcome:
 
 
 def discard(folder: Path) -> None:
-    """Remove a run folder in which nothing was written, and the parents that it leaves empty."""
+    """Remove an empty run folder and its empty parent folders."""
     entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else {"absent"}
     if entries - {".hydra", LOCK}:
         return

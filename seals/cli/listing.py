@@ -62,7 +62,7 @@ def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:
 
 
 def singular(word: str) -> str:
-    """Return ``effect`` for ``effects``: both are in the documentation.
+    """Return the singular of a kind: both ``effect`` and ``effects`` are accepted.
 
     Example:
         >>> singular("effects"), singular("dvls")

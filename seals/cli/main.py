@@ -1,4 +1,4 @@
-"""Entry of the ``seals`` command: finds the verb, prints refusals, sets the exit code."""
+"""Entry of the ``seals`` command: dispatch to a command, error output, exit code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.errors import ConfigError, DiskFull, SealsError, suggestion
 
 @dataclass(frozen=True, kw_only=True)
 class Verb:
-    """One verb of the command line.
+    """One command of the command line.
 
     Args:
         target: ``module:function`` taking the arguments and returning the exit code.
@@ -321,7 +321,7 @@ def _of_system(error: OSError) -> int:
 
 
 def two_lines(refusal: SealsError) -> str:
-    r"""Return a refusal as exactly two lines: what was wrong, and what to do.
+    r"""Format an error in exactly two lines: what is wrong, and what to do.
 
     Example:
         >>> print(two_lines(SealsError("a is wrong.\nAllowed: b")))

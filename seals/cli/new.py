@@ -1,4 +1,4 @@
-"""``seals new``: a robot folder from a URDF, a data sheet from a flight, or a package."""
+"""``seals new``: generates a robot folder, a data sheet or a plug-in package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``seals render``: draws the frames of a run and a film of them."""
+"""``seals render``: renders the frames of a run and a film of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.cli.hydra_app import discard, launch
 
 
 def render(arguments: list[str]) -> int:
-    """Draw the frames of a run by ``seals.view.films.application``."""
+    """Render the frames of a run by ``seals.view.films.application``."""
     # the renderer is an option of the group of viewers
     words = [f"viewer@{word}" if word.startswith("renderer=") else word for word in arguments]
     return launch("render", words, _task)

@@ -11,7 +11,7 @@ _TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
 
 
 def runs(arguments: list[str]) -> int:
-    """Look over run folders: compose, then hand over to ``seals.sweep.application``."""
+    """Run ``seals runs``: compose the configuration, then call its application."""
     return launch("runs", [_quoted(word) for word in arguments], _task)
 
 

@@ -12,7 +12,7 @@ _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 
 
 def refuse_slips(root: str, words: Sequence[str]) -> None:
-    """Refuse a bare name whose key is plain, and a run that would overwrite the one it repeats.
+    """Refuse a name without its key, and a run that would overwrite the one it repeats.
 
     Args:
         root: the verb.

@@ -29,7 +29,7 @@ _LAUNCHERS = {
 
 
 class Begun(NamedTuple):
-    """The words of a command line, with those of a sweep that was cut off put in their place.
+    """Arguments of a command line, replaced by those of an interrupted sweep.
 
     Args:
         words: for Hydra, flags included.
@@ -41,7 +41,7 @@ class Begun(NamedTuple):
 
 
 def begun(root: str, words: Sequence[str]) -> Begun:
-    """Resume an earlier sweep on request; leave other commands unchanged.
+    """Return the arguments of an interrupted sweep on request; other commands stay unchanged.
 
     Args:
         root: of its jobs, such as ``run``.
@@ -83,7 +83,7 @@ def is_sweep(folder: str | Path) -> bool:
 
 
 def own_words(words: Sequence[str]) -> list[str]:
-    """Return the overrides that make the jobs what they are, without Hydra's settings and flags."""
+    """Return the overrides that define the jobs, without Hydra's settings and flags."""
     return [w for w in words if not w.startswith("-") and not w.lstrip("+~").startswith("hydra")]
 
 

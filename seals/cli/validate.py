@@ -1,4 +1,4 @@
-"""``seals validate``: run a validation set and write its page."""
+"""``seals validate``: runs a validation set and writes its report."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Comparison of a model with measurements: cases, starts, fits, model variants and the report."""
+"""Comparison of a model with measurements: cases, fits, model variants, report."""

@@ -10,7 +10,7 @@ from seals.arrays import Floats
 def clock_offset(
     time: Floats, measured: Floats, predicted: Floats, *, most: float
 ) -> tuple[float, float]:
-    """Find by how much the measurement lags the prediction.
+    """Estimate the delay of a measurement against its prediction.
 
     Args:
         time: [s], shape (rows,).

@@ -1,4 +1,4 @@
-"""Stretch of a measurement for a comparison: times, channels, start, regimes."""
+"""Part of a log for a comparison: times, channels, start state, regimes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def start_names(joints: int) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """State at the first row, and how uncertain it is.
+    """State at the first row, and its uncertainty.
 
     Args:
         position: base origin, world [m], shape (3,).
@@ -72,7 +72,7 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """Stretch of a log.
+    """Part of a log that is predicted from one start state.
 
     Args:
         name: of the log or segment.

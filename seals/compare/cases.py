@@ -1,4 +1,4 @@
-"""Stretches of logs for a comparison, with their start states."""
+"""Division of logs into cases with start states."""
 
 from __future__ import annotations
 

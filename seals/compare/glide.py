@@ -1,4 +1,4 @@
-"""Steady glide: the forces balance at every sample at the measured pitch."""
+"""Prediction of steady glides: force balance at the measured pitch."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _glides(log: Log, stride: int) -> list[Case]:
 
 
 class GlidePredictor(SampledPredictor):
-    """Speeds at which forces along and across the axis balance.
+    """Predictor of glide speeds by force balance along and across the axis.
 
     A model without any law across the axis is one that moves along it: there the angle of attack is
     held at zero.
@@ -127,7 +127,7 @@ class GlidePredictor(SampledPredictor):
 
 
 def balanced(twin: BatchDynamics, pitch: Floats, depth: Floats) -> Floats:
-    """Velocity along body x and z at which nothing accelerates, shape (N, 2), by Newton."""
+    """Return the equilibrium velocity along body x and z, shape (N, 2), by Newton's method."""
     count = len(pitch)
     rpy = np.stack([np.zeros(count), -pitch, np.zeros(count)], axis=1)
     base = twin.start(position=np.stack([0 * depth, 0 * depth, -depth], axis=1), rpy=rpy)

@@ -1,4 +1,4 @@
-"""Steady heave in regular waves: its amplitude against that of the undisturbed wave."""
+"""Prediction of heave in regular waves: amplitude relative to the undisturbed wave."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SMALL = 1e-3
 
 
 def heave_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel) -> list[Case]:
-    """Return one case for every run with the model and its waves without it.
+    """Return one case for every pair of runs, with the body and with the waves alone.
 
     Raises:
         LogError: there is no run with the model, or one lacks the same waves without it.
@@ -114,7 +114,7 @@ def _amplitude(time: Floats, values: Floats, omega: float, span: tuple[float, fl
 
 
 class HeavePredictor(SampledPredictor):
-    """Heave by harmonic balance.
+    """Predictor of heave by harmonic balance.
 
     Equation:
         -w^2 Z = F(w) + a(Z): F is the first harmonic of the acceleration of the held body in the

@@ -1,4 +1,4 @@
-"""Typed settings of naming a missing effect from several runs."""
+"""Typed settings of a diagnosis from several runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class NamingSettings:
-    """Settings of naming from several runs: nominal model, its uncertainty, validation.
+    """Settings of a diagnosis from several runs: nominal model, tolerances, validation.
 
     Args:
         nominal: instances of effects that the nominal model holds; empty for the first variant of

@@ -1,4 +1,4 @@
-"""Noise of a measured channel from the data alone, never from a fit."""
+"""Noise estimate of a measured channel from the data alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prediction of stretches of logs by batch dynamics, sampled as the sensors do."""
+"""Prediction of cases by batch dynamics at the sensors' sample times."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Job(NamedTuple):
 
 
 class Predictor:
-    """Runs jobs in one batch.
+    """Predictor that simulates all jobs in one batch.
 
     Args:
         settings: the model.

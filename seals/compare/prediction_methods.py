@@ -26,15 +26,15 @@ _METHODS: dict[PredictionMethod, tuple[Cutter, type[Predictor]]] = {
 
 
 def cases_of(settings: CompareSettings) -> Cutter:
-    """Return what cuts logs into stretches."""
+    """Return the function that divides logs into cases."""
     return _METHODS[settings.compare.course][0]
 
 
 def predictor_of(settings: CompareSettings) -> type[Predictor]:
-    """Return what predicts stretches."""
+    """Return the predictor of cases."""
     return _METHODS[settings.compare.course][1]
 
 
 def step_of(cases: Sequence[Case]) -> float:
-    """Return a step no longer than the sampling and than 10 ms."""
+    """Return the time step: the sampling interval, at most 10 ms."""
     return min(0.01, *(float(np.median(np.diff(c.time))) for c in cases if len(c.time) > 1), 0.01)

@@ -14,7 +14,7 @@ Regimes = NDArray[np.int64]
 
 
 class Regime(IntEnum):
-    """Surroundings of the body."""
+    """Regime of the body: rest, air, entry, water, exit, contact."""
 
     rest = 0
     air = 1
@@ -44,7 +44,7 @@ def regimes_of_drop(time: Floats, events: DropEvents, *, entering: float) -> Reg
 def regimes_of_height(
     height: Floats, climb: Floats, *, water: float | None, reach: float
 ) -> Regimes:
-    """Regimes of a log that knows the height.
+    """Regimes of a log with measured height.
 
     Args:
         height: of the body origin, world z [m], shape (rows,); NaN is carried forward.

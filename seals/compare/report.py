@@ -1,4 +1,4 @@
-"""The report of a comparison: one HTML page, one JSON file, one picture per stretch."""
+"""Report of a comparison: HTML page, JSON file, one picture per case."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def _fitted_words(variant: ModelVariant) -> str:
 
 
 def best_variant(group: Group) -> ModelVariant:
-    """Return the variant with the smallest error on held-out stretches, or on all without any."""
+    """Return the variant with the smallest error on held-out cases, or on all without any."""
     held = any(c.held_out for c in group.cases)
 
     def size(variant: ModelVariant) -> float:
@@ -184,7 +184,7 @@ def best_variant(group: Group) -> ModelVariant:
 
 
 def case_charts(group: Group, k: int) -> list[Chart]:
-    """Return overlay and residual of every measured component of one stretch."""
+    """Return overlay and residual of every measured component of one case."""
     case, first, best = group.cases[k], group.variants[0], best_variant(group)
     out = []
     shown = (best,) if best is first else (first, best)

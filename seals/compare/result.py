@@ -15,7 +15,7 @@ from seals.logs.finding import Finding
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """Stretches that share one fit.
+    """Cases that share one fit.
 
     Args:
         name: of the log, or of the whole comparison.

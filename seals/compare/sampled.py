@@ -1,4 +1,4 @@
-"""Base of predictions at the samples of a log, without a simulated trajectory."""
+"""Base of predictors of independent samples, without a simulated trajectory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def bare_case(
     sigma: Mapping[str, Floats],
     **more: Any,
 ) -> Case:
-    """Return a stretch whose course needs no start."""
+    """Return a case that needs no start state."""
     still = np.zeros(3)
     start = Start(
         position=still,
@@ -50,7 +50,7 @@ def bare_case(
 
 
 def divided(cases: Sequence[Case], settings: CompareSettings) -> list[Case]:
-    """Mark stretches named by ``held_out`` and leave out those that ``train`` does not name.
+    """Mark cases named by ``held_out``, and drop those that ``train`` does not name.
 
     Raises:
         ConfigError: a pattern matches no stretch, or there is no stretch.
@@ -75,7 +75,7 @@ def divided(cases: Sequence[Case], settings: CompareSettings) -> list[Case]:
 
 
 class SampledPredictor(Predictor):
-    """Predictor of independent samples: one row of the batch for each."""
+    """Predictor of independent samples, one batch row per sample."""
 
     def rows_of(self, jobs: Sequence[Job]) -> list[slice]:
         """Rows of every job in the batch."""
@@ -102,7 +102,7 @@ class SampledPredictor(Predictor):
         )
 
     def value(self, key: str, job: Job, default: float) -> float:
-        """A job's value of one target, or the default where it is not fitted."""
+        """Return a job's value of one parameter, or the default where it is not fitted."""
         for p, known in enumerate(self.keys):
             if key in known.targets:
                 return float(job.values[p])

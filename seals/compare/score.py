@@ -1,4 +1,4 @@
-"""Figures of a comparison: root mean square and multiples of the noise floor.
+"""Scores of a comparison: root mean square error, also in units of the noise floor.
 
 They are split by channel, regime and horizon.
 """
@@ -34,7 +34,7 @@ class Score:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseScore:
-    """Misfit of one stretch.
+    """Misfit of one case.
 
     Args:
         name: of the case.
@@ -52,7 +52,7 @@ class CaseScore:
 
 
 def score_case(case: Case, predicted: dict[str, Floats]) -> CaseScore:
-    """Return the misfit of one stretch."""
+    """Return the misfit of one case."""
     parts = residuals(case, predicted)
     whitened = {c: r / case.sigma[c] for c, r in parts.items()}
     channels = {c: _score(parts[c], whitened[c]) for c in parts}
@@ -76,7 +76,7 @@ def score_case(case: Case, predicted: dict[str, Floats]) -> CaseScore:
 
 
 def pooled(scores: Sequence[CaseScore], *, held_out: bool) -> dict[str, Score]:
-    """Pool the samples of several stretches, channel by channel."""
+    """Pool the samples of several cases, channel by channel."""
     chosen = [s for s in scores if s.held_out == held_out]
     out = {}
     for channel in {c for s in chosen for c in s.channels}:

@@ -70,7 +70,7 @@ class CompareOptions:
 
 @dataclass(kw_only=True)
 class CompareSettings(RunSettings):
-    """A run's settings, which are the model, and the measurement that it is compared with.
+    """Settings of a comparison: a run as the model, and the measurement.
 
     Args:
         log: folder, file or name of the measurement, a list of them, or None for all of the

@@ -1,4 +1,4 @@
-"""Damped Gauss-Newton over fitted parameters and the initial states of all stretches."""
+"""Damped Gauss-Newton fit of parameters and of the start states of all cases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""First guess of the state at the start of a stretch, with its uncertainty."""
+"""Initial estimate of the start state of a case, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WIDE = {"position": 1.0, "attitude": 0.2, "velocity": 2.0, "spin": 2.0, "joints"
 
 
 def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
-    """Start from the first samples of the pose.
+    """Return the start state from the first samples of the pose.
 
     Components that the log lacks come from the settings and are held.
 
@@ -77,7 +77,7 @@ def start_of_drop(
     gravity: float,
     before: float,
 ) -> Start:
-    """Start of a drop from rest, ``before`` seconds before its first contact with the water.
+    """Return the start state of a drop from rest, ``before`` seconds before water entry.
 
     Args:
         events: of the drop.

@@ -1,4 +1,4 @@
-"""Thrust model: specific force along the rotors' axis, predicted from their commands."""
+"""Prediction of the specific force along the rotor axis from the commands."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LONGEST, _SHORTEST = 3000, 500
 
 
 def thrust_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel) -> list[Case]:
-    """Cut flights into stretches in the air; those of the later half are called ``late``.
+    """Divide flights into cases in the air; those of the later half are called ``late``.
 
     Raises:
         LogError: a channel is missing.

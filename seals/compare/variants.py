@@ -1,4 +1,4 @@
-"""Model variants of a comparison: the same measurement against more and more effects."""
+"""Model variants of a comparison, each with more effects than the one before."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ModelVariant:
     start_sigma: list[Floats]
 
     def rms(self, channel: str, *, held_out: bool) -> float:
-        """Root mean square of one channel over the training or the held-out stretches."""
+        """Root mean square of one channel over the training or the held-out cases."""
         scores = pooled(self.scores, held_out=held_out)
         return scores[channel].rms if channel in scores else float("nan")
 

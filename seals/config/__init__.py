@@ -1,4 +1,4 @@
-"""Hydra glue: the class of a plug-in is its schema, Hydra composes, ``build`` constructs.
+"""Configuration by Hydra: schemas from plug-in classes, composition, construction.
 
 Where to start: ``compose.compose`` turns override strings into a composed configuration and
 ``build.build`` one node into an object. The typed settings of a verb lie beside its code

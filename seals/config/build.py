@@ -1,4 +1,4 @@
-"""Turn one composed configuration node into a checked object, by Hydra's ``instantiate``."""
+"""Construction of a plug-in from a composed configuration node, with checks."""
 
 from __future__ import annotations
 

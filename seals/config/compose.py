@@ -1,4 +1,4 @@
-"""Compose a configuration in Python, as the command line does."""
+"""Composition of a configuration in Python, as on the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Derive a plug-in's structured config from its own dataclass, so that no second class drifts."""
+"""Derivation of a plug-in's structured config from its own dataclass."""
 
 from __future__ import annotations
 

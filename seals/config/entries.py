@@ -1,4 +1,4 @@
-"""Named entries of one type, such as objects and obstacles: typed when built, free to be added."""
+"""Mappings of named entries of one type, such as objects and obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""References in configuration that compute or look something up, such as ``${oc.env:HOME}``.
+"""Detection of interpolations in configuration that call a resolver, as ``${oc.env:HOME}``.
 
 A plain reference to another key, ``${time.step}``, is no lookup: it can say nothing that the
 configuration does not hold. The project itself uses no resolver below a run's own keys.
@@ -17,7 +17,7 @@ _MOST = 200_000
 
 
 def lookup_in(content: Any) -> str | None:
-    """Return the first text in plain data that is more than a reference to a key, or None.
+    """Return the first text in plain data that calls a resolver, or None.
 
     What cannot be told apart, such as one reference inside of another, counts as a lookup.
 
@@ -45,7 +45,7 @@ def lookup_in(content: Any) -> str | None:
 
 
 def refuse_lookups(content: Any, *, where: str, remedy: str) -> None:
-    """Refuse what a stranger wrote when it would look something up on this machine.
+    """Refuse untrusted configuration that calls a resolver.
 
     Args:
         content: what a YAML file holds.

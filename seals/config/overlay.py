@@ -1,4 +1,4 @@
-"""A model found by a diagnosis, as a YAML file: effects to add, changes, where they come from.
+"""Model overlay: YAML file of effects and changes that a diagnosis added to a robot.
 
 ``models/my_model.yaml`` becomes the Hydra option ``model=my_model``, as a robot's folder becomes
 ``robot=NAME``.
@@ -37,7 +37,7 @@ WAVE = "waves"
 
 
 class Fitted(NamedTuple):
-    """A nominal property after the fit.
+    """Nominal property with its fitted value.
 
     Args:
         value: change that was fitted beside the effects.
@@ -52,7 +52,7 @@ class Fitted(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
-    """Parameters of an effect that the model below already holds.
+    """Change of an effect that the underlying model has already.
 
     Args:
         name: of this change.
@@ -137,11 +137,11 @@ class Overlay:
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """Names of everything that it adds, in the order of the file."""
+        """Names of all entries, in the order of the file."""
         return (*self.effects, *self.changes, *([] if self.waves is None else [WAVE]))
 
     def only(self, parts: Sequence[str]) -> Overlay:
-        """Return the overlay with some of its parts."""
+        """Return the overlay reduced to some of its entries."""
         return replace(
             self,
             effects={n: e for n, e in self.effects.items() if n in parts},
@@ -166,7 +166,7 @@ class Overlay:
         return found
 
     def refuse_withdrawn(self, *, force: bool) -> None:
-        """Refuse a model that was withdrawn.
+        """Refuse an overlay that was withdrawn.
 
         Raises:
             ConfigError: it was, and nobody insists.
@@ -198,12 +198,12 @@ def find_overlay(name: str) -> Path | None:
 
 
 def overlay_names() -> list[str]:
-    """Return the names of the models in the folder of models."""
+    """Return the names of the overlays in the folder of models."""
     return sorted(path.stem for path in Path(FOLDER).glob("*.yaml"))
 
 
 def load_overlay(path: Path) -> dict[str, Any]:
-    """Return the content of a model's file, its keys checked, with its name and its path.
+    """Return the checked content of an overlay file, with its name and path.
 
     Raises:
         ConfigError: it cannot be read, or holds keys that no model has.
@@ -228,7 +228,7 @@ def load_overlay(path: Path) -> dict[str, Any]:
 
 
 def read_overlay(raw: Mapping[str, Any]) -> Overlay:
-    """Build what a model's file describes and check every name and value.
+    """Read an overlay file and check every name and value.
 
     Args:
         raw: content as `load_overlay` returns it.

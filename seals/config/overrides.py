@@ -24,7 +24,7 @@ _VALUED = {
 
 
 def joined(words: Sequence[str]) -> list[str]:
-    """Return the words of a command line with every flag and its value in one word.
+    """Return command-line arguments with every flag joined to its value.
 
     Example:
         >>> joined(["-cd", "options", "--cfg=job", "seed=1"])
@@ -42,7 +42,7 @@ def joined(words: Sequence[str]) -> list[str]:
 def refuse_dangerous(
     words: Sequence[str], *, where: str, remedy: str, writer: str = "training"
 ) -> None:
-    """Refuse overrides from a file that name classes, look things up, or turn to Hydra itself.
+    """Refuse overrides from a file that name classes, call resolvers, or configure Hydra.
 
     Args:
         words: overrides such as ``env.duration=4``.

@@ -1,4 +1,4 @@
-"""Two-line messages for errors of Hydra and OmegaConf."""
+"""Conversion of errors of Hydra and OmegaConf to two-line messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _WORDS = {
 
 @contextmanager
 def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
-    """Raise a refusal in place of whatever Hydra or OmegaConf raises inside the block.
+    """Convert errors of Hydra and OmegaConf inside the block to a ConfigError.
 
     Args:
         overrides: what the user wrote, to name the offending one.

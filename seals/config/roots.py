@@ -1,4 +1,4 @@
-"""Typed schemas of the root configurations, one for each verb, imported when its verb is used."""
+"""Typed schemas of the root configurations, one per command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hydra's view of the installed plug-ins: one source of options that imports only what is chosen.
+"""Hydra config source of the installed plug-ins; only the chosen ones are imported.
 
 Hydra's own ConfigStore needs every schema imported beforehand, copies all of them whenever it
 composes and sends them with every job of a sweep. This source answers Hydra's questions from the
@@ -45,7 +45,7 @@ OWN = "of."
 
 
 class PluginSource(ConfigSource):
-    """Answers Hydra with the installed plug-ins and robots: ``effect/gravity``, ``robot/ball``.
+    """Hydra config source of plug-ins and robots: ``effect/gravity``, ``robot/ball``.
 
     The schemas of the root configurations, such as ``run_schema``, are configurations of no group.
     """
@@ -90,7 +90,7 @@ class PluginSource(ConfigSource):
         return robot_names() if group == "robot" else registry.names(group)
 
     def load_config(self, config_path: str) -> ConfigResult:
-        """Import the chosen plug-in, or read the chosen robot, and return its typed node."""
+        """Return the typed config node of the chosen plug-in or robot."""
         group, _, name = config_path.partition("/")
         if config_path in roots.NAMES:
             return self._result(
@@ -118,7 +118,7 @@ class PluginSource(ConfigSource):
 
 
 class ConfSearchPath(SearchPathPlugin):
-    """Appends the conf package of every installed distribution, then the plug-ins themselves."""
+    """Hydra search path with the conf packages of all installed distributions and the plug-ins."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Add ``pkg://`` paths of the ``seals.conf`` entry points and the source ``seals://``."""
@@ -200,7 +200,7 @@ def robot_option(name: str) -> Container:
 
 
 def controller_option(robot: str) -> Container:
-    """Return the controller of a robot's ``robot.yaml`` as a typed node with its values.
+    """Return the controller stated in ``robot.yaml`` as a typed config node.
 
     Raises:
         SealsError: the robot, or the controller, is not there.
@@ -213,7 +213,7 @@ def controller_option(robot: str) -> Container:
 
 
 def model_option(name: str) -> Container:
-    """Return a model that a diagnosis made as a Hydra option.
+    """Return a model overlay as a Hydra option.
 
     Raises:
         ConfigError: there is no such model, or its file holds keys that no model has.

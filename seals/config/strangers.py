@@ -1,4 +1,4 @@
-"""Restrictions on untrusted configuration folders: values, and plug-ins by name, only.
+"""Restrictions on untrusted configuration folders: only values and names of plug-ins.
 
 Hydra reads more than values from the YAML in ``--config-dir``: a section ``hydra`` names classes
 that it makes, programs' surroundings and further folders. A folder holding any of that is refused
@@ -26,7 +26,7 @@ _SEARCH = "hydra.searchpath"
 
 
 def untrusted(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments without ``--trust``; where it is absent, refuse what would need it.
+    """Remove ``--trust`` from the arguments; without it, refuse folders that require trust.
 
     Args:
         arguments: overrides and flags of one command.
@@ -48,7 +48,7 @@ def untrusted(arguments: Sequence[str]) -> list[str]:
 
 
 def refuse_commands(folder: Path) -> None:
-    """Refuse a folder of configuration that says more than values and names of plug-ins.
+    """Refuse a configuration folder with more than values and names of plug-ins.
 
     Args:
         folder: of YAML files, as ``--config-dir`` takes it.

@@ -17,7 +17,7 @@ _DEEPEST = 40
 
 
 def refuse_targets(node: Any, *, where: str) -> None:
-    """Walk a composed node and refuse every class but those of its schemas.
+    """Refuse every ``_target_`` in a composed node that its schema does not name.
 
     References are followed: what they lead to would be made, too.
 

@@ -1,4 +1,4 @@
-"""Refuse what Hydra lets through: keys forced in by ``+``, and keys without a value."""
+"""Refusal of unknown keys added by ``+``, and of keys without a value."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.errors import ConfigError, suggestion
 
 
 def refuse_unknown(node: Any, *, where: str) -> None:
-    """Walk a composed node and refuse keys that its schema does not have, or that have no value.
+    """Refuse keys of a composed node that its schema lacks, or that have no value.
 
     Args:
         node: a composed node; untyped parts are walked through.

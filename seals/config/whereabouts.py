@@ -12,7 +12,7 @@ _MOST = 200
 
 
 def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
-    """Return the refusal of a robot that is neither installed nor a folder.
+    """Return the error for a robot that is neither installed nor a folder.
 
     Args:
         given: as the user wrote it.

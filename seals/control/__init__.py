@@ -1,4 +1,4 @@
-"""Control: references of guides, commands of controllers, and the state both receive."""
+"""Control: interfaces of guides and controllers, control allocation, state estimates."""
 
 from seals.control.plant import Layout, Plant
 from seals.control.protocols import (

@@ -1,4 +1,4 @@
-"""Limits and gains of the drives at their present place: in air or under water."""
+"""Limits and gains of the drives in their present medium: air or water."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WET = 10.0
 
 
 class ActuatorLimits(NamedTuple):
-    """Limits and gains of the drives at their present place, shape (n,) each.
+    """Limits and gains of the drives in their present medium, shape (n,) each.
 
     Args:
         gain: thrust against that of the drive's own map at one command [1].
@@ -38,7 +38,7 @@ class ActuatorLimits(NamedTuple):
 
 
 class ActuatorLimitEstimator:
-    """Gains and limits of all drives at one instant, by the model of the robot.
+    """Estimator of gains and limits of all drives from the model of the robot.
 
     Args:
         plant: the robot in its surroundings.

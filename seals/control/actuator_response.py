@@ -20,7 +20,7 @@ def respond(
     parts: int,
     fall: Floats | None = None,
 ) -> Floats:
-    """State of first-order actuators under commands held from row to row, exactly.
+    """Return the exact states of first-order actuators under commands held between rows.
 
     Equation:
         x' = (u(t - d) - x) / tau, u held from t_k to t_k+1; tau is ``fall`` where |u| < |x| at the

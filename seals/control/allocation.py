@@ -1,4 +1,4 @@
-"""Control allocation: from force and torque to the commands of the drives."""
+"""Control allocation: distribution of force and torque over the drives."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Saturation(enum.Enum):
 
 
 class Allocation:
-    """Commands of the drives for a wrench about a centre that moves.
+    """Control allocation of a wrench about a moving centre of gravity.
 
     Args:
         layout: of the drives.
@@ -127,7 +127,7 @@ class Allocation:
         return np.array([_command(x, r, rotor=rotor) for x, rotor, r in kinds])
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
-        """Return the chosen rows of force and torque that commands make [N, N m]."""
+        """Return the controlled components of the wrench that commands produce [N, N m]."""
         made: Floats = self.matrix(centre, gain) @ self._squares(command)
         return made
 

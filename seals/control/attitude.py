@@ -1,4 +1,4 @@
-"""Attitude control on SO(3), and the attitude for a wanted force."""
+"""Attitude error on SO(3), and the attitude for a wanted force."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
 
 
 def cross3(a: Floats, b: Floats) -> Floats:
-    """Return the product of two vectors, faster than `numpy.cross`."""
+    """Return the cross product of two vectors, faster than `numpy.cross`."""
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

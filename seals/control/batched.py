@@ -59,11 +59,11 @@ class BatchController(Protocol):
     """Velocity controller over a batch of robots whose joints are held."""
 
     def start(self, batch: int) -> Any:
-        """Return the memory at the start, arrays of B rows each."""
+        """Return the initial controller state, arrays of B rows each."""
         ...
 
     def command(self, view: View, velocity: Array, yaw: Array, memory: Any) -> tuple[Array, Any]:
-        """Return the commands of all drives, shape (B, n), and the new memory.
+        """Return the commands of all drives, shape (B, n), and the new controller state.
 
         Args:
             view: of the batch.
@@ -133,7 +133,7 @@ class BatchAllocation:
         return self._squared * root + (1.0 - self._squared) * u
 
     def squares(self, command: Array) -> Array:
-        """Squared speeds with their sign, or forces; backwards they count for less."""
+        """Return signed squared speeds, or forces, scaled where a drive runs backwards."""
         xp = namespace(command)
         u = command * (self._squared * xp.abs(command) + (1.0 - self._squared))
         return xp.where(u < 0.0, u * self._reverse, u)

@@ -26,7 +26,7 @@ class BatchActuatorLimits(NamedTuple):
 
 
 class BatchActuatorLimitEstimator:
-    """Gains and limits of all drives of a batch, by the model of the robot.
+    """Estimator of gains and limits of all drives of a batch from the model of the robot.
 
     Args:
         plant: the robot.
@@ -89,7 +89,7 @@ class BatchActuatorLimitEstimator:
 
 
 class BatchImmersionEstimator:
-    """Submersion and buoyancy of all hulls together, over a batch.
+    """Estimator of the total submersion and buoyancy of every robot of a batch.
 
     Args:
         places: origins of the links in the base [m], each (1, 3).

@@ -1,4 +1,4 @@
-"""Pose estimate of a controller: the truth, or the last estimate of a sensor, extrapolated."""
+"""Pose estimate for a controller: true pose, or the last sensor estimate extrapolated."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Estimate(NamedTuple):
 
 
 class Estimator:
-    """Hold the last estimate and extrapolate it in time.
+    """Estimator that extrapolates the last estimate of a sensor in time.
 
     Args:
         sense: name of the sensor, or ``truth``.

@@ -1,4 +1,4 @@
-"""Rates of sampled signals, and the state of lagging drives."""
+"""Filters: derivative of sampled signals, and first-order lag of drives."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NONE = 1e-9
 
 @state_record
 class Rate(NamedTuple):
-    """Rate of change of a signal, smoothed by a first-order low-pass.
+    """Derivative of a signal, smoothed by a first-order low-pass.
 
     Args:
         value: last sample; None before the first.
@@ -41,7 +41,7 @@ class Rate(NamedTuple):
 
 @state_record
 class Trend(NamedTuple):
-    """Rate of a signal, carried ahead in time by its own rate.
+    """Derivative of a signal, extrapolated by its own derivative.
 
     Args:
         first: rate of the signal.
@@ -70,14 +70,14 @@ class Trend(NamedTuple):
         return Trend(Rate(value, rate), Rate(rate, change))
 
     def ahead(self, time: float, first: int = 0, last: int | None = None) -> Floats:
-        """Return the rate expected some time [s] from now, of all numbers or of some."""
+        """Return the derivative extrapolated by a time [s], for all components or some."""
         now, change = self.first.rate[first:last], self.second.rate[first:last]
         expected: Floats = now + time * change
         return expected
 
 
 class Lag:
-    """First-order lag of drives, as a controller reckons with it.
+    """First-order lag of drives, for compensation by a controller.
 
     Args:
         rise: time constants while the size of the state grows [s], shape (n,).
@@ -92,7 +92,7 @@ class Lag:
     def quickened(
         self, wanted: Floats, state: Floats, quicker: float, bounds: tuple[Floats, Floats]
     ) -> Floats:
-        """Return the command that makes the drives follow ``quicker`` times as fast as they rise.
+        """Return the command that makes the drives respond ``quicker`` times as fast.
 
         Equation:
             u = x + (w - x) lag quicker / rise: with x' = (u - x) / lag the state follows w with

@@ -1,4 +1,4 @@
-"""Key map: one table of keys, axes and buttons for help, devices and scripts."""
+"""Key map of teleoperation: keys, axes and buttons."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Stick(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Return whether the robot itself shall move."""
+        """Return whether the input moves the robot's body."""
         return any((self.forward, self.left, self.up, self.turn))
 
 

@@ -1,4 +1,4 @@
-"""Joint targets from the references for arms and grippers."""
+"""Joint targets from references for arms and grippers, and prediction of their motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.state_records import state_record
 
 
 def stowed(robot: RobotModel) -> Floats:
-    """Return the joint values of rest: arms stowed, grippers open, others zero, shape (J,)."""
+    """Return the rest posture: arms stowed, grippers open, others zero, shape (J,)."""
     out = np.zeros(robot.tree.joints)
     for arm in robot.arms.values():
         out[list(arm.joints)] = arm.stowed
@@ -91,7 +91,7 @@ class Reckoned(NamedTuple):
 
 
 def way_of(lag: Floats, step: float) -> Floats:
-    """Return the mean rate over a period for a unit of way left, under first-order lags [1/s].
+    """Return the mean joint rate over a period per unit of remaining motion [1/s].
 
     Args:
         lag: time constants [s], shape (J,).
@@ -102,7 +102,7 @@ def way_of(lag: Floats, step: float) -> Floats:
 
 
 def servo_lag(plant: Plant, default: float) -> Floats:
-    """Return how far the joints stay behind their targets [s], shape (J,): damping by stiffness.
+    """Return the time lag of the joints, damping over stiffness [s], shape (J,).
 
     Args:
         plant: the robot.

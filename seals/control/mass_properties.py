@@ -27,7 +27,7 @@ class MassNow(NamedTuple):
 
 
 class MassPropertyEstimator:
-    """Centre of gravity and inertia of a robot, and their derivatives by the joints.
+    """Estimator of centre of gravity and inertia of a robot, and of their joint derivatives.
 
     Equation:
         With the transforms T_l of the links in body axes and their pseudo-inertias P_l (4x4: second
@@ -54,7 +54,7 @@ class MassPropertyEstimator:
         self._rigid = None if tree.joints else self.at(np.zeros(0))
 
     def at(self, joints: Floats) -> MassNow:
-        """Return the mass properties with the joints at some place [rad or m]."""
+        """Return the mass properties at joint positions [rad or m]."""
         tree, group = self._tree, self._group
         origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
         axes = (turns[0, group[1:]] @ tree.axis[:, :, None])[:, :, 0]
@@ -109,7 +109,7 @@ class MassPropertyEstimator:
 
 
 class ImmersionEstimator:
-    """Submersion and buoyancy of all hulls together.
+    """Estimator of the total submersion and buoyancy of a robot.
 
     Args:
         plant: the robot in its surroundings.

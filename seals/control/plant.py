@@ -1,4 +1,4 @@
-"""Model of a robot for guides and controllers: parts, drives, surroundings."""
+"""Robot model for guides and controllers: limbs, drives, environment."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Layout(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """A robot in its surroundings, as its model says; hidden effects are not in it.
+    """Nominal model of a robot and its environment, without hidden effects.
 
     Args:
         robot: links, joints, arms and grippers.

@@ -1,4 +1,4 @@
-"""Protocols of guides and controllers, and the data between them.
+"""Interfaces of guides and controllers, and the data that they exchange.
 
 guide --Reference--> controller --ActuatorCommand--> drives and servos, at the controller's rate.
 Guides and controllers keep nothing to themselves: their memory is handed in and handed back, so
@@ -31,7 +31,7 @@ NO_LEGS.setflags(write=False)
 
 
 class Buoyancy(NamedTuple):
-    """Buoyancy of the wet part of all hulls.
+    """Buoyancy of all hulls together.
 
     Args:
         force: against gravity [N].
@@ -198,7 +198,7 @@ class Controller(Protocol):
     sense: str
 
     def bind(self, plant: Plant) -> None:
-        """Get to know the robot; called once, before `start`.
+        """Receive the model of the robot; called once, before `start`.
 
         Raises:
             SealsError: this controller cannot command that robot.
@@ -206,13 +206,13 @@ class Controller(Protocol):
         ...
 
     def start(self) -> Any:
-        """Return the memory at the start of a run."""
+        """Return the initial state at the start of a run."""
         ...
 
     def command(
         self, situation: RobotState, aim: Reference, memory: Any
     ) -> tuple[ActuatorCommand, Any]:
-        """Return the command for the coming period and the new memory; ``memory`` stays."""
+        """Return the command for the next period and the new state; ``memory`` is not modified."""
         ...
 
 
@@ -227,7 +227,7 @@ class Guide(Protocol):
     rate: float
 
     def bind(self, plant: Plant) -> None:
-        """Get to know the robot; called once, before `start`.
+        """Receive the model of the robot; called once, before `start`.
 
         Raises:
             SealsError: this guide cannot lead that robot.
@@ -235,11 +235,11 @@ class Guide(Protocol):
         ...
 
     def start(self, situation: RobotState) -> Any:
-        """Return the memory at the start of a run."""
+        """Return the initial state at the start of a run."""
         ...
 
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
-        """Return the reference and the new memory; ``memory`` is not modified."""
+        """Return the reference and the new state; ``memory`` is not modified."""
         ...
 
     def finished(self, memory: Any) -> bool | None:

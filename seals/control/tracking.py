@@ -1,4 +1,4 @@
-"""From a place on a course to the velocity that leads there."""
+"""Position tracking: velocity references from a moving target point."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.control.protocols import NOTHING, STILL, Reference, RobotState
 
 
 class Place(NamedTuple):
-    """A point of a course.
+    """Point of a path with its velocity and heading.
 
     Args:
         position: world [m], shape (3,).
@@ -37,7 +37,7 @@ def pursued(
     joints: Mapping[str, Floats] = NOTHING,
     grip: Mapping[str, float] = NOTHING,
 ) -> Reference:
-    """Return the aim that leads to a place and along with it: the position loop of the guides.
+    """Return the velocity reference that tracks a path point (position loop of the guides).
 
     Args:
         situation: now.
@@ -62,7 +62,7 @@ def pursued(
 
 
 def minimum_jerk(start: Floats, end: Floats, duration: float, time: float) -> Place:
-    """Return the place on a straight way between two rests, with the least jerk.
+    """Return the point on a straight minimum-jerk path between two points at rest.
 
     Args:
         start: [m], shape (3,).

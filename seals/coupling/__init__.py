@@ -1,4 +1,4 @@
-"""Coupling of SEALS' dynamics to a rigid-body engine, whatever the engine.
+"""Coupling of the SEALS dynamics to a rigid-body engine.
 
 An engine integrates rigid links under wrenches and joint forces with first-order steps. Added mass
 that is not isotropic, joint drives of any stiffness and second-order steps are put on top of it

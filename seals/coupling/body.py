@@ -22,7 +22,7 @@ from seals.robot.model import RobotModel
 
 
 class CoupledBody(BodyOptions):
-    """A robot in an engine's scene; it takes joint drives implicitly.
+    """Robot in the scene of an engine; joint drives are integrated implicitly.
 
     Its backend makes one for every robot that is added, and has three duties: after every step of
     the engine it calls `after_step` of every body, without which velocities and joint positions
@@ -63,7 +63,7 @@ class CoupledBody(BodyOptions):
         self._centred = not np.any(engine.reference)
 
     def reset(self, configuration: Configuration) -> None:
-        """Place the robot."""
+        """Set the state of the robot."""
         c = configuration._replace(joints=np.asarray(configuration.joints, dtype=float))
         quaternion = np.asarray(c.quaternion, dtype=float)
         arm = matrix_of(quaternion[None])[0] @ self.engine.reference
@@ -79,7 +79,7 @@ class CoupledBody(BodyOptions):
         self._forces.forget()
 
     def read(self) -> Configuration:
-        """Return where the robot is and how it moves."""
+        """Return pose, velocity and joint state of the robot."""
         position, quaternion = self.engine.base_pose()
         now, joints = self._speed.now, self._joints
         if self._base == 0:
@@ -136,12 +136,12 @@ class CoupledBody(BodyOptions):
         return self._contacts.normals()
 
     def snapshot(self) -> Any:
-        """Return what the engine does not keep: a part of the backend's snapshot."""
+        """Return the state outside the engine, for the backend's snapshot."""
         motion = self._speed, self._joints
         return motion, self._contacts.snapshot(), self._forces.snapshot()
 
     def restore(self, kept: Any) -> None:
-        """Put back what the engine does not keep, after the engine's own state.
+        """Restore the state outside the engine, after the engine's own.
 
         It sets masses and motors of the engine where they differ.
         """
@@ -166,7 +166,7 @@ class CoupledBody(BodyOptions):
         )
 
     def after_step(self, step: float) -> None:
-        """Find the velocity at the new time and move the pose as the middle velocity does.
+        """Compute the velocity at the new time, and correct the pose by the half-step velocity.
 
         The backend calls it once for every robot after each step of the engine.
 

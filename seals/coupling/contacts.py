@@ -1,4 +1,4 @@
-"""Contacts of one robot in the last step; their forces are summed only when somebody asks."""
+"""Contacts of one robot in the last step; forces are summed on demand."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Contacts:
         self.forget()
 
     def forget(self) -> None:
-        """Nothing touches."""
+        """Clear all contacts."""
         self._points: ContactPoints | None = None
         self._began: tuple[Floats, Floats] | None = None
         self._sums: tuple[Floats, Floats] | None = self._none
         self.any, self.links = False, frozenset[int]()
 
     def note(self, points: ContactPoints | None, began: tuple[Floats, Floats]) -> None:
-        """Keep the engine's contact points of a step.
+        """Store the engine's contact points of a step.
 
         Args:
             points: as the engine gives them; None for nothing.
@@ -60,11 +60,11 @@ class Contacts:
         return self._summed()[1]
 
     def snapshot(self) -> Any:
-        """Return all of it."""
+        """Return the complete state."""
         return self._summed(), self.any, self.links
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         self._sums, self.any, self.links = kept
 
     def _summed(self) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""Protocol of one robot inside a rigid-body engine: the calls that the coupling makes.
+"""Interface of one robot in a rigid-body engine, as the coupling uses it.
 
 Order of calls in one step of the world, from t to t + h:
 
@@ -24,7 +24,7 @@ from seals.coupling.implicit_drive import ImplicitDrive
 
 
 class ContactPoints(Protocol):
-    """Contacts of one robot in one step of an engine; forces are worked out when asked for.
+    """Contacts of one robot in one step of an engine; forces are computed on demand.
 
     They are read until the next call of `EngineBody.contacts`. The coupling takes the points about
     the link origins at the start of the step, where an engine detects contacts.
@@ -47,7 +47,7 @@ class ContactPoints(Protocol):
 
 
 class EngineMotion(Protocol):
-    """One robot in an engine's scene: motion, forces and contacts, what every engine has.
+    """Interface common to all engines: motion, forces and contacts of one robot.
 
     Links and joints are those of the robot model, in its order. The engine's velocity is that of
     one fixed point of the base in world axes [m/s], its angular velocity in world axes [rad/s],
@@ -118,12 +118,12 @@ class EngineMotion(Protocol):
         ...
 
     def contacts(self) -> ContactPoints | None:
-        """Return what touched the robot in the last step; None for nothing."""
+        """Return the contacts of the robot in the last step; None without any."""
         ...
 
 
 class EngineBody(EngineMotion, Protocol):
-    """One robot of an engine that takes scalar masses and joint motors.
+    """Interface of an engine with scalar link masses and joint motors.
 
     Args:
         moments: principal moments of inertia of every link about its centre of mass, along the
@@ -155,7 +155,7 @@ class EngineBody(EngineMotion, Protocol):
         ...
 
     def set_motors(self, speed: Floats, force: Floats) -> None:
-        """Let joint motors hold speeds [rad/s or m/s] with largest forces [N m or N], (J,) each.
+        """Set joint motors: speeds [rad/s or m/s] and largest forces [N m or N], (J,) each.
 
         They act until they are set anew; a largest force of zero switches a motor off. Called only
         where ``contact_motors`` is true.
@@ -172,7 +172,7 @@ class EngineBody(EngineMotion, Protocol):
 
 @runtime_checkable
 class SolvingEngineBody(EngineMotion, Protocol):
-    """One robot of an engine that solves added inertia and joint drives with its contacts."""
+    """Interface of an engine that solves added inertia and joint drives with its contacts."""
 
     def add_inertia(self, inertia: Floats | None) -> None:
         """Add a generalised inertia to the robot's own over the next step; None for none.
@@ -183,7 +183,7 @@ class SolvingEngineBody(EngineMotion, Protocol):
         ...
 
     def drive_joints(self, drive: ImplicitDrive | None) -> None:
-        """Let joint drives act over the next step; None for none.
+        """Set the joint drives of the next step; None for none.
 
         A drive acts with ``drive.drive.force - drive.gain a`` within its limit, a the acceleration
         of its joint in that step; its armature is inertia of the joint.
@@ -191,7 +191,7 @@ class SolvingEngineBody(EngineMotion, Protocol):
         ...
 
     def drive_forces(self) -> Floats:
-        """Return what the drives did over the last step [N m or N], shape (J,).
+        """Return the drive forces over the last step [N m or N], shape (J,).
 
         Their forces less what turns their own armature; zero without drives. Called after `state`.
         """

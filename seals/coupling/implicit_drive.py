@@ -1,4 +1,4 @@
-"""Joint drives as functions of the acceleration of a step: their gain and known force."""
+"""Linearisation of joint drives in the acceleration of a step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seals.motion import JointDrive
 
 
 class ImplicitDrive(NamedTuple):
-    """A joint drive over a step whose acceleration is a: force - gain a.
+    """Joint drive over a step as a function of the acceleration a: force - gain a.
 
     Args:
         drive: force with the motion that is known already, and limit.
@@ -37,7 +37,7 @@ class _Gain(NamedTuple):
 
 
 class ImplicitDrives:
-    """Linearises the joint drives of one robot over a step.
+    """Linearisation of the joint drives of one robot over a step.
 
     Args:
         lead: coordinates before those of the joints: 6, or 0 for a fixed base.

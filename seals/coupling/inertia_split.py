@@ -29,7 +29,7 @@ REFRESH = 0.02
 
 
 class InertiaSplit:
-    """Splits the inertia of a robot between the engine and explicit wrenches.
+    """Split of a robot's inertia between the engine's masses and explicit wrenches.
 
     Args:
         engine: the robot in the engine.
@@ -51,7 +51,7 @@ class InertiaSplit:
         return self._iso.copy()
 
     def restore(self, kept: Any) -> None:
-        """Put the isotropic parts back."""
+        """Restore the isotropic parts."""
         for link in np.flatnonzero((kept != self._iso).any(axis=1)):
             self._set(int(link), *kept[link])
         self._raised = bool(self._iso.any())
@@ -64,7 +64,7 @@ class InertiaSplit:
     def act(
         self, dynamics: Dynamics, contact: Floats | None, acting: ImplicitDrive | None
     ) -> tuple[Floats, Floats]:
-        """Return what to apply so that the engine's step follows the full equations.
+        """Return the wrenches that make the engine's step follow the full equations.
 
         Args:
             dynamics: of the robot at the current time.
@@ -103,7 +103,7 @@ class InertiaSplit:
         return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
 
     def joint_forces(self, dynamics: Dynamics, acting: ImplicitDrive) -> Floats:
-        """Return the joint forces of a first step, before which nothing is known, shape (J,)."""
+        """Return the joint forces of the first step, without an earlier one, shape (J,)."""
         d = dynamics
         total, bias = self._assembly.inertia, d.kinematics.bias(d.moving)
         terms = self._assembly.velocity_terms(d.motion, d.found)

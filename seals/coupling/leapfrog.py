@@ -1,4 +1,4 @@
-"""Half-step velocities: positions of second order out of a first-order velocity update."""
+"""Leapfrog integration: half-step velocities that make positions second order."""
 
 from __future__ import annotations
 

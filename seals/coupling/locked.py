@@ -1,4 +1,4 @@
-"""Change of velocity of a robot at a joint stop, with the stop's own impulse taken out."""
+"""Velocity change of a robot at a joint limit, without the impulse of the limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joint drives of legs that stand on something: motors of the engine, solved with its contacts.
+"""Joint drives of standing legs as engine motors, solved together with contacts.
 
 A drive that is predicted with the contact forces of the last step lags behind them, on a leg of
 a gram by many steps, and a body on lagging springs swings up. An engine's velocity motor is solved
@@ -21,7 +21,7 @@ LEAP = 0.2
 
 
 class StandingMotors:
-    """Velocity motors of all joints of one robot, switched on while its feet touch.
+    """Velocity motors of all joints of one robot, active while its feet are in contact.
 
     Args:
         engine: the robot in the engine.
@@ -40,7 +40,7 @@ class StandingMotors:
         self._idle = 0.0
 
     def wanted(self, touching: bool, step: float) -> bool:
-        """Return whether the motors shall act: while feet touch, and over short leaps.
+        """Return whether the motors are active: with feet in contact, and in short flight phases.
 
         Args:
             touching: whether a foot touched something in the last step.
@@ -50,7 +50,7 @@ class StandingMotors:
         return touching or (self.running and self._idle < LEAP)
 
     def drive(self, dynamics: Dynamics, step: float) -> None:
-        """Let the motors act over the next step as the joint drive wants it.
+        """Set the motors of the next step from the joint drive.
 
         Equation:
             f the drive's force; largest force of the motor min(|f|, limit), its speed
@@ -71,7 +71,7 @@ class StandingMotors:
         self.running = True
 
     def measure(self) -> None:
-        """Take note of the motors' forces after a step."""
+        """Record the motor forces after a step."""
         if self.running:
             self.forces = self._engine.motor_forces()
 
@@ -82,11 +82,11 @@ class StandingMotors:
             self.running, self.forces = False, self._none
 
     def snapshot(self) -> Any:
-        """Return whether they run, and their forces."""
+        """Return whether the motors are active, and their forces."""
         return self.running, self.forces, self._idle
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back; what the engine holds is set before the next step."""
+        """Restore a snapshot; the engine's motors are set before the next step."""
         # the engine may hold motors that ran when the snapshot was put back
         ran, (self.running, self.forces, self._idle) = self.running, kept
         if ran and not self.running:

@@ -1,4 +1,4 @@
-"""Forces for an engine that knows masses and motors: what it cannot solve is predicted."""
+"""Loads for an engine with masses and motors only: the other terms are predicted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seals.robot.model import RobotModel
 
 
 class PredictedForces:
-    """Added inertia as masses and wrenches, joint drives as torques, or as motors while standing.
+    """Added inertia as masses and wrenches; joint drives as torques or, while standing, motors.
 
     Args:
         engine: the robot in the engine.
@@ -86,21 +86,21 @@ class PredictedForces:
             engine.apply_joint_forces(joint_force)
 
     def measure(self) -> None:
-        """Take note of the motors' forces after a step."""
+        """Record the motor forces after a step."""
         self._motors.measure()
 
     def moved(self, change: Floats) -> None:
-        """Take note of the acceleration of the joints in a step, shape (J,)."""
+        """Record the joint acceleration of a step, shape (J,)."""
         if change.size and not self._motors.running:
             self._servo.response = JointResponse(change, self._given)
 
     def snapshot(self) -> Any:
-        """Return what the engine does not keep."""
+        """Return the state outside the engine."""
         kept = self._split.snapshot(), self._servo.snapshot(), self._motors.snapshot()
         return self._given, kept
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back: masses and motors of the engine too, where they differ."""
+        """Restore a snapshot, with the masses and motors of the engine."""
         self._given, (inertia, servo, motors) = kept
         self._servo.restore(servo)
         self._motors.restore(motors)

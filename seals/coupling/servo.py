@@ -49,7 +49,7 @@ class _Prepared(NamedTuple):
 
 
 class JointServo:
-    """Turns joint drives into torques that an engine holds over a step.
+    """Conversion of joint drives to torques that are constant over a step.
 
     Args:
         engine: the robot in the engine.
@@ -67,15 +67,15 @@ class JointServo:
         self._solved: _Prepared | None = None
 
     def snapshot(self) -> Any:
-        """Return the joints' response, and the inertia in use; none of it is ever written to."""
+        """Return the joints' response and the inertia in use, both immutable."""
         return self.response, self._known
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back; None forgets everything."""
+        """Restore a snapshot; None clears the state."""
         self.response, self._known = (None, None) if kept is None else kept
 
     def inertia(self, joints: Floats) -> Floats:
-        """Return the inertia that the joints feel, the base free, shape (J, J).
+        """Return the joint-space inertia with a free base, shape (J, J).
 
         It is kept until a joint has moved by `STALE`.
 

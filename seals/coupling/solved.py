@@ -1,4 +1,4 @@
-"""Forces for an engine that solves added inertia and joint drives together with its contacts."""
+"""Loads for an engine that solves added inertia and joint drives together with contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.robot.model import RobotModel
 
 
 class SolvedForces:
-    """Added inertia as generalised inertia, joint drives with their fall and their limit.
+    """Added inertia as generalised inertia; joint drives with gain and limit.
 
     Equation:
         (M + J^T A J) a = J^T (wrench - A b - velocity terms of A) + what the engine knows, with A
@@ -104,20 +104,20 @@ class SolvedForces:
         return moved, bias + jacobian[:, :, :3] @ turning
 
     def measure(self) -> None:
-        """Take note of the drives' forces after a step."""
+        """Record the drive forces after a step."""
         self._given = self._outer
         if self._outer.size:
             self._given = self._outer + self._engine.drive_forces()
 
     def moved(self, change: Floats) -> None:
-        """Nothing is foretold from the last step."""
+        """Do nothing: no prediction from the last step is needed."""
 
     def snapshot(self) -> Any:
-        """Return what the engine does not keep."""
+        """Return the state outside the engine."""
         return self._given
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         self._given = kept
 
 

@@ -1,4 +1,4 @@
-"""Binding of effects to links: parameter arrays, link rows, and the refusal of double counting."""
+"""Binding of effects to links: parameter arrays, link rows, check for double counting."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class BoundEffect:
 
     @property
     def hooks(self) -> Any:
-        """The effect as the caller of its hooks, of which each is optional."""
+        """The effect, typed with all its optional hooks."""
         return self.effect
 
 

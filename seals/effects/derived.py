@@ -1,4 +1,4 @@
-"""Candidates derived from an effect's fields, hooks and units, where it declares nothing more."""
+"""Default candidates of an effect, derived from its fields, hooks and units."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def unit_scale(meta: Parameter, *, mass: float, length: float, gravity: float) -
 
 
 def strengths_of(law: type[Effect]) -> tuple[str, ...]:
-    """Return the fitted parameters whose bounds hold zero: zero switches them off."""
+    """Return the fitted parameters that zero switches off: their bounds include it."""
     return tuple(
         p for p, m in parameters_of(law).items() if m.fit and m.bounds[0] <= 0.0 <= m.bounds[1]
     )

@@ -43,7 +43,7 @@ class DragExponent(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ()
 
     def constants(self) -> dict[str, Floats]:
-        """Return coefficients, speeds and the power."""
+        """Return coefficients, typical speeds and the exponent."""
         return {
             "coefficients": np.array([self.coefficients]),
             "speeds": np.array([self.speeds]),
@@ -66,7 +66,7 @@ class DragExponent(Effect):
 
 @dataclass(kw_only=True)
 class SurfaceForce(Effect):
-    """Error of the hydrostatic force while a hull pierces the surface.
+    """Error of the buoyancy force while a hull pierces the surface.
 
     Equation:
         F = e rho g V 4 s (1 - s) upward at the centre of buoyancy's height, on the origin.
@@ -85,7 +85,7 @@ class SurfaceForce(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Change of the lift [N]."""
+        """Change of the buoyancy force [N]."""
         s = medium.submersion
         weight = medium.density * medium.gravity * motion.body.volume * (4.0 * s * (1.0 - s))
         return Wrench(motion.up * (params["share"] * weight), None), memory
@@ -93,7 +93,7 @@ class SurfaceForce(Effect):
 
 @dataclass(kw_only=True)
 class AddedMassCentre(Effect):
-    """Offset of the point at which the nominal added mass is without coupling.
+    """Offset of the point about which the nominal added mass has no coupling.
 
     Equation:
         M_A about the origin gains the coupling -M S(d) between force and turning (and its
@@ -121,7 +121,7 @@ class AddedMassCentre(Effect):
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
-        """Change of M_A about the link origin [kg m] with the weight s."""
+        """Change of M_A about the link origin [kg m], weighted by the submersion s."""
         xp = namespace(params["offset"])
         d = params["offset"]
         zero = 0.0 * d[:, 0]
@@ -136,7 +136,7 @@ class AddedMassCentre(Effect):
 
 @dataclass(kw_only=True)
 class WaveMoment(Effect):
-    """Correction of the waves' pressure force: it acts on the origin, without moment.
+    """Correction of the wave force: it acts on the link origin, without a moment.
 
     Equation:
         T = -r_b x (rho V s a_water), with r_b the centroid of the submerged volume.
@@ -153,7 +153,7 @@ class WaveMoment(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Moment against that of the pressure gradient at the centre of buoyancy [N m]."""
+        """Moment that cancels the one of the pressure gradient at the centre of buoyancy [N m]."""
         push = medium.acceleration * (
             medium.density * motion.body.volume * medium.submersion * params["share"]
         )

@@ -42,7 +42,7 @@ Parameters: TypeAlias = Mapping[str, Array]
 
 
 class EffectOptions:
-    """Defaults of what an effect may state; a subclass of `Effect` makes fields of them."""
+    """Optional attributes of an effect and their defaults."""
 
     medium: MediumKind | None = None
     """Medium in which it acts; None for an effect that knows no medium, such as gravity."""
@@ -134,11 +134,11 @@ class Effect(EffectOptions):
             cls.identification = replace(cls.identification, confounders=vars(cls)["twins"])
 
     def ambient(self) -> Effect | None:
-        """Return the effect as it acts on the scene's other bodies; None for one of this robot."""
+        """Return the effect for the other bodies of the scene; None if it is the robot's own."""
         return None
 
     def spring(self) -> float:
-        """Return the stiffness that ties the robot to the world [N/m]: too long steps are refused.
+        """Return the stiffness between robot and world [N/m], for the check of the time step.
 
         Zero for none, and for springs that water or ground make.
         """
@@ -149,7 +149,7 @@ class Effect(EffectOptions):
         return 1.0
 
     def constants(self) -> dict[str, Floats]:
-        """Return further arrays for ``params``: options that are no physical parameters.
+        """Return additional arrays for ``params``, from options that are not parameters.
 
         Shape (1, 1) for a number, so that it broadcasts along the rows: the index of a joint.
         """
@@ -163,7 +163,7 @@ class Effect(EffectOptions):
         medium: str | None,
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
-        """Return the instance and the effect for which an entry of a log's nominal model stands.
+        """Return instance name and effect for an entry of a log's nominal model.
 
         Args:
             name: under which the effect is installed.
@@ -180,7 +180,7 @@ class Effect(EffectOptions):
     def of_surroundings(
         cls, name: str, robot: RobotModel, environment: EnvironmentSettings
     ) -> dict[str, Effect]:
-        """Return the instances by which surroundings act on every robot, whatever its folder says.
+        """Return the instances that the environment adds to every robot.
 
         Args:
             name: under which the effect is installed.
@@ -191,7 +191,7 @@ class Effect(EffectOptions):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:
-        """Return the ways in which the effect may be missing on a vehicle.
+        """Return the candidates: the variants in which the effect may be missing on a vehicle.
 
         The default derives them from the fields, the hooks and ``identification``.
 
@@ -203,7 +203,7 @@ class Effect(EffectOptions):
 
     @staticmethod
     def guesses(residual: Residual) -> list[dict[str, float]]:
-        """Return starting values by parameter, best first, of an effect that must be guessed.
+        """Return starting values of a fit by parameter, best first, from the residual force.
 
         Args:
             residual: the force that a model without the effect leaves over.
@@ -212,7 +212,7 @@ class Effect(EffectOptions):
 
     @staticmethod
     def plausible(position: Floats) -> dict[str, float]:
-        """Return parameters that the effect may well have where ``scales`` do not tell them.
+        """Return plausible parameters, where ``scales`` do not state them.
 
         Args:
             position: mean place of the vehicle, world axes [m], shape (3,).
@@ -222,7 +222,7 @@ class Effect(EffectOptions):
     def as_stated(
         self, values: Mapping[str, float], changes: Mapping[str, float], rates: Floats
     ) -> dict[str, float]:
-        """Return fitted parameters as the documented law means them, where the fit smooths it.
+        """Convert fitted parameters to those of the documented law, where the fit smooths it.
 
         Args:
             values: of the reported parameters.
@@ -298,7 +298,7 @@ class Actuation(Protocol):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts and reaction torques as they really are."""
+        """Thrusts and reaction torques, changed by the effect."""
         ...
 
 
@@ -308,7 +308,7 @@ class BatteryUpdate(Protocol):
 
     @staticmethod
     def battery_update(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
-        """New memory under the power of all drives [W], shape (N, 1)."""
+        """New battery state after a step under the power of all drives [W], shape (N, 1)."""
         ...
 
     @staticmethod
@@ -330,7 +330,7 @@ class DriveLoads(Protocol):
         memory: Array,
         params: Parameters,
     ) -> tuple[Wrench, Array]:
-        """Wrench about the link origin, link axes, that goes with the actuators' thrust."""
+        """Wrench about the link origin, link axes, that depends on the actuators' thrust."""
         ...
 
 
@@ -350,7 +350,7 @@ class Measure(Protocol):
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:
-        """Reading of the inertial sensors as it really is."""
+        """Reading of the inertial sensors, changed by the effect."""
         ...
 
 
@@ -360,12 +360,12 @@ class Timed(Protocol):
 
     @staticmethod
     def timing(params: Parameters) -> Timing:
-        """Change of delays and lags."""
+        """Change of delays and time constants."""
         ...
 
 
 class ActuatorOptions:
-    """Defaults of what an actuator may state; a base of actuators, or read by `options_of`."""
+    """Optional attributes of an actuator and their defaults; see `options_of`."""
 
     voltage_power: ClassVar[float] = 1.0
     """Power of the battery's voltage to which the drives' limits are proportional [1]."""
@@ -374,12 +374,12 @@ class ActuatorOptions:
 
     @property
     def fall(self) -> Floats | None:
-        """Time constants while a drive slows down [s], shape (n,); None for those of its lag."""
+        """Spin-down time constants [s], shape (n,); None where equal to ``lag``."""
         return None
 
     @property
     def low(self) -> Floats | None:
-        """Least commands of the drives, rad/s or N, shape (n,); None for the usual ones.
+        """Lowest commands of the drives, rad/s or N, shape (n,); None for the default.
 
         These are zero for rotors and the negative limit for thrusters.
         """
@@ -388,7 +388,7 @@ class ActuatorOptions:
 
 @runtime_checkable
 class Actuated(Protocol):
-    """An actuator: an effect that turns the state of its drives into thrust."""
+    """An actuator: an effect that computes thrust from the state of its drives."""
 
     @staticmethod
     def drives(inputs: Inputs, params: Parameters) -> Drives:

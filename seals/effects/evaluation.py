@@ -362,7 +362,7 @@ def _repeated(joints: Joints, times: int) -> Joints:
 
 
 def vanishes_dry(b: BoundEffect) -> bool:
-    """Return true where an effect vanishes while nothing is submerged."""
+    """Return true where an effect is zero while nothing is submerged."""
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 

@@ -1,4 +1,4 @@
-"""Arguments of hooks: a hook takes what it names."""
+"""Arguments of hooks, matched by their names."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ error of the author: such a hook is refused.
 
 
 def arguments_of(effect: object, hook: str) -> tuple[str, ...]:
-    """Return what a hook is called with, in its own order.
+    """Return the arguments that a hook declares, in its order.
 
     Args:
         effect: that defines the hook.
@@ -99,7 +99,7 @@ def _may_stand_for(name: str, plain: str, hook: str) -> bool:
 
 
 def pick_of(effect: object, hook: str) -> Pick:
-    """Return what picks a hook's arguments out of a tuple in the order of `ARGUMENTS`."""
+    """Return a selector of a hook's arguments from a tuple in the order of `ARGUMENTS`."""
     names = arguments_of(effect, hook)
     places = [ARGUMENTS[hook].index(name) for name in names]
     if len(places) > 1:
@@ -108,5 +108,5 @@ def pick_of(effect: object, hook: str) -> Pick:
 
 
 def names_any(effect: object, hook: str, words: tuple[str, ...]) -> bool:
-    """Return true where a hook names one of some arguments."""
+    """Return true where a hook declares one of some arguments."""
     return not set(words).isdisjoint(arguments_of(effect, hook))

@@ -1,4 +1,4 @@
-"""Declarations of effects for system identification: plausible sizes, variants, traits.
+"""Declarations of effects for system identification: plausible sizes, variants, confounders.
 
 Every installed effect is a candidate of a diagnosis. One that has a law and parameters declared
 with `seals.schema.param` needs no more: `seals.effects.derived` derives the rest. One that knows
@@ -40,7 +40,7 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """Size of a robot whose runs are compared.
+    """Size of a robot: mass, volume, length, for scales of parameters.
 
     Args:
         mass: [kg].
@@ -82,7 +82,7 @@ class Comparison:
 
 @dataclass(frozen=True, kw_only=True)
 class Identification:
-    """Constant facts about an effect that a diagnosis needs.
+    """Declarations of an effect that a diagnosis uses.
 
     Args:
         scales: plausible change of a parameter, by its name or the stem of ``stem_x ... stem_z``,
@@ -165,7 +165,7 @@ class Property:
 
 @dataclass(frozen=True, kw_only=True)
 class Freed:
-    """Parameter that a fit may move; all values are changes against the nominal model.
+    """Free parameter of a fit; all values are changes against the nominal model.
 
     Args:
         tolerance: 1-sigma of the change that the vehicle's data admit; 0 where they are exact.
@@ -186,7 +186,7 @@ class Freed:
 
 @dataclass(frozen=True, kw_only=True)
 class Addition:
-    """Variant in which an effect may be missing on a vehicle.
+    """Candidate: a variant in which an effect may be missing on a vehicle.
 
     Args:
         instance: name of the effect's instance in the extended model.
@@ -215,7 +215,7 @@ class Addition:
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """The vehicle of a diagnosis, as effects see it.
+    """Vehicle of a diagnosis, given to effects for their candidates.
 
     Args:
         robot: links, masses, hulls.
@@ -260,7 +260,7 @@ class Subject:
 
     @property
     def has_water(self) -> bool:
-        """Return true where there is water and a hull that it can lift."""
+        """Return true where there is water and the base has a hull."""
         return self.environment.water_level is not None and self.hull is not None
 
     @property
@@ -283,7 +283,7 @@ class Subject:
 
 @dataclass(frozen=True, kw_only=True)
 class Residual:
-    """The force that a model leaves over along the course of a log, K points.
+    """Residual force of a model over the time of a log, K points.
 
     Args:
         position: of the base, world axes [m], shape (K, 3).

@@ -1,4 +1,4 @@
-"""Inertia that joint drives turn: their own and that of the robot."""
+"""Inertia at the joints: armature of the drives, and inertia of the robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.robot.model import RobotModel
 
 
 def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
-    """Return the inertia of the joint drives that their effects state, shape (J,); None for none.
+    """Return the armature of the joint drives, shape (J,); None where no effect states one.
 
     Raises:
         ConfigError: a list of a servo has not one entry a joint.
@@ -30,7 +30,7 @@ def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
 
 
 def felt_inertia(robot: RobotModel, joints: Floats | None = None) -> Floats:
-    """Return the inertia of every joint with all others and the base free, shape (J,).
+    """Return the effective inertia of every joint, all others and the base free, shape (J,).
 
     Args:
         robot: the robot.
@@ -47,7 +47,7 @@ def felt_inertia(robot: RobotModel, joints: Floats | None = None) -> Floats:
 
 
 def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:
-    """Return the fastest rate of the joints under their drives [1/s], zero without drives.
+    """Return the largest eigenvalue magnitude of the servo-controlled joints [1/s], else zero.
 
     Equation:
         The largest root of I s^2 + kd s + kp in size, with I the inertia that a joint feels.

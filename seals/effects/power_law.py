@@ -1,4 +1,4 @@
-"""Candidates of drag laws that go with a power of the speed, in each medium."""
+"""Candidates of drag laws that are a power of the speed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def power_law_additions(
     power: int,
     share: Mapping[MediumKind, float],
 ) -> list[Addition]:
-    """Return a change of the drag in each medium, and the doubt about its exponent.
+    """Return the candidates: drag in each medium; its exponent has a tolerance.
 
     Args:
         law: class with ``coefficient_x``, ``coefficient_y``, ``coefficient_z`` and ``medium``.

@@ -1,4 +1,4 @@
-"""Changes of a link's rigid-body inertia: the weight they add, and the changed body."""
+"""Changes of a link's rigid-body inertia: added weight, and the changed body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Air, water, bottom, waves: what surrounds the links."""
+"""Environment of the links: air, water, ground, waves."""
 
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler

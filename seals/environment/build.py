@@ -1,4 +1,4 @@
-"""Builds the surroundings of a robot from the typed environment."""
+"""Construction of a robot's environment sampler from the environment settings."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def hulls_of(robot: RobotModel) -> list[Hull]:
 
 
 def exact_of(robot: RobotModel, environment: EnvironmentSettings) -> Wetting:
-    """Return exact clipping for the links of one scene."""
+    """Return exact hull clipping for the links of one scene."""
     return WettingNone() if environment.water_level is None else WettingExact(hulls_of(robot))
 
 
 def tables_of(robot: RobotModel, environment: EnvironmentSettings) -> Wetting:
-    """Return interpolation tables for a batch."""
+    """Return hull interpolation tables for a batch."""
     if environment.water_level is None:
         return WettingNone()
     hulls = hulls_of(robot)
@@ -44,7 +44,7 @@ def build_surroundings(
     like: Array,
     batch: int = 1,
 ) -> EnvironmentSampler:
-    """Return the surroundings of all links, rows link by link, in the array library of ``like``."""
+    """Return the environment sampler of all links, in the array library of ``like``."""
     volume = np.repeat([[hull.volume] for hull in hulls_of(robot)], batch, axis=0)
     column = WaterColumn.of_profiles(
         environment.water_temperature, environment.salinity, environment.water_density

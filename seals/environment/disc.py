@@ -1,4 +1,4 @@
-"""Submerged fraction of a drive's disc."""
+"""Submerged fraction of a rotor or propeller disc."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.motion import Drives, Medium, Motion
 
 
 def wet_share(depth: Array, half_width: Array | float) -> Array:
-    """Return the share of a disc under water [1], smooth from 0 to 1.
+    """Return the submerged fraction of a disc [1], smooth from 0 to 1.
 
     Equation:
         u^2 (3 - 2 u) with u = (depth + half_width) / (2 half_width), held between 0 and 1.

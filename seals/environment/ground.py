@@ -1,4 +1,4 @@
-"""The ground as solids: level planes, a shore, obstacles; one description for every backend."""
+"""Ground as static solids for all backends: planes, shore, obstacles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ THICKNESS = 0.5
 
 
 class Solid(NamedTuple):
-    """A solid that stands still.
+    """Static solid.
 
     Args:
         name: for messages.
@@ -39,7 +39,7 @@ class Solid(NamedTuple):
 
 
 def solids_of(environment: EnvironmentSettings) -> list[Solid]:
-    """Return everything in the surroundings that a body can touch.
+    """Return all static solids that a body can touch.
 
     With a shore, the land at ``ground_level`` lies behind the slope only.
 
@@ -63,7 +63,7 @@ def solids_of(environment: EnvironmentSettings) -> list[Solid]:
 
 
 def ground_height(environment: EnvironmentSettings, x: float, y: float) -> float | None:
-    """Return the height of planes and shore below a point [m], None where there is none.
+    """Return the height of the ground below a point [m]; None where there is none.
 
     Args:
         environment: with its levels.

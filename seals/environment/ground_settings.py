@@ -1,4 +1,4 @@
-"""Typed ground beyond level planes: a shore, and solids that stand still."""
+"""Typed settings of the ground beyond level planes: shore and obstacles."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SolidType(enum.Enum):
 
 @dataclass(kw_only=True)
 class ObstacleSettings:
-    """One solid that stands still.
+    """Settings of one obstacle, a static solid.
 
     Args:
         type: which primitive.
@@ -82,7 +82,7 @@ def check_obstacles(obstacles: dict[str, ObstacleSettings]) -> None:
 def check_shore(
     shore: ShoreSettings, *, bottom: float | None, water: float | None, land: float | None
 ) -> None:
-    """Refuse a shore without the three levels that it joins.
+    """Refuse a shore without the three levels that it connects.
 
     Raises:
         ConfigError: a level is missing, or they do not rise.

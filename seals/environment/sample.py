@@ -1,4 +1,4 @@
-"""One sample of the surroundings at the links, and the view of it that an effect gets."""
+"""Sample of air and water at the links, and its view for the medium of an effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples air and water at the links: submersion, density, flow."""
+"""Sampling of air and water at the links: submersion, density, flow."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class WaterColumn:
 
 
 class EnvironmentSampler:
-    """Air, water and waves around the links of one scene or one batch.
+    """Sampler of air, water and waves at the links of one scene or batch.
 
     Args:
         gravity: [m/s^2].
@@ -94,7 +94,7 @@ class EnvironmentSampler:
         self._inverse_volume = 1.0 / namespace(volume).clip(volume, 1e-12, None)
 
     def sample(self, motion: Motion) -> Sample:
-        """Sample the surroundings at the links, without the flow effects."""
+        """Sample air and water at the links, without flow effects such as wind and current."""
         if self.water_level is None:
             return self._dry(motion)
         sea = self.waves.at(motion.position, motion.time, self.water_level)

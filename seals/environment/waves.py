@@ -1,4 +1,4 @@
-"""The protocol of wave plug-ins: the water surface and the motion of the water under it."""
+"""Interface of wave plug-ins: water surface and motion of the water below it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def gradient_along(east: Array, north: Array, along: Array, down: Array) -> Arra
 
 
 def carried(gradient: Array, velocity: Array) -> Array:
-    """Return what water gains that flows through a gradient, G u [m/s^2], shape (N, 3).
+    """Return the convective acceleration in a velocity gradient, G u [m/s^2], shape (N, 3).
 
     Args:
         gradient: shape (N, 3, 3).
@@ -84,7 +84,7 @@ class Waves(Protocol):
 
 @runtime_checkable
 class Orbits(Protocol):
-    """A wave that also knows how far it carries the water: what a window in the sea asks for."""
+    """Interface of waves with water displacement, needed by the moving domain of a fluid."""
 
     @property
     def shortest(self) -> float:
@@ -92,7 +92,7 @@ class Orbits(Protocol):
         ...
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:
-        """Return how far the water is from where it would rest [m], shape (N, 3).
+        """Return the displacement of the water from its rest position [m], shape (N, 3).
 
         The velocity at the place of rest is the rate of the displacement, to first order in the
         steepness. The mean of the displacement makes up for the volume that the orbits squeeze at

@@ -34,10 +34,10 @@ class Wet(NamedTuple):
 
 
 class Wetting(Protocol):
-    """Finds the submerged part of every hull."""
+    """Interface to compute the submerged part of every hull."""
 
     def wet(self, normal: Array, level: Array) -> Wet:
-        """Return the part where normal . x <= level.
+        """Return the submerged part, where normal . x <= level.
 
         Args:
             normal: in link axes [1], shape (N, 3).
@@ -47,7 +47,7 @@ class Wetting(Protocol):
 
 
 class WettingExact:
-    """Exact clipping, hull by hull, for the links of one scene.
+    """Exact clipping of hulls, for the links of one scene.
 
     Args:
         hulls: one hull per link.
@@ -64,7 +64,7 @@ class WettingExact:
         self._dry = Wet(self._volume * 0.0, self._centre * 0.0, None, None)
 
     def wet(self, normal: Array, level: Array) -> Wet:
-        """Return the submerged part of every hull; dry and submerged ones cost nothing."""
+        """Return the submerged part of every hull; dry and fully submerged ones are not clipped."""
         levels = level.ravel().tolist()
         if max(levels) <= -self._longest:
             return self._dry
@@ -141,7 +141,7 @@ def deep(table: HullTable, kind: Any) -> tuple[Floats, Floats]:
 
 
 class WettingNone:
-    """No water anywhere."""
+    """Wetting without water."""
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return an empty submerged part."""

@@ -1,4 +1,4 @@
-"""Hull geometry: what part of a body is under water, exactly, from tables and from samples."""
+"""Hull geometry: the submerged part of a body, exactly, from tables or from samples."""
 
 from seals.hydrostatics.box import HullBox
 from seals.hydrostatics.compound import HullCompound

@@ -1,4 +1,4 @@
-"""A box cut by the water surface, in closed form and without cancellation at any tilt."""
+"""Box cut by the water surface, in closed form at any tilt."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ exactly odd in the tilt."""
 
 
 class Slice(NamedTuple):
-    """Wetted share of a rectangle and of its surface line, with first moments about its centre."""
+    """Wetted fraction of a rectangle and of its waterline, with first moments about its centre."""
 
     volume: Column
     volume_y: Column
@@ -57,7 +57,7 @@ def wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per ste
 
 
 class HullBox(HullPlaced):
-    """A rectangular box, at any tilt.
+    """Hull of a rectangular box.
 
     Equation: slices at constant x are wetted rectangles (:func:`wet_rectangle`), polynomial in x
         between the heights where the surface passes an edge; two Gauss points integrate each piece
@@ -120,7 +120,7 @@ class HullBox(HullPlaced):
 def wet_box(
     xp: Any, spans: Sequence[Column], depth: Column
 ) -> tuple[Column, list[Column], Column, list[Column]]:
-    """Return the wetted share of a unit box, its moments, d(share)/d(depth) and its moments.
+    """Return the wetted fraction of a unit box with its moments, and their derivatives by depth.
 
     Args:
         xp: array namespace or ``FLOATS``.

@@ -1,4 +1,4 @@
-"""A closed triangle mesh cut by planes, many at once: the divergence theorem, face by face."""
+"""Cut of a closed triangle mesh by many planes, by the divergence theorem over faces."""
 
 from __future__ import annotations
 

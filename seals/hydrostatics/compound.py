@@ -1,4 +1,4 @@
-"""Several primitives as one hull, with stated totals that rule over their sum."""
+"""Hull of several primitives, with stated totals that override their sum."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLAN_LEVELS = 129
 
 
 class HullCompound:
-    """The sum of several hulls; stated totals scale its volume and shift its centroid.
+    """Hull made of several hulls; stated totals scale its volume and shift its centroid.
 
     Equation: V = k sum V_i, k = displaced_volume / sum of whole volumes; waterplane area k sum A_i;
         centroid = centroid of the sum + (centre_of_buoyancy - centroid of the whole sum).

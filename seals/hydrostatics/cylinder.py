@@ -1,4 +1,4 @@
-"""A flat-ended and a round-ended cylinder cut by the water surface at any tilt."""
+"""Cylinder and capsule cut by the water surface at any tilt."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def seen_by_axis(  # noqa: PLR0917 - positional, in the hot path
 def in_link(  # noqa: PLR0917 - positional, in the hot path
     part: Part, axis: Triple, centre: Triple, ux: Column, uy: Column, uz: Column
 ) -> Sums:
-    """Turn a part in the directions of axis and normal into sums about the link origin."""
+    """Convert sums along axis and normal to sums about the link origin."""
     volume, along, up, area, area_along, area_up = part
     (px, py, pz), (ex, ey, ez) = centre, axis
     return Sums(
@@ -46,7 +46,7 @@ def in_link(  # noqa: PLR0917 - positional, in the hot path
 
 
 class HullCylinder(HullPlaced):
-    """A flat-ended circular cylinder, axis along its own z, at any tilt.
+    """Hull of a circular cylinder, axis along its own z.
 
     Equation: see :func:`seals.hydrostatics.revolution.flat_ended`.
 
@@ -91,7 +91,7 @@ class HullCylinder(HullPlaced):
 
 
 class HullCapsule(HullPlaced):
-    """A cylinder with half balls at its ends, axis along its own z, at any tilt.
+    """Hull of a capsule (cylinder with hemispherical ends), axis along its own z.
 
     Equation: a flat-ended cylinder and two half balls, see :mod:`seals.hydrostatics.revolution`.
 

@@ -1,4 +1,4 @@
-"""Mesh files that are opened at all: geometry only, nothing packed, no entities or devices."""
+"""Check of mesh files before loading: plain geometry formats only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ENTITY = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
 def refuse_strange_format(path: Path, where: str) -> None:
-    """Refuse a file that is not a plain mesh, whatever the mesh library would make of it.
+    """Refuse a file that is not a plain mesh.
 
     Args:
         path: a file that is there, of bearable size.

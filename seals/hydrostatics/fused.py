@@ -1,4 +1,4 @@
-"""Hulls of several links that no joint moves apart, as one hull."""
+"""Hull of several rigidly connected links."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GRAINS = 8
 
 
 class Part(NamedTuple):
-    """A hull at a place in another link.
+    """Hull with its pose in another link.
 
     Args:
         hull: in its own axes.
@@ -33,7 +33,7 @@ class Part(NamedTuple):
 
 
 class HullFused:
-    """The sum of hulls, each turned and moved; its table for batches is one, not one a part.
+    """Hull made of the hulls of rigidly connected links, with one common table for batches.
 
     Equation:
         V(up, level) = sum V_i(R_i^T up, level - up . p_i), moments likewise, turned back.
@@ -81,7 +81,7 @@ class HullFused:
 
     @property
     def grain(self) -> int:
-        """Work of one cut, in faces of a mesh."""
+        """Cost of one cut, in faces of a mesh."""
         return sum(getattr(part.hull, "grain", GRAINS) for part in self.parts)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
@@ -97,7 +97,7 @@ class HullFused:
         return wetted_of(Sums(*row.tolist()), self.volume)
 
     def spread(self) -> Vector:
-        """Return second moments about the centroid, per volume [m^2], every part a ball."""
+        """Return second moments about the centroid per volume [m^2], each part as a sphere."""
         total = np.zeros((3, 3))
         for part, share, arm in zip(self.parts, self._shares, self._arms, strict=True):
             radius = (0.75 * part.hull.volume / math.pi) ** (1.0 / 3.0)

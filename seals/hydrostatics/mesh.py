@@ -1,4 +1,4 @@
-"""A closed triangle mesh as a hull."""
+"""Hull of a closed triangle mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PLAN_LEVELS = 129
 
 
 def placed_points(points: Vector, position: Sequence[float], rpy: Sequence[float]) -> Vector:
-    """Return points (N, 3) turned by ``rpy`` and moved by ``position`` into link axes."""
+    """Return points (N, 3) rotated by ``rpy`` and shifted by ``position`` into link axes."""
     axes = np.array(axes_of(rpy))
     moved = np.asarray(points, dtype=np.float64) @ axes
     return np.asarray(moved + np.array(checked_triple("position", position)))
@@ -93,7 +93,7 @@ class HullMesh:
 
     @property
     def grain(self) -> int:
-        """Number of faces, the work of one cut."""
+        """Number of faces, the cost of one cut."""
         return len(self.faces.corners)
 
     def spread(self) -> Vector:

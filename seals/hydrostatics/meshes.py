@@ -39,14 +39,14 @@ class NoteKind(enum.Enum):
 
 
 class MeshNote(NamedTuple):
-    """One remark about a mesh that was accepted: what was found and what was done."""
+    """Remark on an accepted mesh: the defect and the repair."""
 
     kind: NoteKind
     text: str
 
 
 class LoadedHull(NamedTuple):
-    """A hull made from a mesh, with remarks; a broken mesh has become samples."""
+    """Hull made from a mesh, with remarks; a broken mesh is replaced by samples."""
 
     hull: HullMesh | HullSamples
     notes: tuple[MeshNote, ...]

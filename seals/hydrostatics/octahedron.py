@@ -1,4 +1,4 @@
-"""The table behind meshes: wetted sums over the direction of the surface normal and the depth."""
+"""Interpolation table of wetted volume and moments over surface normal and depth."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ CHUNK = 100_000
 
 
 class Cuttable(Protocol):
-    """A hull without a closed form, cut at many normals and levels at once."""
+    """Interface of hulls without a closed form, cut at many normals and levels at once."""
 
     volume: float
     centroid: Vector
 
     @property
     def grain(self) -> int:
-        """Work of one cut: number of faces or samples."""
+        """Cost of one cut: number of faces or samples."""
         ...
 
     def spread(self) -> Vector:

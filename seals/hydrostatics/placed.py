@@ -1,4 +1,4 @@
-"""A primitive's place in its link, and what all closed-form primitives share."""
+"""Base of the closed-form primitives, with their pose in the link."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def axes_of(rpy: Sequence[float]) -> tuple[Triple, Triple, Triple]:
 
 
 class HullPlaced(ABC):
-    """A centrally symmetric primitive with a closed form, placed in its link.
+    """Base of centrally symmetric primitives with a closed form, posed in their link.
 
     Args:
         volume: whole volume [m^3].

@@ -1,4 +1,4 @@
-"""Files that a mesh names: materials, pictures, buffers. They lie near it and are ordinary."""
+"""Check of the files that a mesh refers to: materials, images, buffers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _JOINT = b"\\\n"
 
 
 def refuse_references(path: Path, where: str) -> None:
-    """Refuse a mesh that names a device, a pipe, or anything that does not lie near it.
+    """Refuse a mesh that refers to a device, a pipe, or a file outside its folder.
 
     The libraries and engines that read meshes open what these name, and wait for it, without a
     bound. What does not exist may be named: materials are often lost on the way.
@@ -58,7 +58,7 @@ def refuse_references(path: Path, where: str) -> None:
 
 
 def refuse_elsewhere(name: str, path: Path, where: str) -> None:
-    """Refuse the name of a file, as it stands in another, that leads out of its surroundings.
+    """Refuse a referenced file name that leads out of the folder.
 
     Args:
         name: as it stands there.

@@ -1,4 +1,4 @@
-"""Closed forms of bodies of revolution cut by an oblique plane: the flat-ended and the round parts.
+"""Closed forms of a cylinder and a hemisphere cut by an oblique plane.
 
 Both work in the plane of the body's axis e and the surface normal n, with c = e . n and
 s = sqrt(1 - c^2), and are written once for floats and for columns.
@@ -19,7 +19,7 @@ because the closed form divides differences by the span squared."""
 
 
 class Part(NamedTuple):
-    """Volume, area and first moments about the body's own centre, split along two directions.
+    """Volume, area and first moments about the body's centre, along axis and normal.
 
     ``volume_e`` and ``area_e`` multiply the axis e; ``volume_n`` and ``area_n`` the normal n.
     """
@@ -89,7 +89,7 @@ def flat_ended(  # noqa: PLR0917 - positional, in the hot path
 
 
 def half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> Part:
-    """Return the wetted part of the half ball on the side of +e, about the ball's centre.
+    """Return the wetted part of the hemisphere on the side of +e, about the sphere's centre.
 
     Equation: the divergence theorem. 3 V = depth * A_w + R * S, where A_w is the segment of the
         waterplane disc inside the half ball and S the wetted spherical surface,

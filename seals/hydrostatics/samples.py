@@ -1,4 +1,4 @@
-"""A hull as thousands of quasi-random samples: for broken meshes, and for wavy surfaces."""
+"""Hull of quasi-random samples, for broken meshes and wavy surfaces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Inside = Callable[[Vector], NDArray[np.bool_]]
 
 
 class HullSamples:
-    """Scrambled Sobol points inside a body, each a small volume smoothed over its own size.
+    """Hull of scrambled Sobol points, each a small volume smoothed over its size.
 
     Equation: a sample of volume v and size d = v^(1/3) is wet by
         clip((level - up . x) / d + 1/2, 0, 1); the waterplane area is the derivative of the sum,
@@ -98,7 +98,7 @@ class HullSamples:
 
     @property
     def grain(self) -> int:
-        """Number of samples, the work of one cut."""
+        """Number of samples, the cost of one cut."""
         return len(self.points)
 
     @property

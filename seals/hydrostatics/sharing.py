@@ -1,4 +1,4 @@
-"""One look-up table for all hulls of the same shape, however often a robot is built."""
+"""Cache of look-up tables, shared by hulls of equal shape."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def shared_table(hull: Cuttable, *, cells: int, depths: int) -> OctahedralTable:
 
 
 def shape_digest(hull: object) -> str:
-    """Return a digest of all numbers that a hull holds: equal for hulls that are cut alike.
+    """Return a digest of all numbers of a hull, equal for equal shapes.
 
     Raises:
         TypeError: the hull holds something that is neither number, text, array nor a nest of

@@ -1,4 +1,4 @@
-"""A sphere cut by the water surface."""
+"""Sphere cut by the water surface, in closed form."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.hydrostatics.wetted import Column, Sums
 
 
 class HullSphere(HullPlaced):
-    """A solid sphere; its wetted part is a spherical cap.
+    """Hull of a sphere; its wetted part is a spherical cap.
 
     Equation: with h = the wetted height, V = pi h^2 (3 r - h) / 3, first moment along the normal
         about the centre -pi (r^2 - d^2)^2 / 4, waterplane area pi (r^2 - d^2), d the signed

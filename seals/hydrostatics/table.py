@@ -1,4 +1,4 @@
-"""Hydrostatics of many poses at once, for the batched twin: any array library, any device."""
+"""Hydrostatics of many poses at once for batch dynamics, on any array library and device."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class HullTable:
 
     @classmethod
     def build(cls, hull: Hull, *, cells: int | None = None, depths: int | None = None) -> HullTable:
-        """Prepare a hull; a second call with the same numbers returns the same table.
+        """Return the table of a hull, from the cache where one of equal shape exists.
 
         Args:
             hull: what to prepare.
@@ -100,7 +100,7 @@ class HullTable:
 
 
 def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> Law:
-    """Return the batched law of a hull: exact where there is a closed form, else by a table."""
+    """Return the batched hydrostatics of a hull: exact in closed form, else by a table."""
     if isinstance(hull, HullPlaced):
         return hull.sums
     if isinstance(hull, HullCompound):

@@ -44,7 +44,7 @@ class Sums(NamedTuple):
 
 
 class Hull(Protocol):
-    """A body that displaces water.
+    """Interface of a hull: a body that displaces water.
 
     The water is the half space ``{x : up . x <= level}``: ``up`` is the unit normal of the surface
     in link axes, ``level`` [m] the signed height of the surface above the link origin along ``up``.
@@ -57,12 +57,12 @@ class Hull(Protocol):
 
     @property
     def volume(self) -> float:
-        """Displaced volume, wholly submerged [m^3]."""
+        """Displaced volume when fully submerged [m^3]."""
         ...
 
     @property
     def centroid(self) -> Vector:
-        """Centre of buoyancy, wholly submerged [m], shape (3,)."""
+        """Centre of buoyancy when fully submerged [m], shape (3,)."""
         ...
 
     @property
@@ -81,7 +81,7 @@ class Hull(Protocol):
 
 
 def frozen(x: float, y: float, z: float) -> Vector:
-    """Return a read-only vector (3,), safe to hand out many times."""
+    """Return a read-only vector (3,), safe to share."""
     vector = np.array((x, y, z), dtype=np.float64)
     vector.setflags(write=False)
     return vector
@@ -94,7 +94,7 @@ EMPTY_SHARE = 1e-13
 
 
 def wetted_of(sums: Sums, whole: float) -> Wetted:
-    """Turn scalar sums into a :class:`Wetted`.
+    """Convert scalar sums to a :class:`Wetted`.
 
     Args:
         sums: volume, area and moments as floats.

@@ -96,7 +96,7 @@ class BackendMujoco:
         return self.snapshot()
 
     def recall(self, path: Path, bodies: Any) -> Any:
-        """Return a snapshot made of what `store` returned."""
+        """Return a snapshot from the result of `store`."""
         return bodies
 
     def close(self) -> None:
