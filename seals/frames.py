@@ -228,6 +228,23 @@ def quaternion_of_rpy(rpy: Array) -> Array:
     )
 
 
+def rpy_of(rotation: Floats) -> Floats:
+    """Fixed-axis roll, pitch, yaw [rad] of one rotation matrix, shape (3,), in the order of URDF.
+
+    Where the pitch is a right angle only the difference of roll and yaw is known: roll is zero.
+
+    Example:
+        >>> rpy_of(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])).round(4) + 0.0
+        array([0.    , 0.    , 1.5708])
+    """
+    r = rotation
+    cosine = np.hypot(r[0, 0], r[1, 0])
+    pitch = np.arctan2(-r[2, 0], cosine)
+    if cosine < 1e-9:
+        return np.array([0.0, pitch, np.arctan2(-r[0, 1], r[1, 1])])
+    return np.array([np.arctan2(r[2, 1], r[2, 2]), pitch, np.arctan2(r[1, 0], r[0, 0])])
+
+
 def quaternion_of(rotation: Floats) -> Floats:
     """Unit quaternion x, y, z, w of one rotation matrix, shape (4,); w is not negative.
 

@@ -49,8 +49,8 @@ class TreeBody:
         inertia = as_like(robot.spatial_inertia, bodies.mass)[None]
         if change is not None:
             inertia = inertia + by_batch(change, len(robot.links))
-        drives: Any = robot.tree.drive_inertia or armature_of(evaluator.effects, robot)
-        armature = None if drives is None else as_like(np.asarray(drives), bodies.mass)
+        drives = armature_of(evaluator.effects, robot)
+        armature = None if drives is None else as_like(drives, bodies.mass)
         self.assembly = Assembly(inertia, armature)
 
     def rates(

@@ -14,12 +14,16 @@ from seals.robot.model import RobotModel
 
 
 def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
-    """Return the armature of the joint drives, shape (J,); None where no effect states one.
+    """Return the armature of the joint drives, shape (J,); None where nothing states one.
+
+    That of the robot's tree rules over what the effects state.
 
     Raises:
         ConfigError: a list of a servo has not one entry a joint.
     """
     joints = robot.tree.joints
+    if robot.tree.drive_inertia:
+        return np.asarray(robot.tree.drive_inertia, dtype=float)
     total = np.zeros(joints)
     for b in effects.joint_drives:
         if joints and hasattr(b.effect, "of_joints"):
@@ -57,8 +61,8 @@ def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:
         return 0.0
     zero = np.zeros((1, joints))
     still, inputs = Joints(zero, zero), Inputs(0.0, zero, joint_command=zero)
-    stated = robot.tree.drive_inertia or armature_of(effects, robot)
-    inertia = felt_inertia(robot) + (0.0 if stated is None else np.asarray(stated))
+    stated = armature_of(effects, robot)
+    inertia = felt_inertia(robot) + (0.0 if stated is None else stated)
     fastest = 0.0
     for b in effects.joint_drives:
         plain = {

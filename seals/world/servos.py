@@ -34,10 +34,9 @@ class Servoing:
     """
 
     def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
-        """Find the drives; they stay explicit where the caller models their inertia."""
+        """Find the drives and their inertia."""
         self.armature = armature_of(effects, robot)
-        driven = bool(effects.joint_drives and robot.tree.joints)
-        self.implicit = implicit and driven and not robot.tree.drive_inertia
+        self.implicit = implicit and bool(effects.joint_drives and robot.tree.joints)
 
     def push(
         self, found: Evaluation, inputs: Inputs

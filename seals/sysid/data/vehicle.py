@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.control.actuator_response import JITTER
 from seals.effects.effect import Effect
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
@@ -49,6 +50,8 @@ class Vehicle:
         sea: known waves; None for calm water.
         fall: time constants of the actuators while they slow down [s], shape (n,); None for
             ``lag``.
+        command_latency: mean time from the row of a command to its effect [s].
+        simulated_step: step of the simulation that made the log [s]; None for another log.
     """
 
     name: str
@@ -70,6 +73,8 @@ class Vehicle:
     written: Mapping[str, str] = field(default_factory=dict)
     sea: Any = None
     fall: Floats | None = None
+    command_latency: float = JITTER
+    simulated_step: float | None = None
 
     @property
     def hull(self) -> Hull | None:
@@ -125,7 +130,14 @@ def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None)
         imu_turn=_turn(imu.get("orientation", [1.0, 0.0, 0.0, 0.0])),
         initial_state=tuple(meta.get("initial_state", ())),
         sea=sea,
+        **_of_simulation(meta),
     )
+
+
+def _of_simulation(meta: Mapping[str, Any]) -> dict[str, float]:
+    """Timing of a run of SEALS: its commands act at the time of their row."""
+    step = (meta.get("simulated") or {}).get("step")
+    return {} if step is None else {"command_latency": 0.0, "simulated_step": float(step)}
 
 
 def _of_meta(

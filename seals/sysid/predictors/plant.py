@@ -13,7 +13,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.posture import Posture
-from seals.control.actuator_response import JITTER, respond
+from seals.control.actuator_response import respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.derived import strengths_of
 from seals.effects.effect import Effect, JointLoads, Measure, Timed
@@ -167,7 +167,7 @@ class Plant:
                 samples.step,
                 lag=tau,
                 fall=None if fall is None else np.maximum(fall + lag, 1e-4),
-                delay=max(JITTER + delay, 0.0),
+                delay=max(self.vehicle.command_latency + delay, 0.0),
                 parts=parts,
             )
             at[first:last, :-1] = states
@@ -254,7 +254,9 @@ class Plant:
         voltage = None if samples.voltage is None else samples.voltage[rows]
         joint = None
         if samples.joint_command.shape[1]:
-            whole, share = _in_force(delay, samples.step, held)
+            whole, share = _in_force(
+                delay, samples.step, held, latency=self.vehicle.command_latency
+            )
             newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
             command = samples.joint_command
             joint = share * command[older] + (1.0 - share) * command[newer]
@@ -391,12 +393,12 @@ def nonzero(values: Mapping[str, float]) -> dict[str, float]:
     return {k: v for k, v in values.items() if v != 0.0}
 
 
-def _in_force(delay: float, step: float, held: Held) -> tuple[int, float]:
+def _in_force(delay: float, step: float, held: Held, *, latency: float) -> tuple[int, float]:
     """Rows by which a command is behind, and the share of the one before it."""
     if held is Held.row:
-        # a command arrives up to twice the mean jitter late: the odds that this one has not
+        # a command arrives up to twice the mean latency late: the odds that this one has not
         behind = max(int(np.floor(delay / step)) + 1, 1)
-        missing = (delay + 2.0 * JITTER - behind * step) / (2.0 * JITTER)
-        return behind, float(np.clip(missing, 0.0, 1.0))
-    late = max(delay / step + (1.0 if held is Held.ends else JITTER / step), 0.0)
+        missing = delay + 2.0 * latency - behind * step
+        return behind, float(np.clip(missing / (2.0 * latency), 0.0, 1.0)) if latency else 0.0
+    late = max(delay / step + (1.0 if held is Held.ends else latency / step), 0.0)
     return int(late), late - int(late)

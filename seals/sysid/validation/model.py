@@ -9,7 +9,6 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.config.overlay import Overlay
-from seals.control.actuator_response import JITTER
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.effects.effect import Effect
@@ -49,7 +48,8 @@ class Model:
     @property
     def command_delay(self) -> float:
         """Mean delay of commands on their way to the drives [s]."""
-        return max(JITTER + float(timing_of(self.bound).command_delay), 0.0)
+        late = self.vehicle.command_latency + float(timing_of(self.bound).command_delay)
+        return max(late, 0.0)
 
     @property
     def sensor_delay(self) -> float:
@@ -77,7 +77,7 @@ class Model:
         )
         if self.waves is not None:
             plant.waves = self.waves
-        plant.command_delay = self.command_delay - JITTER
+        plant.command_delay = self.command_delay - self.vehicle.command_latency
         return plant, {}
 
     def changed(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.batch import TwinState
-from seals.control.actuator_response import JITTER, respond
+from seals.control.actuator_response import respond
 from seals.frames import matrix_of, rotate
 from seals.motion import Reading
 from seals.sysid.data.samples import Samples
@@ -81,11 +81,13 @@ def replay(
         samples: the log.
         trajectory: where the windows start.
         rows: of the windows, shape (W, K).
-        step: longest of the simulator [s]; left out, one that suits the vehicle.
+        step: longest of the simulator [s]; left out, that of the run which made the log, or one that
+            suits the vehicle.
         prompt: whether readings are reported at once, their delay being left to the windows.
         tell: takes the number of windows done.
     """
-    most = step or (ARM_STEP if model.vehicle.robot.tree.joints else STEP)
+    usual = ARM_STEP if model.vehicle.robot.tree.joints else STEP
+    most = step or model.vehicle.simulated_step or usual
     parts = max(1, int(np.ceil(samples.step / most - 1e-9)))
     drive = drive_states(model, samples, parts=parts)
     delay = 0.0 if prompt else model.sensor_delay
@@ -93,7 +95,8 @@ def replay(
     length = rows.shape[1]
     world = build_scene(model, step=samples.step / parts, rows=length * parts + 2)
     try:
-        runner = _Runner(world, samples, trajectory, drive, parts)
+        latency = model.vehicle.command_latency
+        runner = _Runner(world, samples, trajectory, drive, parts, latency)
         states, felt = [], []
         for done, window in enumerate(rows, start=1):
             before = [runner.run(int(r), 1)[1] for r in window[0] - np.arange(late, 0, -1)]
@@ -144,7 +147,9 @@ class _Runner:
         trajectory: Trajectory,
         drive: Floats | None,
         parts: int,
+        latency: float,
     ) -> None:
+        self.latency = latency
         self.world, self.samples, self.trajectory = world, samples, trajectory
         self.drive, self.parts = drive, parts
         self.actor = world.actors[VEHICLE]
@@ -188,7 +193,7 @@ class _Runner:
         if samples.voltage is not None:
             actor.voltage = samples.voltage[row][None]
         if samples.joint_command.shape[1]:
-            late = min(JITTER / self.world.step_size, 1.0) if part == 0 else 0.0
+            late = min(self.latency / self.world.step_size, 1.0) if part == 0 else 0.0
             both = samples.joint_command[[max(row - 1, 0), row]]
             actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
 

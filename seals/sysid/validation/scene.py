@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from seals.frames import rpy_of
 from seals.registry import default_backend, get
 from seals.robot.model import RobotModel
-from seals.sysid.validation.armature import GearedBody
 from seals.sysid.validation.model import Model
 from seals.world import Actor, World
 
@@ -40,8 +40,6 @@ def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> W
         path.write_text(urdf_of(vehicle.robot), encoding="utf-8")
         robot = replace(vehicle.robot, urdf=str(path))
         actor = Actor(robot, model.bound, {}, engine, vehicle.environment, waves=waves, steps=rows)
-    if robot.tree.drive_inertia:
-        actor.body = GearedBody(actor.body, robot)
     return World(engine, {VEHICLE: actor}, vehicle.environment, step=step, seed=0)
 
 
@@ -63,7 +61,8 @@ def urdf_of(robot: RobotModel) -> str:
         parts.append(
             f'<joint name="{robot.joints[j]}" type="{kind}">'
             f'<parent link="{robot.links[tree.parent[k]]}"/><child link="{robot.links[k]}"/>'
-            f'<origin xyz="{_numbers(tree.origin[k])}"/><axis xyz="{_numbers(tree.axis[j])}"/>'
+            f'<origin xyz="{_numbers(tree.origin[k])}" rpy="{_numbers(rpy_of(tree.rotation[k]))}"/>'
+            f'<axis xyz="{_numbers(tree.axis[j])}"/>'
             f'<limit {limit} effort="1e9" velocity="1e3"/></joint>'
         )
     return "\n".join([*parts, "</robot>\n"])
