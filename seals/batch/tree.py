@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from seals.arrays import Array, as_like, column_of, namespace
 from seals.batch.posture import Posture
 from seals.batch.state import Rates, TwinState

@@ -18,6 +18,7 @@ from seals.frames import (
     quaternion_rate,
     rotate,
     rotation_vector,
+    rpy_of,
     skew_last,
     unrotate,
 )
@@ -85,6 +86,14 @@ def test_roll_pitch_yaw_is_that_of_urdf(rng: np.random.Generator) -> None:
     rpy = rng.uniform(-3.0, 3.0, (ROWS, 3))
     expected = Rotation.from_euler("xyz", rpy).as_matrix()
     np.testing.assert_allclose(matrix_of(quaternion_of_rpy(rpy)), expected, atol=1e-14)
+
+
+def test_roll_pitch_yaw_of_a_matrix_lead_back_to_it(rng: np.random.Generator) -> None:
+    """Any rotation, those with a pitch of a right angle among them."""
+    upright = np.array([[0.3, 0.5 * np.pi, 0.7], [0.3, -0.5 * np.pi, 0.7]])
+    for turn in Rotation.from_euler("xyz", [*rng.uniform(-3.0, 3.0, (ROWS, 3)), *upright]):
+        again = Rotation.from_euler("xyz", rpy_of(turn.as_matrix())).as_matrix()
+        np.testing.assert_allclose(again, turn.as_matrix(), atol=1e-9)
 
 
 def test_quaternion_rate_is_the_derivative(

@@ -207,3 +207,22 @@ def test_the_rise_of_sharp_crests_is_the_rate_of_the_surface() -> None:
     slope = (height(step, 0.7) - height(-step, 0.7)) / (2 * step)
     assert found.rise[0, 0] == pytest.approx(rate / np.hypot(1.0, slope), rel=1e-6)
     assert found.normal[0, 0] / found.normal[0, 2] == pytest.approx(-slope * np.cos(0.4), rel=1e-6)
+
+
+def test_links_of_a_folder_float_in_a_run_that_lists_buoyancy() -> None:
+    """A run lists one buoyancy for all links; without it nothing floats."""
+    entry = {"name": "buoyancy", "instance": "buoyancy", "links": ["*"], "medium": "water"}
+    others = [{"name": "gravity", "instance": "gravity", "links": ["*"]}]
+    aam = describe_robot("aam")
+    made = read_vehicle(meta(baseline=[*others, entry]), aam).effects
+    assert made["buoyancy"].links == ["root"]
+    assert {"upper", "fore", "palm"} <= set(made["buoyancy_links"].links)
+    assert not any("buoyancy" in name for name in read_vehicle(meta(baseline=others), aam).effects)
+
+
+def test_commands_of_a_run_act_at_their_row(own: RobotDescription) -> None:
+    """Those of another log up to a millisecond later."""
+    assert read_vehicle(meta(), own).command_latency == pytest.approx(0.5e-3)
+    run = read_vehicle(meta(simulated={"seed": 0, "step": 0.004, "run": "run"}), own)
+    assert run.command_latency == 0.0
+    assert run.simulated_step == pytest.approx(0.004)

@@ -284,8 +284,9 @@ def follow_measurements(
 
 def transient_rows(plant: Plant) -> int:
     """Return the number of rows until the actuators' unknown start state has decayed."""
-    lag = plant.vehicle.lag
-    return int(np.ceil(_FORGOTTEN * lag.max() / plant.samples.step)) if len(lag) else 0
+    vehicle = plant.vehicle
+    lags = np.append(vehicle.lag, [] if vehicle.fall is None else vehicle.fall)
+    return int(np.ceil(_FORGOTTEN * lags.max() / plant.samples.step)) if len(lags) else 0
 
 
 def typical_speeds(trajectory: Trajectory) -> Floats:

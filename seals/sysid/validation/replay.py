@@ -81,22 +81,20 @@ def replay(
         samples: the log.
         trajectory: where the windows start.
         rows: of the windows, shape (W, K).
-        step: longest of the simulator [s]; left out, that of the run which made the log, or one that
-            suits the vehicle.
+        step: longest of the simulator [s]; left out, that of the run that made the log, or one
+            that suits the vehicle.
         prompt: whether readings are reported at once, their delay being left to the windows.
         tell: takes the number of windows done.
     """
     usual = ARM_STEP if model.vehicle.robot.tree.joints else STEP
     most = step or model.vehicle.simulated_step or usual
     parts = max(1, int(np.ceil(samples.step / most - 1e-9)))
-    drive = drive_states(model, samples, parts=parts)
     delay = 0.0 if prompt else model.sensor_delay
     late = round(np.ceil(max(delay, 0.0) / samples.step - 1e-9))
     length = rows.shape[1]
     world = build_scene(model, step=samples.step / parts, rows=length * parts + 2)
     try:
-        latency = model.vehicle.command_latency
-        runner = _Runner(world, samples, trajectory, drive, parts, latency)
+        runner = _Runner(world, model, samples, trajectory, parts)
         states, felt = [], []
         for done, window in enumerate(rows, start=1):
             before = [runner.run(int(r), 1)[1] for r in window[0] - np.arange(late, 0, -1)]
@@ -143,15 +141,15 @@ class _Runner:
     def __init__(
         self,
         world: World,
+        model: Model,
         samples: Samples,
         trajectory: Trajectory,
-        drive: Floats | None,
         parts: int,
-        latency: float,
     ) -> None:
-        self.latency = latency
+        self.latency = model.vehicle.command_latency
+        self.mean_over = round((model.vehicle.simulated_step or 0.0) / world.step_size)
         self.world, self.samples, self.trajectory = world, samples, trajectory
-        self.drive, self.parts = drive, parts
+        self.drive, self.parts = drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
         self.turns = matrix_of(trajectory.quaternion)
 
@@ -201,12 +199,18 @@ class _Runner:
         step, at = self.world.step_size, np.arange(length) * self.parts
         turn = matrix_of(seen.quaternion)
         rates = [np.diff(v, axis=0) / step for v in (seen.velocity, seen.angular_velocity)]
-        straddle = not self.samples.joint_command.shape[1]
-        linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
+        if self.mean_over:
+            linear, angular = (_before_rows(rate, at, self.mean_over) for rate in rates)
+        else:
+            straddle = not self.samples.joint_command.shape[1]
+            linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
         linear[:, 2] += self.actor.gravity
         back = turn[at].transpose(0, 2, 1)
         velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.angular_velocity[at])
-        felt = np.concatenate([spin, rotate(back, linear), rotate(back, angular)], axis=1)
+        force = rotate(back, linear)
+        # such a mean is taken in the axes of the middle of its step
+        force += 0.5 * self.mean_over * step * np.cross(spin, force)
+        felt = np.concatenate([spin, force, rotate(back, angular)], axis=1)
         parts = (seen.position[at], seen.quaternion[at], velocity, spin)
         return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
 
@@ -227,6 +231,21 @@ def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
         out = 1.5 * rate[before] - 0.5 * rate[np.maximum(at - 2, 0)]
     # no step lies before the first row
     out[0] = 1.5 * rate[0] - 0.5 * rate[1]
+    return out
+
+
+def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
+    """Mean rate over the last steps before each row, as the accelerometer of a run reads it.
+
+    Args:
+        rate: mean over every step, shape (N, 3).
+        at: number of the step that begins at each row.
+        count: of steps.
+    """
+    total = np.concatenate([np.zeros((1, rate.shape[1])), np.cumsum(rate, axis=0)])
+    out: Floats = (total[at] - total[np.maximum(at - count, 0)]) / count
+    # no step lies before the first row
+    out[0] = 2.0 * (total[count] - total[0]) / count - (total[2 * count] - total[count]) / count
     return out
 
 
