@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.datasets import DataFile, Dataset, paths_of
 from seals.logs.log import Log
+from seals.reading_trial import try_reading
 from seals.untrusted_io import regular_file
 
 DATASET = Dataset(
@@ -67,13 +68,19 @@ class ReaderPendulum:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-
     file = regular_file(path, most=1 << 25)
+    try_reading(f"{__name__}:matrices_of", file)
     try:
-        return dict(loadmat(str(file)))
+        return matrices_of(file)
     except Exception as error:  # scipy lets errors of every kind through on damaged files
         raise LogError(f"'{file}' is not a valid MATLAB file ({error}).") from error
+
+
+def matrices_of(file: Path) -> dict[str, Any]:
+    """Return the variables of a MATLAB file."""
+    from scipy.io import loadmat
+
+    return dict(loadmat(str(file)))
 
 
 def _log(path: Path, content: dict[str, Any], name: str) -> Log:

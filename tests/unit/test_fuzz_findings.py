@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import lzma
 import re
 import sqlite3
@@ -22,6 +23,7 @@ from seals.learn.training.rows import Rows
 from seals.logs.arrays import read_npy
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
+from seals.sysid.validation.answer import read_answer
 
 
 def _npy(header: bytes) -> bytes:
@@ -166,3 +168,21 @@ def test_a_thin_broken_mesh_of_many_triangles_is_given_up(tmp_path: Path) -> Non
         hull_from_mesh(tmp_path / "a.obj")
     drawn = int(re.search(r"of (\d+) points", str(refusal.value))[1])  # type: ignore[index]
     assert drawn * 5_000 <= 2 * MOST_WORK
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        {"effects": [{"nnname": "payload"}]},
+        {"effects": ["payload"]},
+        {"reasons": 3},
+        {"log": [1]},
+        {"formula": "T = 3"},
+    ],
+)
+def test_an_answer_with_parts_of_another_kind(part: dict[str, object], tmp_path: Path) -> None:
+    """A key that is misspelt or of another type is damage, not an error of Python's."""
+    sound = {"verdict": "named", "effects": [{"name": "payload", "parameters": {}}]}
+    (tmp_path / "diagnosis.json").write_text(json.dumps({**sound, **part}))
+    with pytest.raises(ConfigError, match="is damaged"):
+        read_answer(tmp_path)

@@ -194,6 +194,14 @@ def flip(folder: Path) -> None:
     path.write_bytes(raw)
 
 
+@pytest.mark.parametrize("place", ["", "next"])
+def test_metadata_of_a_newer_tensordict(tmp_path: Path, place: str) -> None:
+    """From version 0.15 on it states class and format beside the type."""
+    folder = write(some(), tmp_path / "demos")
+    edit_meta(lambda m: m.update(_class="tensordict:TensorDict", _format_version=1), place)(folder)
+    assert len(read(folder).episodes) == len(some().episodes)
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
@@ -221,6 +229,8 @@ def flip(folder: Path) -> None:
         (lambda f: (f / "next" / "reward.memmap").unlink(), "is missing"),
         (lambda f: (f / "next" / "done.memmap").write_bytes(b"\2" * 13), "no truth values"),
         (edit_meta(lambda m: m.update(_type="<class 'os.system'>")), "another class"),
+        (edit_meta(lambda m: m.update(_class="os:system")), "another _class"),
+        (edit_meta(lambda m: m.update(_format_version=2)), "another _format_version"),
         (edit_meta(lambda m: m.update(non_tensor={"_type": "x"})), "'non_tensor': {'_type': 'x'}"),
         (edit_meta(lambda m: m["action"].update(dtype="torch.float64")), "torch.float64"),
         (edit_meta(lambda m: m["reward"].update(shape=[1]), "next"), r"shape \[1\]"),

@@ -22,6 +22,7 @@ from seals.learn.demonstrations.layout import joined
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import check_metadata
 from seals.logs.atomic import atomic_path
+from seals.reading_trial import try_reading
 from seals.untrusted_io import plain_json
 
 _FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32"}
@@ -76,17 +77,26 @@ def read_hdf5(path: str | Path) -> Demonstrations:
         ConfigError: the metadata is missing, broken, or declares too much.
         LogError: the file cannot be read, or holds something else than the metadata declares.
     """
-    h5py = _h5py()
+    _h5py()
     place = Path(path)
     if not place.is_file() or place.is_symlink():
         raise ConfigError(f"demonstrations={path}: there is no such file.\nGive an HDF5 file.")
+    try_reading(f"{__name__}:read_sound_hdf5", place)
+    return read_sound_hdf5(place)
+
+
+def read_sound_hdf5(place: Path) -> Demonstrations:
+    """Read a file on which the library is known neither to crash nor to hang; else as above."""
+    h5py = _h5py()
     try:
         with h5py.File(place, "r") as file:
             data = _group(file, "data", place)
             found = declared(_metadata(data, place), where=str(place))
             episodes = [_episode(data, number, found, place) for number in range(len(found.steps))]
     except (OSError, KeyError, RuntimeError, ValueError) as cause:
-        raise LogError(f"{path} cannot be read: {cause}.\nIt must be a whole HDF5 file.") from cause
+        raise LogError(
+            f"{place} cannot be read: {cause}.\nIt must be a whole HDF5 file."
+        ) from cause
     return Demonstrations(origin=found.origin, episodes=episodes)
 
 

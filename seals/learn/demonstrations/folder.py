@@ -27,6 +27,8 @@ from seals.untrusted_io import plain_json
 
 _META = "meta.json"
 _PLAIN = "<class 'tensordict._td.TensorDict'>"
+_NEWER = {"_class": ("tensordict:TensorDict",), "_format_version": (1,)}
+"""Entries that tensordict 0.15 adds, and what they may be."""
 """The only class that a folder may name."""
 _MOST_META = 100_000
 _BLOCK = 4096
@@ -163,6 +165,9 @@ def _read_meta(path: Path) -> dict[str, Any]:
         raise LogError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
     if not isinstance(meta, dict) or meta.pop("_type", None) != _PLAIN:
         raise LogError(f"{path} names another class.\nAllowed: {_PLAIN}")
+    for key, allowed in _NEWER.items():
+        if meta.pop(key, allowed[0]) not in allowed:
+            raise LogError(f"{path} names another {key}.\nAllowed: {allowed[0]}")
     return meta
 
 

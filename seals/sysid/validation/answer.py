@@ -84,21 +84,21 @@ def read_answer(
     try:
         raw = read_json(path)
         verdict, effects = str(raw["verdict"]), list(raw["effects"])
-    except (LogError, OSError, ValueError, KeyError, TypeError) as cause:
+        names = [str(effect["name"]) for effect in effects]
+        why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
+        log, nominal = dict(raw.get("log") or {}), dict(raw.get("nominal") or {})
+        text = str((raw.get("formula") or {}).get("text", ""))
+    except (LogError, OSError, AttributeError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
     law = _formula(path, raw, verdict, accept)
     if verdict in _REFUSED and law is None:
-        why = "; ".join(raw.get("reasons") or ())
         advice = "Only the effects of a named or ambiguous answer can be added."
-        if raw.get("formula"):
-            text = raw["formula"]["text"]
+        if text:
             advice = f"Take the formula found for it with accept={FORMULA}: {text}"
         raise ConfigError(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
             f"{advice}"
         )
-    log = raw.get("log") or {}
-    first = str(effects[0]["name"]) if effects else None
     return Finding(
         file=path,
         effects=() if law is not None else _chosen(effects, verdict, choose, key),
@@ -107,7 +107,7 @@ def read_answer(
         log=str(log.get("path") or ""),
         sha256=str(log.get("sha256") or ""),
         # the nominal values of an answer are those beside its first effect
-        nominal=(raw.get("nominal") or {}) if choose in (None, first) else {},
+        nominal=nominal if choose in (None, *names[:1]) else {},
         formula=law,
     )
 
