@@ -1,4 +1,4 @@
-"""Inputs of a physical law: the motion of the links and the air or water around them.
+"""Inputs of effects: motion of the links, medium around them, commands.
 
 Every quantity is batch first, shape (N, k): N links of a scene, bodies of a batch, or samples of a
 log. Vectors are in link axes (x forward, y left, z up) about the link origin unless the name says
@@ -61,7 +61,7 @@ class Motion(NamedTuple):
 
 
 class Medium(NamedTuple):
-    """Air and water around the links, as one effect sees them.
+    """Medium around the links, for an effect of one medium.
 
     ``medium_fraction``, ``velocity``, ``density`` and ``viscosity`` are those of the effect's own
     medium; the rest is the same for all effects.
@@ -193,7 +193,7 @@ class Drives(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """Changes of the timing of commands and of the inertial sensors, shape (1 or N, 1) or numbers.
+    """Changes of command and sensor delays and of time constants, shape (1 or N, 1) or numbers.
 
     Args:
         command_delay: further delay between command and actuator [s].

@@ -1,4 +1,4 @@
-"""Map and flatten nested tuples and mappings of tensors, without importing PyTorch."""
+"""Mapping and flattening of nested tuples and mappings of tensors, without PyTorch."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def tensors(value: Any) -> Iterator[Tensor]:
 
 
 def is_tensor(value: Any) -> bool:
-    """Return whether a value is a tensor of PyTorch, which need not be imported for that.
+    """Return whether a value is a PyTorch tensor, without importing PyTorch.
 
     Example:
         >>> is_tensor(1.0)

@@ -1,4 +1,4 @@
-"""Read-only view of what is installed: entry points discover, this module names, others build.
+"""Registry of the installed plug-ins, found by entry points.
 
 A plug-in is one object behind an entry point of the group ``seals.<kind>s``. Its module is imported
 only when it is chosen, so one broken package never stops the others.
@@ -54,7 +54,7 @@ FOLDER_KINDS = ("robot", "animal", "conf")
 
 @dataclass(frozen=True, kw_only=True)
 class Plugin:
-    """One installed plug-in: its name, where it lives and who brought it.
+    """One installed plug-in: name, location, package.
 
     Args:
         kind: singular kind, a key of ``GROUPS``.
@@ -116,7 +116,7 @@ class Plugin:
             raise self.broken(cause) from cause
 
     def broken(self, cause: BaseException) -> BrokenPlugin:
-        """Return the refusal that names this plug-in, its package and the cause."""
+        """Return the error that names this plug-in, its package and the cause."""
         return BrokenPlugin(
             f"{self.kind} '{self.name}' ({self.value}) of {self.origin} cannot be used: "
             f"{type(cause).__name__}: {_one_line(cause)}.\n"
@@ -165,7 +165,7 @@ def get(kind: str, name: str) -> Plugin:
 
 
 def default_backend() -> str:
-    """Return the rigid-body engine of whoever names none.
+    """Return the default rigid-body engine.
 
     PyBullet where it is installed; MuJoCo where it is not, as PyBullet has no wheel for that Python
     or machine.
@@ -174,7 +174,7 @@ def default_backend() -> str:
 
 
 def duplicates() -> list[tuple[Plugin, ...]]:
-    """Return every name that more than one package declares, for ``seals doctor``."""
+    """Return names that more than one package declares, for ``seals doctor``."""
     return [many for kind in GROUPS for many in _declared(kind).values() if len(many) > 1]
 
 
@@ -184,7 +184,7 @@ def names(kind: str) -> list[str]:
 
 
 def refresh() -> None:
-    """Forget what was discovered, for a process in which packages were installed meanwhile."""
+    """Clear the cache, after packages were installed in a running process."""
     _declared.cache_clear()
     importlib.invalidate_caches()
 

@@ -1,4 +1,4 @@
-"""Typed parameters: a field of a plug-in carries unit, bounds, tolerance and source once.
+"""Typed parameters: dataclass fields with unit, bounds, tolerance and source.
 
 The command line's help, the documentation table, the range check and parameter identification all
 read the metadata written here.
@@ -42,7 +42,7 @@ class Parameter:
 
     @property
     def span(self) -> str:
-        """The bounds in words, with their unit; a pure number has none to tell.
+        """Describe the bounds in words with their unit.
 
         Example:
             >>> known = {"tolerance": 0.0, "relative": False, "source": "chosen", "fit": False}
@@ -65,7 +65,7 @@ def param(
     relative: bool = False,
     fit: bool = True,
 ) -> float:
-    """Declare a float field with its physics; the dataclass default is ``default``.
+    """Declare a float field with unit, bounds, tolerance and source.
 
     Raises:
         ConfigError: the bounds are empty, or exclude the default.
@@ -113,7 +113,7 @@ def check_value(key: str, value: Any, meta: Parameter) -> None:
 
 
 def vector_groups(names: Mapping[str, Any]) -> dict[str, tuple[str, str, str]]:
-    """Find names that come as ``stem_x, stem_y, stem_z`` and group them by stem.
+    """Group names of the form ``stem_x, stem_y, stem_z`` by stem.
 
     Example:
         >>> vector_groups({"drag_x": 0, "drag_y": 0, "drag_z": 0, "area": 0})
@@ -186,7 +186,7 @@ def check_tree(thing: object, *, where: str) -> None:
 
 
 def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
-    """Check the values of a dataclass's fields before, or after, it is constructed."""
+    """Check field values of a dataclass, before or after construction."""
     declared = parameters_of(cls)
     fields = {field.name: field for field in dataclasses.fields(cast(Any, cls))}
     for name, value in values.items():

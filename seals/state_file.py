@@ -1,4 +1,4 @@
-"""A state in one file: a head with version and digest, plain JSON, then arrays as raw numbers.
+"""State file: header with version and digest, JSON data, raw arrays.
 
 The format, all numbers little-endian::
 
@@ -51,11 +51,11 @@ _DTYPES = frozenset(
 
 
 class StateError(ValueError):
-    """A file is no state that can be read, in words without a path."""
+    """A file is not a readable state file."""
 
 
 def write_state(path: Path, kind: str, state: Any) -> None:
-    """Write a state; the file is on the disk when this returns, though not under a final name.
+    """Write a state to a file and flush it to disk.
 
     Args:
         path: of the file; whoever calls puts it in its place by a rename.
@@ -129,7 +129,7 @@ class _Head(NamedTuple):
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """Open an ordinary file; a link is not followed, and a pipe is not waited for.
+    """Open a regular file, without following links or waiting for pipes.
 
     Raises:
         StateError: it is none, or cannot be opened.

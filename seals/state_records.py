@@ -1,4 +1,4 @@
-"""Registry of the classes whose instances may stand in a stored state.
+"""Registry of the classes that a stored state may contain.
 
 A stored state is read as data: a name in it is looked up in this registry and nowhere else, nothing
 is imported for its sake, and building a registered class runs no code but checks of its values.
@@ -22,7 +22,7 @@ _CLASSES: dict[str, type] = {}
 
 
 def state_record(cls: Record) -> Record:
-    """Register a class whose instances are kept in a checkpoint; used as a decorator.
+    """Register a class whose instances a checkpoint may contain; used as a decorator.
 
     Args:
         cls: a ``NamedTuple``, which is rebuilt as a plain tuple of its fields, or a dataclass whose
@@ -50,7 +50,7 @@ def state_record(cls: Record) -> Record:
 
 
 def name_of(cls: type) -> str:
-    """Return the name under which a class is stored: module and place in it."""
+    """Return the name under which a class is stored: module and qualified name."""
     return f"{cls.__module__}:{cls.__qualname__}"
 
 
@@ -104,7 +104,7 @@ def rebuilt(name: str, values: Mapping[str, Any]) -> Any:
 
 
 def fits(value: Any, kind: Any) -> bool:
-    """Return whether a value is of a declared kind; kinds unknown here fit everything.
+    """Return whether a value has a declared type; unknown types accept everything.
 
     Example:
         >>> fits((1.0, 2), tuple[float, ...]), fits("a", float | None), fits(None, float | None)

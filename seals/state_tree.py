@@ -1,4 +1,4 @@
-"""Turns a state into plain JSON data with a list of arrays, and back.
+"""Conversion of a state to JSON data and a list of arrays, and back.
 
 A state is a nest of tuples, lists, mappings, arrays, numbers, text, None, and records
 (`seals.state_records`). What JSON knows stands for itself; all else is an object of one entry::
@@ -30,7 +30,7 @@ _NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 
 def packed(state: Any) -> tuple[Any, list[np.ndarray]]:
-    """Return a state as plain data and the arrays that it speaks of by number.
+    """Return a state as plain data, and the arrays to which it refers by number.
 
     One array in two places stays one. The order of the axes in memory is left as it is.
 
@@ -119,7 +119,7 @@ def _number_of(bits: str) -> float:
 
 
 def unpacked(data: Any, arrays: Sequence[np.ndarray], depth: int = 0) -> Any:
-    """Return the state that `packed` made data and arrays of.
+    """Rebuild the state from the result of `packed`.
 
     Raises:
         ValueError: the data are none that `packed` makes.
@@ -175,7 +175,7 @@ def _all_of(kind: type, value: Any) -> Any:
 
 
 def conform(found: Any, like: Any, where: str = "state") -> None:
-    """Refuse a state whose form is not that of another one of the same simulation.
+    """Refuse a state whose structure differs from one of the same simulation.
 
     What is None in the other may be anything; lists, sets and plain tuples of another length and
     further entries of a mapping are let pass, because they come and go.
@@ -222,7 +222,7 @@ def _form(value: Any) -> str:
 
 
 def checked_generator(state: Any) -> dict[str, Any]:
-    """Return the state of a generator PCG64, as NumPy gives it, when it can be one.
+    """Return the state of a PCG64 generator, checked.
 
     Raises:
         ValueError: it is none.

@@ -27,7 +27,7 @@ _NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
 
 
 def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
-    """Return the path when it is an ordinary, non-empty file of bearable size.
+    """Return the path when it is a regular, non-empty file within the size limit.
 
     Raises:
         LogError: it is absent, a folder, a pipe, a device, empty or too large.
@@ -75,7 +75,7 @@ def _content(file: Path, most: int) -> bytes:
 
 
 def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
-    """Return the content of a file; a ``.gz`` file is unpacked, also within ``most`` bytes.
+    """Return the content of a file; a ``.gz`` file is unpacked up to ``most`` bytes.
 
     Raises:
         LogError: the file cannot be read, or is larger than allowed.
@@ -101,7 +101,7 @@ def read_text(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> str:
 
 
 def read_json(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> Any:
-    """Return what a JSON file holds.
+    """Read a JSON file within limits.
 
     Args:
         path: the file.
@@ -121,7 +121,7 @@ def read_json(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> Any:
 
 
 def plain_json(raw: bytes | str) -> Any:
-    """Return what JSON holds, within bounds of depth, of entries and of the length of numbers.
+    """Parse JSON within limits of depth, entries and length of numbers.
 
     Raises:
         ValueError: it is not JSON in UTF-8, too deep, too long, or holds text that no file can.
@@ -176,7 +176,7 @@ def _gunzip(file: Path, raw: bytes, most: int) -> bytes:
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Return the mapping that a YAML file holds; only plain data, no Python objects.
+    """Read the mapping in a YAML file; only plain data, no Python objects.
 
     Raises:
         LogError: it is not UTF-8, not YAML, too large, too deep, or not a mapping.
@@ -202,7 +202,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
 
 
 def read_plain_yaml(path: Path) -> Any:
-    """Return what a YAML file of bearable size holds, for those who say themselves what is wrong.
+    """Read a YAML file within the size limit; errors are left to the caller.
 
     Raises:
         OSError: it cannot be read.
@@ -214,7 +214,7 @@ def read_plain_yaml(path: Path) -> Any:
 
 
 def plain_yaml(text: str) -> Any:
-    """Return what YAML text holds: plain data of bearable depth and size, also when unfolded.
+    """Parse YAML text within limits of depth and size, aliases expanded.
 
     Raises:
         yaml.YAMLError: it is not YAML, holds Python objects, or is nested or repeated too often.
@@ -332,7 +332,7 @@ def first_bad_number(tree: object) -> str | None:
 
 
 def refuse_references(content: Any, *, where: str) -> None:
-    """Refuse plain data from a file that holds ``${...}``: it may look up the user's surroundings.
+    """Refuse plain data with interpolations ``${...}``, which could read the environment.
 
     Args:
         content: what the file holds.

@@ -1,1 +1,1 @@
-"""Learning: environments in batches, learners, demonstrations, and statistics that hold."""
+"""Learning: batched environments, learners, demonstrations, evaluation, statistics."""

@@ -95,7 +95,7 @@ class ActorCriticNetworks:
         return torch.stack([critic(both).squeeze(-1) for critic in critics])
 
     def step(self, name: str, loss: Tensor) -> None:
-        """Take one step of ``critics``, ``actor`` or ``alpha`` down a loss, and of nothing else."""
+        """Take one gradient step of ``critics``, ``actor`` or ``alpha`` alone."""
         optimiser = self.optimisers[name]
         optimiser.zero_grad(set_to_none=True)
         # the actor's loss goes through the critics, whose own slopes would be work for nothing
@@ -150,7 +150,7 @@ class ActorCriticNetworks:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         import torch
 
         for name, module in self._modules().items():

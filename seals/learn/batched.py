@@ -1,4 +1,4 @@
-"""Many environments that step at once, as learners see them."""
+"""Interface of batched environments to learners."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Batched(Protocol):
         ...
 
     def snapshot(self) -> Any:
-        """Return everything that changes, as plain data and tensors.
+        """Return the complete state, as plain data and tensors.
 
         Raises:
             NotImplementedError: the engine behind it cannot be put back.

@@ -1,4 +1,4 @@
-"""Devices of networks and batches: processor or NVIDIA GPU."""
+"""Devices of networks and batches: CPU or NVIDIA GPU."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ DEVICES = ("cpu", "cuda")
 
 
 def usable_device(name: str) -> str:
-    """Return a device that this machine has.
+    """Return the requested device; refuse one that this machine lacks.
 
     Args:
         name: ``cpu`` or ``cuda``.

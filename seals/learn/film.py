@@ -1,4 +1,4 @@
-"""A film of one episode of a policy, drawn and written as films of runs are."""
+"""Film of one episode of a policy."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ enough to be seen, too small to hide a crab that stands there.
 
 
 class Episode(Replay):
-    """An episode as something that can be looked at, the ball at its target included.
+    """Episode for rendering: poses over time, with a ball at the target.
 
     Args:
         stage: of its world.
@@ -72,7 +72,7 @@ class Episode(Replay):
 
 
 def refuse_unfilmed(config: Any) -> None:
-    """Refuse a film that cannot be made, before the work that it would show.
+    """Refuse a film that cannot be rendered, before the evaluation starts.
 
     Args:
         config: of the environment; its ``viewer`` draws.
@@ -90,7 +90,7 @@ def refuse_unfilmed(config: Any) -> None:
 
 
 def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path) -> str:
-    """Let a policy act from one start and write the film of it.
+    """Run a policy from one start and write a film of it.
 
     Args:
         environment: that tells whoever watches what stands where; all of it starts there.

@@ -67,19 +67,19 @@ class Agent(Protocol):
         """Return actions (N, a) in [-1, 1]."""
 
     def observe(self, observation: Observation, action: Tensor, result: StepResult) -> None:
-        """Take in one step of all environments."""
+        """Store one step of all environments."""
 
     def due(self) -> int:
         """Return the number of updates to make now."""
 
     def update(self) -> Mapping[str, Tensor]:
-        """Make one update; return its figures as numbers without gradient."""
+        """Run one update; return its statistics as numbers."""
 
     def state(self) -> dict[str, Any]:
-        """Return everything that changes, as nested plain data and tensors."""
+        """Return the complete state, as nested plain data and tensors."""
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load what `state` returned."""
+        """Restore what `state` returned."""
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the deterministic policy: its description in plain data, and its tensors."""
@@ -119,7 +119,7 @@ def whole(**values: tuple[int, int]) -> None:
 
 
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
-    """Refuse a word that is none of a closed set.
+    """Refuse a value that is not among the allowed ones.
 
     Raises:
         ConfigError: it is another word.

@@ -61,7 +61,7 @@ def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
 
 
 def entry(metadata: Mapping[str, Any], name: str, kind: type[T], *, where: str) -> T:
-    """Return an entry of metadata, of the type that it must have.
+    """Return an entry of metadata, checked for its type.
 
     Raises:
         ConfigError: it is missing or of another type.
@@ -80,7 +80,7 @@ def entry(metadata: Mapping[str, Any], name: str, kind: type[T], *, where: str) 
 
 
 def config_hash(config: Mapping[str, Any]) -> str:
-    """Return a short name of a configuration: equal for equal values, whatever their order.
+    """Return a short hash of a configuration, independent of the order of its keys.
 
     Example:
         >>> config_hash({"a": 1, "b": 2.0}) == config_hash({"b": 2.0, "a": 1})

@@ -1,4 +1,4 @@
-"""Networks from a description in plain data, so that a policy is read back without any code in it.
+"""Networks built from a description in plain data, without code in policy files.
 
 A description is what JSON holds: ``kind`` (``"mlp"`` or ``"pixels"``), sizes, and how the output
 becomes an action. `actor_of` builds the deterministic policy; agents build their own networks from
@@ -55,7 +55,7 @@ def description(
 
 
 def actor_of(network: Mapping[str, Any]) -> nn.Module:
-    """Return the deterministic policy that a description is of, its weights not yet filled in.
+    """Build the deterministic policy of a description, without its weights.
 
     Raises:
         ConfigError: there is no such kind, or a key is missing.
@@ -96,7 +96,7 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
 
 
 def normaliser_of(size: int) -> nn.Module:
-    """Return a layer that brings observations to mean 0 and deviation 1, both fixed buffers."""
+    """Return a layer that normalises observations by a fixed mean and standard deviation."""
     import torch
 
     found: nn.Module = torch.nn.BatchNorm1d(size, affine=False, eps=1e-5)
@@ -104,7 +104,7 @@ def normaliser_of(size: int) -> nn.Module:
 
 
 def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
-    """Return the layers from a picture to features.
+    """Return the image encoder: layers from pixels to features.
 
     Args:
         pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``; the
@@ -179,7 +179,7 @@ def network_inputs(
 
 
 def features_of(observation: int, pixels: Mapping[str, Any]) -> int:
-    """Return how many numbers `network_inputs` gives for a policy that may see a picture."""
+    """Return the size of `network_inputs` of a policy, with or without images."""
     seen = int(pixels["features"]) if pixels["use_pixels"] else 0
     columns = pixels.get("columns")
     own = observation if columns is None else len(columns)

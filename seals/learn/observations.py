@@ -1,4 +1,4 @@
-"""Observations are a tensor, or a mapping of tensors: both are handled leaf by leaf."""
+"""Operations on observations that are a tensor or a mapping of tensors."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def where(condition: Tensor, chosen: Any, other: Any) -> Any:
 
 
 def rows(observation: Any) -> int:
-    """Return the number of environments that an observation is of."""
+    """Return the number of environments of an observation."""
     leaf = next(iter(observation.values())) if isinstance(observation, Mapping) else observation
     return int(leaf.shape[0])
 
 
 def vector(observation: Any) -> Tensor:
-    """Return the numbers of an observation, without its picture."""
+    """Return the state vector of an observation, without its images."""
     found = observation["state"] if isinstance(observation, Mapping) else observation
     return cast("Tensor", found)
 

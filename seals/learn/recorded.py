@@ -15,7 +15,7 @@ ROUNDS = 3
 
 
 class Recorded:
-    """A law of motion whose thousands of small kernels are launched as one CUDA graph.
+    """Function of tensors recorded as one CUDA graph.
 
     State and inputs lie in tensors of their own, which every replay reads and the state of which it
     replaces; a replay takes no decision and no number from the host.
@@ -60,5 +60,5 @@ class Recorded:
         return copied(self._output)
 
     def begin(self, state: Any) -> None:
-        """Go on from another state."""
+        """Continue from another state."""
         put(state, self.state)

@@ -35,7 +35,7 @@ def transform_reward(reward: Tensor, *, scale: float, form: str) -> Tensor:
 
 
 class RunningNormaliser:
-    """Running mean and variance of observations, held in the layer that applies them.
+    """Running mean and variance of observations, stored in the normalisation layer.
 
     References:
         Chan, Golub and LeVeque 1983, doi 10.1080/00031305.1983.10483115 (joining of variances).
@@ -73,7 +73,7 @@ class RunningNormaliser:
         return {"count": self.count, "mean": mean.clone(), "variance": variance.clone()}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         mean, variance = self._buffers()
         self.count = float(state["count"])
         mean.copy_(state["mean"])

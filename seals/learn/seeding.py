@@ -1,4 +1,4 @@
-"""Random numbers of an agent: one generator for its draws, one seed for its first weights."""
+"""Random number generators of an agent: its draws, and its initial weights."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def generator_of(seed: int, device: str) -> Generator:
 
 @contextlib.contextmanager
 def first_weights(seed: int) -> Iterator[None]:
-    """Seed the initial weights made inside the block; the global generator stays as it was.
+    """Seed the weights initialised inside the block, without changing the global generator.
 
     They are made on the CPU and moved afterwards, so that a seed means the same on every device.
     """

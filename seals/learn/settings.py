@@ -1,4 +1,4 @@
-"""Typed settings of an environment of learning: a run with a task in place of a guide's plan."""
+"""Typed settings of a learning environment: a run with a task in place of a guide."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def policy_folder(name: str, *, besides: Sequence[str] = (), key: str = "policy"
 
 
 def demonstrations_folder(name: str) -> Path:
-    """Return the folder of demonstrations: its path, or ``ROBOT/NAME`` of some that are shipped.
+    """Return the folder of demonstrations: its path, or ``ROBOT/NAME`` of a shipped one.
 
     Args:
         name: of the demonstrations.
@@ -60,7 +60,7 @@ def _shipped_folder(name: str, what: str, besides: Sequence[str], key: str, by: 
 
 
 def shipped(what: str = POLICIES) -> dict[str, Path]:
-    """Return the folders that installed robots and animals bring, by name.
+    """Return the policy or demonstration folders of installed robots and animals, by name.
 
     Args:
         what: ``POLICIES`` or ``DEMONSTRATIONS``.

@@ -25,7 +25,7 @@ def validation_seeds(count: int) -> list[int]:
 
 
 def held_out_seeds(count: int) -> list[int]:
-    """Return the seeds of the starts that no training and no choice has seen.
+    """Return the seeds of the held-out starts, never used in training or selection.
 
     Example:
         >>> held_out_seeds(2)

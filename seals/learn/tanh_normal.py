@@ -34,7 +34,7 @@ class TanhNormal:
 
     @property
     def mode(self) -> Tensor:
-        """Action without noise, shape (batch, a)."""
+        """Most likely action, without noise, shape (batch, a)."""
         return self._mean.tanh()
 
     def sample(self, generator: Generator) -> tuple[Tensor, Tensor]:

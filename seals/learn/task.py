@@ -18,7 +18,7 @@ from seals.robot.model import RobotModel
 
 
 class Instant(NamedTuple):
-    """N robots at one control step; world axes unless said otherwise.
+    """States of N robots at one control step; world axes unless stated otherwise.
 
     Args:
         time: since the start of the episode [s], shape (N, 1).
@@ -53,7 +53,7 @@ add_former_names(Instant, {"spin": "angular_velocity"})
 
 
 class Draw(NamedTuple):
-    """Starts of K episodes, NumPy.
+    """Initial states and goals of K episodes, NumPy arrays.
 
     Args:
         position: of the body origin [m], shape (K, 3).
@@ -89,7 +89,7 @@ class Task(Protocol):
     object: str = ""
 
     def bind(self, robot: RobotModel) -> None:
-        """Get to know the robot.
+        """Receive the model of the robot.
 
         Raises:
             SealsError: it cannot do this task.
@@ -98,7 +98,7 @@ class Task(Protocol):
 
     @property
     def posture(self) -> Floats:
-        """Values of all joints that the robot keeps [rad or m], shape (J,)."""
+        """Held joint positions of the robot [rad or m], shape (J,)."""
         ...
 
     @property
@@ -133,11 +133,11 @@ class Task(Protocol):
         ...
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return rewards (N,) of a step and the new memory; memory is zeros (N, 2) at the start."""
+        """Return the rewards of a step (N,) and the new state, which starts as zeros (N, 2)."""
         ...
 
     def distance(self, now: Instant) -> Array:
-        """Return the distance that must become small for success [m], shape (N,)."""
+        """Return the distance that decides success [m], shape (N,)."""
         ...
 
     def ended(self, now: Instant, memory: Array) -> Array:
@@ -167,11 +167,11 @@ class WorldTask(Protocol):
 
     @property
     def knows(self) -> tuple[str, ...]:
-        """Names of the facts it asks for, see `seals.learn.environments.facts`."""
+        """Names of the quantities it needs, see `seals.learn.environments.facts`."""
         ...
 
     def aim(self, action: Array, now: Instant) -> Reference:
-        """Return all that is wanted of one robot, in place of `Task.command`.
+        """Return the complete reference of one robot, in place of `Task.command`.
 
         Args:
             action: shape (1, a).
@@ -201,6 +201,6 @@ def tool_of(robot: RobotModel) -> tuple[int, ...]:
 
 
 def extras(task: Any) -> dict[str, float]:
-    """Return the distances [m] for which success is told, by the name of the fact."""
+    """Return the distances [m] at which success is reported, by name."""
     found = {f"success_{100 * d:g}cm": d for d in (0.01, 0.02, 0.05)}
     return found | {"success": task.success_distance}

@@ -54,5 +54,5 @@ def _placeless(value: Any) -> Any:
 
 
 def world_hash(config: Any) -> str:
-    """Return the short name of a world: equal for training, evaluation and recording in it."""
+    """Return a hash of world and task, equal in training, evaluation and recording."""
     return config_hash(world_config(config))

@@ -1,4 +1,4 @@
-"""Acceleration of a body twice: from its position, and from accelerometer and attitude."""
+"""Acceleration of a body from its position, and from accelerometer and attitude."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GRAVITY = 9.81
 
 
 class Even(NamedTuple):
-    """Channels on an even grid, and where all of them have samples; q is x, y, z, w."""
+    """Channels on an even time grid, and a mask of valid samples; q is x, y, z, w."""
 
     time: Floats
     there: NDArray[np.bool_]
@@ -76,7 +76,7 @@ def second_derivative(position: Floats) -> Floats:
 
 
 def filtered_alike(acceleration: Floats) -> Floats:
-    """Return an acceleration as `second_derivative` would see it in its double integral."""
+    """Return an acceleration filtered like `second_derivative` filters a position."""
     speed = np.cumsum(acceleration, axis=0) * STEP
     return second_derivative(np.cumsum(speed, axis=0) * STEP)
 

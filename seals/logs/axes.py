@@ -1,4 +1,4 @@
-"""Axes of foreign logs: maps to a world with z up and to body axes forward, left, up."""
+"""Conversion of the axes of foreign logs to ENU and to body axes forward, left, up."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ANGLES = {"x": "roll", "y": "pitch", "z": "yaw"}
 
 @dataclass(kw_only=True)
 class AxesSettings:
-    """Axes in which a foreign log stands; each field mends one deviation from ENU and FLU.
+    """Axes of a foreign log; each field corrects one deviation from ENU and FLU.
 
     Args:
         world: axes of positions, attitude and world velocities: ``enu``, ``ned``, ``nwu``, or
@@ -90,7 +90,7 @@ def permutation(axes: Sequence[str], *, where: str) -> Floats:
 
 
 def with_axes(log: Log, axes: AxesSettings) -> tuple[Log, list[str]]:
-    """Return a log in ENU and FLU, and in words what was turned.
+    """Return a log in ENU and FLU, and a description of the conversions.
 
     Raises:
         LogError: a name is unknown, or a needed channel is not in the log.

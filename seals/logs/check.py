@@ -25,7 +25,7 @@ _BROKEN = ("too_few_rows", "time_not_finite")
 
 
 def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:
-    """Return everything noteworthy about a log, the gravest first.
+    """Return all findings about a log, the most severe first.
 
     Args:
         log: the log.
@@ -70,7 +70,7 @@ def _without_infinities(log: Log) -> Log:
 
 
 def refuse_if_bad(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:
-    """Return the findings of a usable log; see `check_log`.
+    """Return the findings about a log, or refuse one with an error; see `check_log`.
 
     Raises:
         LogError: the log cannot be used; the message holds every reason.

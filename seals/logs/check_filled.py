@@ -1,4 +1,4 @@
-"""Check for stretches that a program filled in: straight lines where a noisy sensor belongs."""
+"""Check for interpolated samples: straight lines in all noisy channels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ there was never measured."""
 
 
 def check_filled(log: Log) -> list[Finding]:
-    """Return the finding about stretches in which all inertial channels run straight on."""
+    """Return the finding about periods in which all inertial channels are straight lines."""
     names = [f"{stem}_{axis}" for stem in _NOISY for axis in "xyz"]
     columns = [log.columns[name] for name in names if name in log.columns]
     if len(columns) < 3 or log.rows < 50:

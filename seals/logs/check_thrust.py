@@ -1,4 +1,4 @@
-"""Check of rotor speeds against the weight: rpm taken for rad/s, thrust far from the mass."""
+"""Check of rotor speeds against the weight, which finds wrong units and coefficients."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FEWEST = 50
 
 
 def hover_ratio(log: Log, vehicle: Mapping[str, Any], channel: str = "rotor_speed_cmd") -> Floats:
-    """Return thrust over mass and specific force along the rotors' mean axis, row by row.
+    """Return thrust over mass, and specific force along the rotors' mean axis, row by row.
 
     1 in a flight whose rotor speeds, thrust coefficients and mass belong together.
 

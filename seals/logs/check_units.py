@@ -26,7 +26,7 @@ def check_units(log: Log) -> list[Finding]:
 
 
 def quiet_forces(log: Log) -> tuple[Floats, float]:
-    """Return mean specific forces of the windows in which it hardly changes.
+    """Return the mean specific force in windows in which it hardly changes.
 
     Returns:
         the means, shape (windows, 3), in the unit of the log, and the length of one window [s].

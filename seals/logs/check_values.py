@@ -1,4 +1,4 @@
-"""Checks of each column by itself: missing, infinite, constant, held and clipped samples."""
+"""Checks of single columns: missing, infinite, constant, held and clipped samples."""
 
 from __future__ import annotations
 

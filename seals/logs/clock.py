@@ -1,4 +1,4 @@
-"""Recognition of the unit in which time stamps stand: ns, us or ms in place of seconds."""
+"""Detection of the unit of time stamps: ns, us or ms in place of seconds."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _FAST = ("specific_force", "angular_velocity", "rotor_speed")
 def in_seconds(
     time: Floats, segment: NDArray[Any], *, named: str = "", channels: Iterable[str] = ()
 ) -> tuple[Floats, dict[str, Any]]:
-    """Return stamps in seconds, and what was recognised; nothing where they are seconds already.
+    """Return stamps in seconds, and the detected unit; empty where they are seconds already.
 
     Converted stamps start at zero: as seconds since 1970 they would lose their last digits.
 
@@ -56,13 +56,13 @@ def in_seconds(
 
 
 def tell(log: str, clock: Mapping[str, Any]) -> None:
-    """Say on the error stream that stamps were converted."""
+    """Print on the error stream that stamps were converted."""
     if clock:
         print(f"log '{log}': {remark(clock)}", file=sys.stderr)
 
 
 def remark(clock: Mapping[str, Any]) -> str:
-    """Return in words what was recognised.
+    """Describe the detected unit in words.
 
     Example:
         >>> remark({"unit": "ms", "start": 2.5})
@@ -83,7 +83,7 @@ def usual_step(time: Floats, segment: NDArray[Any]) -> float:
 
 
 def guessed(step: float) -> str:
-    """Return the units that would explain a usual step too long for seconds, in words.
+    """Name the units that would explain a typical step too long for seconds.
 
     Example:
         >>> guessed(1e7), guessed(1e6), guessed(20.0)

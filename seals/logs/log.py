@@ -1,4 +1,4 @@
-"""A measured or simulated log: one time base, flat columns, segments, facts on the vehicle."""
+"""Measured or simulated log: one time base, flat columns, segments, vehicle metadata."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Stream:
 
 
 def merge(streams: Sequence[Stream], *, where: str) -> tuple[dict[str, Floats], int]:
-    """Return one table over all times at which anything was sampled, and the time of its start.
+    """Return one table over the union of all time stamps, and its start time.
 
     A measured column is NaN where its topic has no sample; a command is held until the next one.
 

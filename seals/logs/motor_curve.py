@@ -1,4 +1,4 @@
-"""Motor commands of an autopilot as rotor speeds: shares, pulse widths, DShot, rpm."""
+"""Conversion of autopilot motor commands to rotor speeds: PWM, DShot, fractions, rpm."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SHARES_THRUST = "thrust_share"
 
 @dataclass(frozen=True, kw_only=True)
 class MotorCurve:
-    """From a motor command to the speed of its rotor.
+    """Map from a motor command to the rotor speed.
 
     Equation:
         u = (command - low) / (high - low) within 0 and 1. Of a share of thrust: w = w_max sqrt(u);
@@ -101,7 +101,7 @@ def motor_curve(entry: Mapping[str, Any] | None) -> MotorCurve:
 
 
 def recognised(values: Floats, stated: str = "") -> str:
-    """Return the kind of motor commands by their values.
+    """Detect the kind of motor commands by their values.
 
     Args:
         values: commands of all motors, shape (rows, motors), NaN where there is none.
@@ -138,7 +138,7 @@ def recognised(values: Floats, stated: str = "") -> str:
 def with_rotor_speeds(
     log: Log, curve: MotorCurve, rotors: Sequence[Mapping[str, Any]]
 ) -> tuple[Log, list[str]]:
-    """Return a log with commanded rotor speeds, and in words how they were found.
+    """Return a log with commanded rotor speeds, and a description of the conversion.
 
     Args:
         log: with ``motor_pwm``, and ``battery_voltage`` where the curve depends on it.

@@ -1,4 +1,4 @@
-"""Sizes that the pages of a Parquet file declare, read before any page is unpacked."""
+"""Check of the declared page sizes of a Parquet file before unpacking."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _INTEGERS, _TEXT, _LISTS, _STRUCT = (4, 5, 6), 8, (9, 10), 12
 
 
 def refuse_large_footer(file: Path) -> None:
-    """Refuse a file whose description of itself is large: it would be unfolded in the memory.
+    """Refuse a file with a large footer, which would be expanded in memory.
 
     Raises:
         LogError: it is larger than the file, or than allowed.
@@ -42,7 +42,7 @@ def refuse_large_footer(file: Path) -> None:
 
 
 def refuse_bombs(file: Path, metadata: Any, column: int) -> None:
-    """Refuse a column of numbers whose pages unpack to more than its numbers can fill.
+    """Refuse a numeric column whose pages unpack to more bytes than its values need.
 
     A few kilobytes may declare, and hold, gigabytes. What the footer says of the size of the pages
     is not believed: the header of each page is read.

@@ -10,7 +10,7 @@ from seals.logs.log import Log
 
 @runtime_checkable
 class Reader(Protocol):
-    """Turns one kind of file into logs; conversion to SI, ENU and FLU happens here only."""
+    """Interface of a reader of one kind of file, which converts to SI, ENU and FLU."""
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the logs of a source.

@@ -1,4 +1,4 @@
-"""Even rows: channels of a log on one grid of times, each shifted by its own lateness."""
+"""Resampling of a log to even time steps, with a delay correction per channel."""
 
 from __future__ import annotations
 

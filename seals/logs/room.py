@@ -1,4 +1,4 @@
-"""Detection of a full disk, as one error for all writing libraries."""
+"""Detection of a full disk, whichever library writes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NOTHING = 1 << 16
 
 @contextlib.contextmanager
 def room(path: str | Path) -> Iterator[None]:
-    """Raise `DiskFull` in place of whatever a writer raises inside the block on a full disk.
+    """Convert errors of writers on a full disk inside the block to `DiskFull`.
 
     Some libraries raise an error without the system's number; the room left tells then.
 
@@ -39,7 +39,7 @@ def room(path: str | Path) -> Iterator[None]:
 
 
 def reserve(folder: Path, size: int) -> None:
-    """Make sure of the room for what is written through memory maps: on a full disk they kill.
+    """Reserve disk space before writing through memory maps, which crash on a full disk.
 
     Args:
         folder: in which it will lie.
@@ -59,7 +59,7 @@ def reserve(folder: Path, size: int) -> None:
 
 
 def told_full(error: BaseException) -> bool:
-    """Return whether an error, or a cause of it, is the system's word that the disk is full."""
+    """Return whether an error, or a cause of it, says that the disk is full."""
     link: BaseException | None = error
     while link is not None:
         if isinstance(link, OSError) and link.errno in FULL:
@@ -69,7 +69,7 @@ def told_full(error: BaseException) -> bool:
 
 
 def words(path: str | Path | None) -> str:
-    """Return the refusal's words.
+    """Return the text of the error.
 
     Args:
         path: what was being written, None where that is not known.

@@ -1,4 +1,4 @@
-"""One lock for each run folder, the id of its run, and room made for a new run in a used folder."""
+"""Lock and identity of a run folder, and reuse of a folder with an earlier run."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ _HELD: ContextVar[Mapping[str, int]] = ContextVar("run folders held", default={}
 
 
 def new_id() -> str:
-    """Return an id that no other run has."""
+    """Return a unique id for a run."""
     # the letter in front keeps YAML from reading a number
     return f"r{secrets.token_hex(8)}"
 
 
 @contextlib.contextmanager
 def held(folder: Path) -> Iterator[bool]:
-    """Hold the lock of a run folder; nothing more inside one held by the same run.
+    """Hold the lock of a run folder; re-entrant within the same run.
 
     Args:
         folder: of the run; made when it does not exist.
@@ -89,7 +89,7 @@ def held(folder: Path) -> Iterator[bool]:
 
 
 def alive(folder: Path) -> bool | None:
-    """Return whether a living run holds a folder; None where there is no lock, or no answer."""
+    """Return whether a running process holds a folder; None where that is unknown."""
     try:
         import fcntl
 
@@ -108,7 +108,7 @@ def alive(folder: Path) -> bool | None:
 
 
 def lockable() -> bool:
-    """Return whether this system has locks that tell the living from the dead."""
+    """Return whether this system has locks that end with their process."""
     return importlib.util.find_spec("fcntl") is not None
 
 
@@ -183,7 +183,7 @@ def _holder(path: Path) -> str:
 
 
 class Claim:
-    """A run folder in one's hold, from before the first byte until the end.
+    """Claim of a run folder by this process, from before the first write to the end.
 
     Attributes:
         earlier: folder that holds what an earlier run had left there, or None.
@@ -196,7 +196,7 @@ class Claim:
         self.earlier: Path | None = None
 
     def take(self, folder: Path, *, goes_on: bool, keep: bool = True) -> None:
-        """Hold a folder until `close`.
+        """Lock a folder until `close`.
 
         Args:
             folder: of the run.
@@ -214,13 +214,13 @@ class Claim:
             self._held.close()
 
     def give_back(self) -> None:
-        """Leave a folder in which no run began as it was before."""
+        """Restore a folder in which no run began."""
         earlier, folder, self.earlier = self.earlier, self._folder, None
         if earlier is not None and folder is not None and not _begun(folder):
             bring_back(earlier)
 
     def close(self) -> None:
-        """Let go."""
+        """Release the lock."""
         if self.earlier is not None and self.earlier.is_dir():
             print(f"note: what an earlier run left there is in {self.earlier}", file=sys.stderr)
         self._held.close()
@@ -258,7 +258,7 @@ def set_aside(folder: Path, *, notes: bool = True) -> Path | None:
 
 
 def bring_back(aside: Path) -> None:
-    """Undo `set_aside`: the new run was refused, or interrupted before its first step."""
+    """Undo `set_aside`, after a new run that never began."""
     folder = aside.parent
     clear(folder, notes=(aside / NOTES).exists())
     aside.rename(folder / MOVING)
@@ -266,7 +266,7 @@ def bring_back(aside: Path) -> None:
 
 
 def clear(folder: Path, *, notes: bool = True) -> None:
-    """Remove what a run left in a folder; ``run.json`` goes first: what is half there has none.
+    """Remove the files of a run from a folder, ``run.json`` first.
 
     Args:
         folder: of a run; its lock is held.
@@ -297,12 +297,12 @@ def _move(source: Path, target: Path, names: Any) -> None:
 
 
 def id_of_log(folder: Path) -> str | None:
-    """Return the id of the run whose log lies in a folder; None for a log without one."""
+    """Return the id of the run that wrote the log in a folder; None for a log without one."""
     return _found(folder / "meta.yaml", _ID_OF_LOG)
 
 
 def foreign_log(folder: Path) -> str:
-    """Say that the log in a run folder is not that of the run; empty where it is.
+    """Return a remark where the log in a run folder belongs to another run, else an empty text.
 
     Raises:
         LogError: a file that names an id is too large to be one of a run.

@@ -1,4 +1,4 @@
-"""Resolution of a log's path, or of the short name of one that comes with the package."""
+"""Resolution of a log's path, or of the short name of a log shipped with the package."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def shipped_logs() -> dict[str, Path]:
 
 
 def find_log(given: str | Path, *, key: str = "log") -> Path:
-    """Return the place of a log: a path that exists, else the shipped log of that short name.
+    """Return the path of a log: an existing path, else the shipped log of that short name.
 
     Args:
         given: path, or short name such as ``hidden_effect/flight_a``.

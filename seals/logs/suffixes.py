@@ -13,7 +13,7 @@ BY_SUFFIX: Mapping[str, str] = {".ulg": "ulog", ".mcap": "mcap", ".db3": "rosbag
 
 
 def foreign_reader_of(place: Path) -> str | None:
-    """Return the reader for a file of another program, None where the name does not tell."""
+    """Return the reader for a file of another program; None where its name does not decide."""
     suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
     if (place / "metadata.yaml").is_file():
         return "rosbag2"

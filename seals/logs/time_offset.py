@@ -1,4 +1,4 @@
-"""Time offset between two streams by the cross-correlation of what both must show."""
+"""Time offset between two streams by cross-correlation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LEAST_RATE = 0.05
 
 
 class Offset(NamedTuple):
-    """By how much the inertial channels of a log are late against its pose.
+    """Delay of the inertial channels of a log against its pose.
 
     Args:
         late: median over stretches of the log; negative for early [s].
@@ -41,7 +41,7 @@ class Offset(NamedTuple):
 
 
 def time_offset(log: Log) -> Offset | None:
-    """Return by how much the inertial channels of a log are late against its pose.
+    """Estimate the delay of the inertial channels of a log against its pose.
 
     The gyroscope is compared with the rate of the attitude; without either, or where the body
     hardly turns, there is None. Each stretch of some seconds gives an offset; the weight of one is
@@ -78,7 +78,7 @@ def _median(true: Floats, late: Floats, there: NDArray[np.bool_]) -> Offset | No
 
 
 def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return by how much one signal comes after another [s], and their correlation then.
+    """Return the delay of one signal against another [s], and their correlation at it.
 
     Args:
         true: of the earlier stream, even rows, shape (T, k).

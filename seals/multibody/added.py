@@ -1,4 +1,4 @@
-"""Reaction of the water to a body with added inertia, as far as velocity alone makes it."""
+"""Velocity-dependent (Coriolis and Munk) terms of added inertia."""
 
 from __future__ import annotations
 

@@ -18,21 +18,21 @@ from seals.multibody.spatial import kirchhoff
 
 
 class LinkLoads(Protocol):
-    """Loads on the links from an evaluation of effects, each with its origin."""
+    """Interface of evaluated effects: loads and added inertias of the links, by effect."""
 
     @property
     def loads(self) -> Sequence[tuple[Any, Any, Wrench]]:
-        """Origin, rows and wrench about the link origins, link axes [N, N m]."""
+        """Effect, rows and wrench about the link origins, link axes [N, N m]."""
         ...
 
     @property
     def inertias(self) -> Sequence[tuple[Any, Any, AddedInertia, Medium]]:
-        """Origin, rows, added inertia and the medium relative to which it acts."""
+        """Effect, rows, added inertia and the medium relative to which it acts."""
         ...
 
 
 class Assembly:
-    """Sums link inertias and wrenches into the generalised equations and solves them.
+    """Assembly and solution of the generalised equations from link inertias and wrenches.
 
     Equation:
         (sum J^T (I + A) J) a = sum J^T (wrench - (I + A) b - Kirchhoff terms) + joint forces, with
@@ -166,7 +166,7 @@ class Assembly:
 
 
 def weightless(added: AddedInertia) -> bool:
-    """Return whether an added inertia adds nothing anywhere; only NumPy is asked."""
+    """Return whether an added inertia is zero everywhere; False for arrays not of NumPy."""
     return type(added.weight) is np.ndarray and not added.weight.any()
 
 

@@ -1,4 +1,4 @@
-"""Solves many small symmetric systems at once, entry by entry."""
+"""Solution of many small symmetric linear systems at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.arrays import Array, Floats
 
 
 def solved(matrix: Floats, right: Floats) -> Floats:
-    """Return x of one system M x = b, in a third of the time of `numpy.linalg.solve`.
+    """Solve one system M x = b, faster than `numpy.linalg.solve`.
 
     Args:
         matrix: M, float64, shape (n, n).

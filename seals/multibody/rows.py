@@ -1,4 +1,4 @@
-"""Order of rows: (batch, links, ...) for the equations of motion, link by link for the effects."""
+"""Conversion of row order: (batch, links) for the equations of motion, link by link for effects."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def by_batch(x: Array, links: int) -> Array:
 
 
 def take(bundle: Bundle, rows: Any) -> Bundle:
-    """Select rows of every field; fields of one row stand for all and stay."""
+    """Select rows of every field; fields with a single row are kept."""
     if rows is None:
         return bundle
     return type(bundle)._make(picked(bundle, rows))
@@ -73,7 +73,7 @@ def take_motion(motion: Motion, rows: Any) -> Motion:
 
 
 def picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
-    """Select rows of several fields; fields of one row stand for all and stay."""
+    """Select rows of several fields; fields with a single row are kept."""
     if type(fields[0]) is np.ndarray:
         return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
     return [_pick(x, rows) for x in fields]

@@ -1,4 +1,4 @@
-"""Joint drives taken implicitly: stable at any gain, within their limits.
+"""Implicit integration of joint drives: stable at any gain, within their limits.
 
 A drive pulls a joint toward a place with a force that falls with the joint's position and velocity.
 Where it falls so steeply that a step cannot follow, the step must know the fall: the force is that
@@ -21,7 +21,7 @@ def limited(drive: JointDrive) -> Array:
 
 
 def summed(drives: list[JointDrive]) -> JointDrive:
-    """Return several drives of the same joints as one."""
+    """Return the sum of several drives of the same joints."""
     total = drives[0]
     for more in drives[1:]:
         total = JointDrive(*(a + b for a, b in zip(total, more, strict=True)))
@@ -29,7 +29,7 @@ def summed(drives: list[JointDrive]) -> JointDrive:
 
 
 def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple[Array, Array]:
-    """Solve the equations of motion with joint drives whose force falls with the acceleration.
+    """Solve the equations of motion with implicit joint drives and their limits.
 
     Equation:
         matrix a = right + f on the joints, f = clip(force - gain a, -limit, limit). A joint at its
@@ -62,7 +62,7 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
 
 
 def heavier(matrix: Array, armature: Array) -> Array:
-    """Return generalised inertias (B, n, n) with that of the drives on the joints, (1 or B, J)."""
+    """Add the inertia of drives (1 or B, J) to generalised inertias (B, n, n)."""
     size, joints = matrix.shape[1], armature.shape[1]
     if type(matrix) is np.ndarray and len(matrix) == 1:
         out = matrix.copy()

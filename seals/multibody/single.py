@@ -1,4 +1,4 @@
-"""Velocities, Jacobian and bias of one robot whose joints turn, in few operations.
+"""Velocities, Jacobian and bias of a single robot with revolute joints, optimised for speed.
 
 The equations are those of `seals.multibody.kinematics`. A robot of ten links is so small that
 a call of NumPy costs more than its arithmetic; here the cross products of all links and joints are
@@ -17,7 +17,7 @@ from seals.multibody.tree import Tree
 
 
 class Single(NamedTuple):
-    """Poses of one robot, without the axis of the batch.
+    """Kinematics of a single robot, without the batch axis.
 
     Args:
         tree: the robot.

@@ -73,18 +73,18 @@ class Tree:
 
     @cached_property
     def moves_twice(self) -> Floats:
-        """`moves` twice and a column for the base, 1 when it is free, shape (L, 2 J + 1)."""
+        """Matrix [moves, moves, base], base column 1 for a free base, shape (L, 2 J + 1)."""
         base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
         return np.concatenate((self.moves, self.moves, base), axis=1)
 
     @cached_property
     def levers(self) -> NDArray[np.int64]:
-        """All links, then `child`: where the arms of links and joints stand, shape (L + J,)."""
+        """Links of the lever arms: all links, then the child of every joint, shape (L + J,)."""
         return np.concatenate((np.arange(self.links), self.children))
 
     @cached_property
     def sweep(self) -> Floats:
-        """Velocities of the links by cross products of links and joints, and of the base.
+        """Matrix that sums cross products of links, joints and base to link velocities.
 
         Shape (L, L + J + 1): the product of the link's own spin and arm, less those of the joints
         between the base and the link, and the velocity of a free base.
@@ -94,7 +94,7 @@ class Tree:
 
     @cached_property
     def drift(self) -> Floats:
-        """Return the cross-product terms of links, joints and base in the bias.
+        """Matrix that sums cross products of links, joints and base to the bias acceleration.
 
         Shape (L, L + 2 J + 1).
         """
@@ -103,7 +103,7 @@ class Tree:
 
     @cached_property
     def spins(self) -> Floats:
-        """1 where a joint, or a free base in the last column, turns a link, shape (L, J + 1)."""
+        """Matrix [moves, base]: 1 where a joint or the free base moves a link, shape (L, J + 1)."""
         base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
         return np.concatenate((self.moves, base), axis=1)
 

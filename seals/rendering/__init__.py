@@ -1,4 +1,4 @@
-"""Sight: scenes, cameras, pictures, and the protocol of the renderers that make them."""
+"""Rendering: scenes, cameras, images, and the interface of renderers."""
 
 from seals.rendering.camera import OPTICAL, Cameras, Lens, mounted, single
 from seals.rendering.camera_view import CameraView, SceneView, Shot

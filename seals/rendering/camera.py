@@ -1,4 +1,4 @@
-"""A pinhole camera: which direction belongs to which pixel.
+"""Pinhole camera model.
 
 A camera sits on a link whose axes are x forward, y left, z up. Pictures have optical axes: x to the
 right, y down, z along the view. The middle of the picture's upper left pixel is at (0.5, 0.5).
@@ -109,7 +109,7 @@ class Lens:
         return points[..., :2] / ahead * scale + np.array([self.cx, self.cy])
 
     def rays(self) -> NDArray[np.float32]:
-        """Return the points at depth 1 m that the pixels' middles look at, shape (H, W, 3).
+        """Return the points at depth 1 m seen by the pixel centres, shape (H, W, 3).
 
         A ray times a depth is a point in optical axes.
         """
@@ -140,7 +140,7 @@ def _rays(lens: Lens) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=32)
 def lengths(lens: Lens) -> NDArray[np.float32]:
-    """Return range over depth for every pixel: the lengths of the rays [1], shape (H, W)."""
+    """Return the ratio of range to depth of every pixel [1], shape (H, W)."""
     rays = _rays(lens)
     found: NDArray[np.float32] = np.sqrt((rays * rays).sum(axis=-1))
     found.setflags(write=False)
@@ -168,7 +168,7 @@ def single(origin: Floats, rotation: Floats) -> Cameras:
 def mounted(
     origin: Floats, rotation: Floats, position: Floats, turn: Floats
 ) -> tuple[Floats, Floats]:
-    """Return place and optical axes of a camera on a link.
+    """Return position and optical axes of a camera on a link.
 
     Args:
         origin: of the link, world [m], shape (3,).

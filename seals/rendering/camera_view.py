@@ -1,4 +1,4 @@
-"""Camera views of the scene of a run: drawn by a renderer, seen through water."""
+"""Camera images of a run: rendered, then passed through the water optics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from seals.state_records import state_record
 
 @state_record
 class Shot(NamedTuple):
-    """A picture that a camera took.
+    """Image of a camera, with time and number.
 
     Args:
         number: of the picture, from 0 on.
@@ -82,7 +82,7 @@ class SceneView:
         *,
         normals: bool = False,
     ) -> Picture:
-        """Return the picture of one camera, through the water.
+        """Render the image of one camera, with the water optics.
 
         Args:
             camera: its place, world [m], shape (3,), and its optical axes as columns, shape (3, 3).
@@ -136,16 +136,16 @@ class CameraView:
         self.shot: Shot | None = None
 
     def see(self, *camera: Any, normals: bool = False) -> Picture:
-        """Return what `SceneView.see` does."""
+        """Render the image of this camera, see `SceneView.see`."""
         return self.view.see(*camera, normals=normals)
 
     def keep(self, shot: Shot) -> None:
-        """Keep a picture until the next."""
+        """Store an image until the next."""
         self.shot = shot
 
 
 def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
-    """Return unit vectors along the lines of sight, world axes, shape (H, W, 3).
+    """Return unit vectors along the pixel rays, world axes, shape (H, W, 3).
 
     Args:
         axes: optical axes in the world as columns, shape (3, 3).

@@ -1,4 +1,4 @@
-"""Makes a scene of what a run holds: links as their URDF draws them, and the solid ground."""
+"""Construction of the visual scene of a run: links by their URDF, and the ground."""
 
 from __future__ import annotations
 

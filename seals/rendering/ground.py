@@ -1,4 +1,4 @@
-"""Level planes behind a rasterised picture: exact, without end, and cheaper than triangles."""
+"""Infinite level planes, added to a rasterised image pixel by pixel."""
 
 from __future__ import annotations
 

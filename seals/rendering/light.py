@@ -1,4 +1,4 @@
-"""One sun, one sky: the light that every renderer uses.
+"""Lighting common to all renderers: sun and sky.
 
 Renderers shade in displayed values (sRGB) and hand out linear ones, so that two of them differ in
 what they see and not in how they light it.
@@ -22,7 +22,7 @@ CONTRAST = 0.12
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """A distant sun and light from everywhere.
+    """Directional sunlight and ambient light.
 
     Equation:
         displayed = colour (ambient + (1 - ambient) max(n . l, 0)), with the normal n and the
@@ -49,11 +49,11 @@ class Light:
 
     @property
     def diffuse(self) -> float:
-        """Share of the light that comes from the sun [1]."""
+        """Fraction of the light that comes from the sun [1]."""
         return 1.0 - self.ambient
 
     def shade(self, normal: tuple[float, float, float]) -> float:
-        """Return the share of its colour that a face shows [1].
+        """Return the shading factor of a face [1].
 
         Example:
             >>> light = Light(height=math.pi / 2)

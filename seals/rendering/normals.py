@@ -1,4 +1,4 @@
-"""Normals of a depth picture, for renderers that give none."""
+"""Surface normals from a depth image, for renderers without them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Image = NDArray[np.float32]
 def normals_of(
     depth: Image, parts: NDArray[np.int32], rotation: Floats, lens: Lens
 ) -> NDArray[np.float32]:
-    """Return normals in world axes, shape (H, W, 3); zero where nothing is met.
+    """Return normals in world axes, shape (H, W, 3); zero for the background.
 
     Points of neighbouring pixels span the surface; of the two neighbours along a row, and along a
     column, the one nearer in depth is taken, so that a normal does not reach over an edge.

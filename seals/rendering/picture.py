@@ -1,4 +1,4 @@
-"""Pictures, and the protocol of renderers."""
+"""Rendered images, and the interface of renderers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.state_records import state_record
 
 @state_record
 class Picture(NamedTuple):
-    """Pictures of C cameras in each of N environments; rows from above, columns from the left.
+    """Images of C cameras in N environments; rows from the top, columns from the left.
 
     A single picture has the shapes without (N, C).
 
@@ -31,7 +31,7 @@ class Picture(NamedTuple):
     normals: Array | None = None
 
     def of(self, environment: int, camera: int) -> Picture:
-        """Return the single picture of one camera."""
+        """Return the image of one camera."""
         return Picture(*(None if x is None else x[environment, camera] for x in self))
 
 
@@ -40,7 +40,7 @@ class Renderer(Protocol):
     """A renderer plug-in: a keyword-only dataclass, opened once for each scene."""
 
     def open(self, scene: Scene, light: Light) -> None:
-        """Prepare a scene; an earlier one is given up.
+        """Prepare a scene, releasing an earlier one.
 
         Raises:
             SealsError: the scene cannot be drawn, or a package or device is missing.

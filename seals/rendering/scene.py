@@ -101,7 +101,7 @@ class Poses(NamedTuple):
 
 
 def nowhere(environments: int = 1) -> Poses:
-    """Return the poses of a scene in which nothing moves."""
+    """Return the poses of a scene without moving frames."""
     return Poses(np.zeros((environments, 0, 3)), np.zeros((environments, 0, 3, 3)))
 
 

@@ -1,4 +1,4 @@
-"""Typed settings of the scene beside the water's optics."""
+"""Typed settings of rendering besides the water optics."""
 
 from __future__ import annotations
 

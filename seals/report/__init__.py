@@ -1,4 +1,4 @@
-"""Reports: one HTML file that works offline, from charts, tables and words; charts as pictures."""
+"""Reports: self-contained HTML pages of charts, tables and text; charts as images."""
 
 from seals.report.bars import Bar, Bars
 from seals.report.blocks import (

@@ -1,4 +1,4 @@
-"""Horizontal bars with error bars: rankings and waterfalls."""
+"""Horizontal bar charts with error bars, for rankings and waterfalls."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Bar:
 
 @dataclass(frozen=True, kw_only=True)
 class Bars:
-    """Bars below each other, the first on top.
+    """Bar chart, the first bar on top.
 
     Args:
         title: what is shown, a few words.

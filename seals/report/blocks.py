@@ -12,7 +12,7 @@ from seals.report.figures import Chart
 
 @dataclass(frozen=True, kw_only=True)
 class Paragraph:
-    """Plain words; ``tone``: ``""``, ``"good"``, ``"warn"``, ``"bad"``, or small: ``"caption"``."""
+    """Paragraph of text; ``tone``: ``""``, ``"good"``, ``"warn"``, ``"bad"`` or ``"caption"``."""
 
     text: str
     tone: str = ""
@@ -22,7 +22,7 @@ class Paragraph:
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """A few key figures, large, each with a caption: ``{"first touch of water": "0.42 s"}``."""
+    """Key figures with captions: ``{"first touch of water": "0.42 s"}``."""
 
     values: Mapping[str, str]
     kind: str = field(default="facts", init=False)
@@ -30,7 +30,7 @@ class Facts:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """Rows of text below a head; columns whose numbers in ``right`` are set to the right."""
+    """Table with a header; columns listed in ``right`` are right-aligned."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -57,7 +57,7 @@ class Fold:
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """Blocks of which one group is seen at a time, chosen by name; the first at the start."""
+    """Groups of blocks, one visible at a time, chosen by name."""
 
     label: str
     options: Mapping[str, Sequence[Block]]

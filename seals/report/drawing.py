@@ -17,7 +17,7 @@ _VISIBLE = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """Columns of numbers of a page; equal ones, such as a common time, are kept once.
+    """Numeric columns of a page; equal ones, such as a common time, are stored once.
 
     Args:
         texts: one for each column: ``4`` or ``8`` bytes a number, then the numbers in base 64.
@@ -32,7 +32,7 @@ class Columns:
     _index: dict[str, int] = field(default_factory=dict)
 
     def add(self, values: Floats) -> int:
-        """Return the place of a column, shape (points,); NaN stays a gap.
+        """Add a column, shape (points,), and return its index; NaN is a gap.
 
         Numbers take single precision where no screen shows its rounding.
         """
@@ -51,7 +51,7 @@ class Columns:
 
 
 def drawn(chart: Chart, columns: Columns) -> dict[str, Any]:
-    """Return a chart for the page's script; its numbers go to the columns of the page."""
+    """Return a chart as data for the page's script; its values are added to the columns."""
     ready = chart.coloured()
     if chart.stacked:
         made = _stack([even(line) for line in ready.series], columns)
@@ -69,7 +69,7 @@ def drawn(chart: Chart, columns: Columns) -> dict[str, Any]:
 
 
 def marks_of(marks: tuple[Mark, ...]) -> list[list[Any]]:
-    """Return marks as place, label and whether each is a level."""
+    """Return marks as position, label, and whether each is a level."""
     return [[mark.at, mark.label, mark.level] for mark in marks]
 
 

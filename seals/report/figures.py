@@ -43,7 +43,7 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
-    """An instant (``at`` on x) or a level (``at`` on y) worth a thin line with a label."""
+    """Labelled line at a time (on x) or a level (on y)."""
 
     at: float
     label: str
@@ -129,7 +129,7 @@ def lines(
 
 
 def edges(line: Series) -> tuple[Floats, Floats]:
-    """Return the lower and the upper edge of a line's band, each of shape (points,).
+    """Return the lower and upper edge of the band of a line, each of shape (points,).
 
     Example:
         >>> x = np.arange(2.0)
@@ -167,7 +167,7 @@ def downsampled(line: Series, most: int = MOST_POINTS) -> Series:
 
 
 def extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    """Indices of the lowest and the highest sample of each bin, and both ends."""
+    """Return the indices of the smallest and largest sample of each bin, and both ends."""
     edges = np.linspace(0, y.size, bins + 1).astype(np.intp)
     width = int(np.diff(edges).max())
     index = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)

@@ -25,7 +25,7 @@ def colour_of(name: str, position: int) -> str:
 
 
 def colours_of(names: list[str]) -> dict[str, str]:
-    """Return one colour for each name, to be kept through all charts of a page.
+    """Return one colour for each name, common to all charts of a page.
 
     Example:
         >>> colours_of(["gravity", "drag"])["drag"] == CYCLE[1]
@@ -35,7 +35,7 @@ def colours_of(names: list[str]) -> dict[str, str]:
 
 
 def unit_text(unit: str) -> str:
-    """Return a unit as it is set in print.
+    """Return a unit in typographic form.
 
     Example:
         >>> unit_text("N s^2/m^2"), unit_text("1")

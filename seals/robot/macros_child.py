@@ -1,4 +1,4 @@
-"""Program that expands the macros of one file, run in a process of its own and without rights.
+"""Program that expands the xacro macros of one file, run in a restricted child process.
 
     python macros_child.py FILE
 
@@ -43,7 +43,7 @@ _CHANGING = (
 
 
 def main(path: str) -> str:
-    """Return the answer for one file, as JSON."""
+    """Expand one file and return the result as JSON."""
     try:
         import xacro
         import xacro.substitution_args as substitution

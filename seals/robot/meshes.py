@@ -20,7 +20,7 @@ _ENDINGS = (".stl", ".obj", ".dae")
 
 
 def mesh_names(path: Path) -> list[str]:
-    """Return the mesh files that a sound URDF names, relative to its folder, each once."""
+    """Return the mesh files that a valid URDF names, relative to its folder, each once."""
     root = ElementTree.fromstring(path.read_bytes())
     named = (mesh.get("filename", "") for mesh in root.iter("mesh"))
     return list(dict.fromkeys(_relative(name) for name in named))
@@ -61,7 +61,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
 
 
 def refuse_names_elsewhere(path: Path, raw: bytes) -> None:
-    """Refuse a URDF whose pictures and other shapes lie elsewhere: engines open them unasked.
+    """Refuse a URDF that refers to images or shapes outside its folder.
 
     Args:
         path: of the URDF.
@@ -84,7 +84,7 @@ def _root(folder: Path) -> Path:
 
 
 def refuse_huge_mesh(where: str, target: Path) -> None:
-    """Refuse a mesh whose size, real or declared, is above the bound, and one cut short."""
+    """Refuse a mesh that is truncated, or whose real or declared size is too large."""
     size = declared = target.stat().st_size
     if target.suffix.lower() == ".stl" and size >= 84:
         with target.open("rb") as stream:

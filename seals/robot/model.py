@@ -18,7 +18,7 @@ from seals.robot.limbs import Arm, Gripper, Leg
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """Contact coefficients of all links in place of those in the URDF; None leaves one as it is.
+    """Contact coefficients of all links that override the URDF; None leaves one unchanged.
 
     Args:
         friction: lateral friction coefficient [1].

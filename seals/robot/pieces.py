@@ -23,7 +23,7 @@ from seals.robot.model import RobotModel
 
 
 class Piece(NamedTuple):
-    """A solid, or a sheet, in axes of the body that it belongs to.
+    """Solid or sheet in the axes of its body.
 
     Args:
         kind: ``box``, ``sphere``, ``cylinder``, ``capsule`` or ``mesh``.
@@ -45,7 +45,7 @@ class Piece(NamedTuple):
     volume: float | None = None
 
     def placed(self, position: Floats, rotation: Floats) -> Piece:
-        """Return the piece in the axes of another body, in which the present one is placed."""
+        """Return the piece in the axes of another body, given the pose of the present one."""
         return self._replace(
             position=position + rotation @ self.position, rotation=rotation @ self.rotation
         )

@@ -32,7 +32,7 @@ _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 @dataclass(frozen=True, kw_only=True)
 class RobotFile:
-    """Contents of a ``robot.yaml``: keys checked, values not yet.
+    """Content of a ``robot.yaml``, with its keys checked and its values unchecked.
 
     Args:
         settings: name, folder, URDF and summary; the rest is still in ``hulls`` and ``limbs``.

@@ -27,7 +27,7 @@ _SHAPES = {
 
 
 def check_structure(path: Path, text: str) -> None:
-    """Refuse a URDF that is not what its own format asks for.
+    """Refuse a URDF that violates its format.
 
     Args:
         path: of the file, for messages.

@@ -1,4 +1,4 @@
-"""Reads a URDF into mass properties and joints, refusing what physics cannot use."""
+"""Reading of a URDF: links with mass properties, and joints, checked for physical validity."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOVING = {"revolute": False, "continuous": False, "prismatic": True}
 
 @dataclass(kw_only=True)
 class UrdfLink:
-    """A link: mass properties in link axes and whether it can touch anything."""
+    """Link: mass properties in link axes, and whether it has collision shapes."""
 
     name: str
     mass: float = 0.0
@@ -33,7 +33,7 @@ class UrdfLink:
 
 @dataclass(kw_only=True)
 class UrdfJoint:
-    """A joint: where its child sits in the parent, how it moves."""
+    """Joint: pose of the child in the parent, axis, limits."""
 
     name: str
     parent: str
@@ -49,7 +49,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Urdf:
-    """Links in tree order (base first) and the joint above each but the base.
+    """Parsed URDF: links in tree order, base first, and the joint above each.
 
     Args:
         name: of the robot.

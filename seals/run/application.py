@@ -1,4 +1,4 @@
-"""``seals run``: from a composed configuration to a run folder."""
+"""``seals run``: simulates a composed configuration and writes its run folder."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from seals.run.views import views_of
 
 
 def execute(config: Any) -> int | None:
-    """Simulate what a composed configuration describes and fill Hydra's run folder.
+    """Simulate a composed configuration and write Hydra's run folder.
 
     Args:
         config: composed by Hydra from the root ``run``.
@@ -225,6 +225,6 @@ def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path
 
 
 def short_path(path: Path) -> Path:
-    """Return a path as seen from the working directory, where it lies below it."""
+    """Return a path relative to the working directory, where it lies below it."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path

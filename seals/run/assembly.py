@@ -1,4 +1,4 @@
-"""Builds a world or a twin from the settings of a run."""
+"""Construction of a world or batch dynamics from the settings of a run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
 
 
 def acting(settings: RunSettings) -> dict[str, Any]:
-    """Return effects and actuators of a run by name: an actuator is an effect like any other.
+    """Return effects and actuators of a run by name.
 
     Raises:
         ConfigError: an effect and an actuator share a name.
@@ -146,7 +146,7 @@ def build_twin(
     values: Mapping[str, Any] | None = None,
     fused: bool = False,
 ) -> tuple[BatchDynamics, TwinState]:
-    """Build the twin of a run and its initial state, repeated over the batch.
+    """Build the batch dynamics of a run, and its initial state repeated over the batch.
 
     Args:
         settings: of the run.
@@ -171,7 +171,7 @@ def build_twin(
 
 
 def twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
-    """Return a configuration as a state of the twin, repeated over the batch."""
+    """Return a configuration as a state of the batch dynamics, repeated over the batch."""
     from seals.frames import matrix_of
 
     turn = matrix_of(np.asarray(c.quaternion)[None])[0]

@@ -52,7 +52,7 @@ class Checkpoints:
         self._last, self._full = time.perf_counter(), False
 
     def tick(self, world: World, books: Any) -> None:
-        """Write one when it is time.
+        """Write a checkpoint when one is due.
 
         Args:
             world: after a step whose rows are recorded.
@@ -72,7 +72,7 @@ class Checkpoints:
             self._last = time.perf_counter()
 
     def clear(self) -> None:
-        """Remove the last one: the run is complete."""
+        """Remove the last checkpoint, after the run is complete."""
         remove_checkpoint(self.folder.parent)
 
 
@@ -206,7 +206,7 @@ _ENTRIES = {"world", "scene", "snapshot", "ledgers", "books"}
 
 @contextlib.contextmanager
 def refusals(kept: Path) -> Iterator[None]:
-    """Turn every error of the block into a refusal of the checkpoint.
+    """Convert every error of the block to an error about the checkpoint.
 
     Raises:
         ConfigError: there was one.
@@ -305,7 +305,7 @@ def has_checkpoint(run: Path) -> bool:
 
 
 def remove_checkpoint(run: Path) -> None:
-    """Remove whatever checkpoint there is: the run is complete, or begins anew."""
+    """Remove the checkpoint of a run that is complete or restarted."""
     shutil.rmtree(run / FOLDER, ignore_errors=True)
     shutil.rmtree(_before(run / FOLDER), ignore_errors=True)
 

@@ -16,7 +16,7 @@ JOINTS = "joint_position_cmd"
 
 
 class Commands:
-    """Commands of one robot, each set at the time of its row and held until the next.
+    """Recorder of the commands of one robot, each held from its row to the next.
 
     Args:
         actor: the robot in its world.
@@ -38,7 +38,7 @@ class Commands:
         self._table = np.full((steps + 1 if self._names else 0, len(self._names)), np.nan)
 
     def take(self, row: int) -> None:
-        """Record the commands that have led from the row before to ``row``."""
+        """Record the commands in force from the preceding row to ``row``."""
         if not self._names or row == 0:
             return
         command, joints = self._actor.command, self._actor.joint_command
@@ -53,7 +53,7 @@ class Commands:
         return self._table[:rows]
 
     def restore(self, kept: Any, rows: int) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Raises:
             ValueError: it is of another run.

@@ -1,4 +1,4 @@
-"""Compare the logs of two runs bit for bit."""
+"""Bit-for-bit comparison of the logs of two runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TABLES = ("log.parquet", "ledger.parquet")
 
 
 def differences(folder: Path, original: Path) -> list[str]:
-    """Return the columns in which two run folders differ by as much as one bit.
+    """Return the columns in which the logs of two run folders differ.
 
     Args:
         folder: one run.
@@ -34,7 +34,7 @@ def differences(folder: Path, original: Path) -> list[str]:
 
 
 def version_changes(original: Path) -> list[str]:
-    """Return the packages whose version is another one than in an earlier run."""
+    """Return the packages whose version differs from an earlier run."""
     path = original / "run.json"
     if not path.is_file():
         return []

@@ -1,4 +1,4 @@
-"""Find settings that a run was given twice, with different values."""
+"""Detection of settings that are stated twice with different values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _FELT = 0.5
 
 
 def find_conflicts(settings: RunSettings) -> list[str]:
-    """Return a remark for each quantity that stands in two places with two values.
+    """Return a remark for each quantity stated in two places with different values.
 
     Args:
         settings: of the run.

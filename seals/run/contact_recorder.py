@@ -1,4 +1,4 @@
-"""Notes when a robot touches anything: what a diagnosis has no laws for."""
+"""Recorder of contact times, which a diagnosis excludes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GAP = 0.1
 
 
 class Contacts:
-    """Times during which a robot presses on ground or on other bodies.
+    """Recorder of the times at which a robot touches ground or other bodies.
 
     Args:
         actor: the robot in its world.
@@ -28,7 +28,7 @@ class Contacts:
         self.spans: list[tuple[float, float]] = []
 
     def take(self, before: float, time: float) -> None:
-        """Note whether anything was touched in the step from ``before`` to ``time`` [s]."""
+        """Record whether anything was touched in the step from ``before`` to ``time`` [s]."""
         if time <= before or not (self._body.contact_normals() > 0.0).any():
             return
         begin = before
@@ -41,7 +41,7 @@ class Contacts:
         return list(self.spans)
 
     def restore(self, kept: Sequence[tuple[float, float]]) -> None:
-        """Go on after the contacts of a snapshot.
+        """Continue after the contacts of a snapshot.
 
         Raises:
             ValueError: they are none.
@@ -51,5 +51,5 @@ class Contacts:
         self.spans = list(kept)
 
     def described(self) -> dict[str, Any]:
-        """Return what ``meta.yaml`` says of them; nothing where nothing was touched."""
+        """Return the entry of ``meta.yaml``; empty without contacts."""
         return {"contacts": [list(span) for span in self.spans]} if self.spans else {}

@@ -1,4 +1,4 @@
-"""Effects of a robot's folder that are left out because the fluid computes them itself."""
+"""Effects of a robot that are omitted because the simulated fluid computes them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.run.settings import RunSettings
 
 
 def resting_effects(settings: RunSettings) -> tuple[str, ...]:
-    """Return names of the robot's own effects in water that its fluid accounts for.
+    """Return the names of the robot's effects that its fluid computes.
 
     A robot folder describes drag, added mass and slamming by coefficients; a simulated fluid makes
     them from the robot's shape. An effect that the user added beside the folder's is not among
@@ -30,19 +30,19 @@ def resting_effects(settings: RunSettings) -> tuple[str, ...]:
 
 
 def owned(effect: Effect, fluid: Fluid) -> bool:
-    """Return whether an effect of water belongs to a fluid."""
+    """Return whether a fluid computes an effect."""
     in_water = options_of(effect, EffectOptions).medium in (MediumKind.water, None)
     shared = set(effect.accounts_for) & set(fluid.accounts_for)
     return in_water and bool(shared) and not effect.correction
 
 
 def without(effects: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
-    """Return the effects but those named."""
+    """Return the effects without those named."""
     return {name: effect for name, effect in effects.items() if name not in names}
 
 
 def refuse_fluid(settings: RunSettings, purpose: str) -> None:
-    """Refuse a simulated fluid where only coefficients can be used.
+    """Refuse a simulated fluid where only effects with coefficients are possible.
 
     Raises:
         ConfigError: there is one.

@@ -74,7 +74,7 @@ def describe_servos(settings: RunSettings, robot: RobotModel) -> dict[str, Any] 
 
 
 def describe_battery(settings: RunSettings) -> dict[str, float] | None:
-    """Return the voltage of the full battery, or None where nothing knows of one."""
+    """Return the voltage of the full battery, or None without a battery."""
     for effect in settings.effects.values():
         voltage = getattr(effect, "full_voltage", None)
         if voltage is not None:
@@ -92,7 +92,7 @@ def stowed(robot: RobotModel) -> list[float]:
 
 
 def held(vehicle: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Return the entries of the baseline that stand for drives and servos.
+    """Return the entries of the nominal model that describe drives and servos.
 
     Args:
         vehicle: as described.

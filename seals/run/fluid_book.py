@@ -1,4 +1,4 @@
-"""Records what a fluid says of itself beside the log of a run."""
+"""Recorder of the diagnostics of a fluid."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GAP = "books gap [1]"
 
 
 class FluidBook:
-    """Rows of a fluid's figures, one for each row of the log.
+    """Recorder of a fluid's diagnostics, one row per row of the log.
 
     Args:
         fluid: of the world, or None.
@@ -28,7 +28,7 @@ class FluidBook:
         self._rows: list[dict[str, float]] = []
 
     def take(self) -> None:
-        """Record the present."""
+        """Record the present diagnostics."""
         if self._fluid is None:
             return
         row = dict(self._fluid.diagnostics())
@@ -38,7 +38,7 @@ class FluidBook:
         self._rows.append(row)
 
     def snapshot(self) -> dict[str, Floats]:
-        """Return a table for each name: its values, and whether a row had one, shape (rows, 2)."""
+        """Return a table for each name: values, and whether a row has one, shape (rows, 2)."""
         names = dict.fromkeys(name for row in self._rows for name in row)
         return {
             name: np.array([(row.get(name, np.nan), name in row) for row in self._rows])
@@ -46,7 +46,7 @@ class FluidBook:
         }
 
     def restore(self, kept: Mapping[str, Any], rows: int) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Raises:
             ValueError: it is of another run.
@@ -62,13 +62,13 @@ class FluidBook:
                     row[name] = value
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first rows as columns by name, absent values as not a number."""
+        """Return the first rows as columns by name, absent values as NaN."""
         kept = self._rows[:rows]
         names = dict.fromkeys(name for row in kept for name in row)
         return {name: np.array([row.get(name, np.nan) for row in kept]) for name in names}
 
     def note(self) -> str:
-        """Return a few words for a progress bar."""
+        """Return a short text for the progress bar."""
         if not self._rows:
             return ""
         row = self._rows[-1]

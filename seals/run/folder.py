@@ -1,4 +1,4 @@
-"""Writes the folder of a run: log, ledger, facts, pictures; every file whole or not at all."""
+"""Writing of a run folder: log, ledger, ``run.json``, report; every file atomically."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ LOG_FILES = ("vehicle.urdf", "meta.yaml", "log.parquet")
 
 
 def write_start(folder: Path, facts: dict[str, Any]) -> None:
-    """Note in ``run.json`` that a run is going on."""
+    """Write to ``run.json`` that the run is in progress."""
     write_json(folder / FACTS, {"state": "running", **facts})
 
 
 def write_cut(folder: Path, facts: dict[str, Any], cause: BaseException) -> None:
-    """Note in ``run.json`` that a run ended before all of its files were written."""
+    """Write to ``run.json`` that the run ended before all files were written."""
     stopped = isinstance(cause, KeyboardInterrupt)
     words = "while its files were written" if stopped else f"{type(cause).__name__}: {cause}"
     state = (Ending.interrupted if stopped else Ending.failed).value
@@ -52,7 +52,7 @@ def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
 
 
 def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list[str]) -> None:
-    """Note in ``run.json`` how the run ended and how long it took."""
+    """Write to ``run.json`` how the run ended and how long it took."""
     error = record.error
     message = "" if error is None else f"{type(error).__name__}: {error}".strip(": ")
     log = record.log
@@ -69,7 +69,7 @@ def write_end(folder: Path, facts: dict[str, Any], record: Record, remarks: list
 
 
 def write_config(folder: Path, config: Any) -> None:
-    """Replace a configuration that only named a folder to repeat by the one that ran."""
+    """Replace a configuration that repeats another run by the full one."""
     from omegaconf import OmegaConf
 
     write_yaml(folder / ".hydra" / "config.yaml", OmegaConf.to_container(config, enum_to_str=True))

@@ -1,4 +1,4 @@
-"""Effects that act in a run and that the nominal model of its log does not hold."""
+"""Hidden effects: they act in a run but are absent from the nominal model of its log."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WAVES = "waves"
 def hide(
     names: Sequence[str], effects: Sequence[Mapping[str, Any]], wave: Any, *, key: str = "hide"
 ) -> tuple[set[str], dict[str, Any]]:
-    """Return the instances that some names mean, and changes of the environment's entries.
+    """Return the instances to hide by their names, and changes of the environment's entries.
 
     Args:
         names: of instances or of effects, or ``waves``.

@@ -1,4 +1,4 @@
-"""Trim of a hover: rotor speeds that carry the robot from the first instant."""
+"""Hover trim: rotor speeds that balance the weight at the start."""
 
 from __future__ import annotations
 

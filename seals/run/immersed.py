@@ -1,4 +1,4 @@
-"""Puts the robot and the objects of a run into its fluid."""
+"""Coupling of the robot and the objects of a run to its fluid."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from seals.world import Actor
 
 
 def owners(fluid: Fluid | None) -> Mapping[str, Sequence[str]]:
-    """Return what a fluid accounts for, by its name, for the refusal of two owners."""
+    """Return the phenomena that a fluid computes, for the check for double counting."""
     return {} if fluid is None else {fluid.name: fluid.accounts_for}
 
 
 def surroundings(settings: RunSettings) -> EnvironmentSettings:
-    """Return the environment of a run with what its fluid adds to it."""
+    """Return the environment of a run with the solids that its fluid adds."""
     environment = settings.environment
     if settings.fluid is None:
         return environment
@@ -30,7 +30,7 @@ def surroundings(settings: RunSettings) -> EnvironmentSettings:
 
 
 def sink(settings: RunSettings, actors: Sequence[Actor]) -> None:
-    """Open the fluid of a run with the bodies of all actors, in their order.
+    """Open the fluid of a run with the bodies of all actors.
 
     Raises:
         SealsError: there is no water level, or the fluid does not fit.
@@ -50,7 +50,7 @@ def sink(settings: RunSettings, actors: Sequence[Actor]) -> None:
 
 
 def plant_effects(settings: RunSettings, actor: Actor) -> EffectSet:
-    """Return the effects that the controller's model of the robot holds.
+    """Return the effects in the controller's model of the robot.
 
     In a simulated fluid a controller still knows drag, added mass and buoyancy by coefficients.
     """

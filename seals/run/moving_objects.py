@@ -1,4 +1,4 @@
-"""Objects that move by themselves: guide and controller of an animal in the scene."""
+"""Actively moving objects: guide and controller of an animal in the scene."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from seals.world.servos import check_gains
 
 
 def moves(settings: ObjectSettings, found: RobotFile) -> bool:
-    """Return whether an object has a guide: that of the run, or the one its folder names."""
+    """Return whether an object has a guide, from the run or from its folder."""
     return settings.guide is not None or "guide" in found.parts
 
 
 def animate(
     name: str, thing: ObjectSettings, found: RobotFile, settings: RunSettings, actor: Actor
 ) -> None:
-    """Give an object its pilot; nothing happens without a guide.
+    """Attach guide and controller to an object that has a guide.
 
     Args:
         name: of the object.

@@ -1,4 +1,4 @@
-"""Record the objects of a run beside its robot: their poses and the loads on them."""
+"""Recorder of the objects of a run: poses and loads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPEED = ("velocity_x", "velocity_y", "velocity_z")
 
 
 class ObjectRecorder:
-    """Rows of the objects: position, orientation and velocity in the world, joint positions.
+    """Recorder of the objects: pose and velocity in the world, joint positions.
 
     Args:
         actors: the objects by name.
@@ -36,7 +36,7 @@ class ObjectRecorder:
         self.rows = 0
 
     def take(self) -> None:
-        """Record where all objects are now."""
+        """Record the present poses of all objects."""
         for name, actor in self.actors.items():
             c = actor.body.read()
             turn = c.quaternion[[3, 0, 1, 2]]
@@ -48,7 +48,7 @@ class ObjectRecorder:
         return {name: table[: self.rows] for name, table in self._rows.items()}
 
     def restore(self, kept: Mapping[str, Any], rows: int) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Raises:
             ValueError: it is of another run.
@@ -73,7 +73,7 @@ class ObjectRecorder:
 
 
 def describe_objects(settings: RunSettings, actors: Mapping[str, Actor]) -> dict[str, Any]:
-    """Return what ``meta.yaml`` says of the objects: robot, mass and effects."""
+    """Return the entry of ``meta.yaml`` about the objects: robot, mass and effects."""
     return {
         name: {
             "robot": settings.objects[name].robot,

@@ -1,4 +1,4 @@
-"""Typed objects of a run: further bodies in the scene, each a robot folder of its own."""
+"""Typed settings of the objects of a run, each a further robot folder in the scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class ObjectSettings:
-    """A body in the scene beside the robot; an animal moves by itself.
+    """Settings of an object: a further body in the scene, passive or with a guide.
 
     Its effects are those of its own ``robot.yaml`` and those of the surroundings (gravity,
     buoyancy, wind, current) as the run has them.
@@ -55,7 +55,7 @@ class ObjectSettings:
 
 
 def check_objects(objects: dict[str, ObjectSettings]) -> None:
-    """Refuse names that cannot be part of a column's name, and objects that name no robot.
+    """Refuse names that are invalid in column names, and objects without a robot.
 
     Raises:
         ConfigError: says which object.

@@ -1,4 +1,4 @@
-"""Builds the objects of a run: robot folders as further actors of the world."""
+"""Construction of the objects of a run, as further actors of the world."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def build_object(
 
 
 def object_robot(found: RobotFile) -> RobotSettings:
-    """Return the settings of a robot folder as it stands, typed and checked."""
+    """Return the settings of a robot folder without overrides, typed and checked."""
     from omegaconf import OmegaConf
 
     from seals.config.refusal import refusals
@@ -113,7 +113,7 @@ def object_robot(found: RobotFile) -> RobotSettings:
 
 
 def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel) -> Configuration:
-    """Return where an object is at the start.
+    """Return the initial configuration of an object.
 
     Raises:
         ConfigError: the numbers of joint values and of joints differ.

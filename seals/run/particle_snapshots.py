@@ -1,4 +1,4 @@
-"""Record a subset of the fluid's particles at intervals, for viewers."""
+"""Recorder of a subset of the fluid particles at intervals, for viewers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST = 20_000
 
 
 def subsampled(places: ArrayLike) -> NDArray[np.float32]:
-    """Return at most `MOST` of the places, evenly out of all, in single precision.
+    """Return at most `MOST` evenly chosen positions, in single precision.
 
     Args:
         places: of particles [m], shape (n, 3).
@@ -51,12 +51,12 @@ def passed(now: float, step: float, every: float) -> bool:
 
 
 def file_of(folder: Path, time: float, suffix: str) -> Path:
-    """Return the file of an instant in a folder, such as ``t_000.0500.npy``."""
+    """Return the file name of a time in a folder, such as ``t_000.0500.npy``."""
     return folder / f"t_{time:08.4f}{suffix}"
 
 
 def carry_over(before: Path | None, folder: Path, world: World) -> None:
-    """Copy the instants that the life of a run before its kill wrote up to its checkpoint.
+    """Copy the snapshots that an interrupted run wrote before its checkpoint.
 
     Args:
         before: folder of instants of that life, or None.
@@ -72,7 +72,7 @@ def carry_over(before: Path | None, folder: Path, world: World) -> None:
 
 
 class Thinned:
-    """Writes a thinned set of the particles into a run's folder.
+    """Writer of a subset of the particles to a run folder.
 
     Args:
         folder: of the run.
@@ -97,7 +97,7 @@ class Thinned:
         self._before = None if cut is None else cut / FOLDER
 
     def tick(self, world: World, books: Any) -> None:
-        """Write a set when it is time; one file for each multiple of ``every``."""
+        """Write a snapshot when due; one file for each multiple of ``every``."""
         carry_over(self._before, self.folder, world)
         self._before = None
         if world.fluid is None or not passed(world.time, world.step_size, self.every):

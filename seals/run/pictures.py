@@ -1,4 +1,4 @@
-"""Keeps the pictures of a run's cameras in its folder: one file an image, and an index."""
+"""Recorder of the camera images of a run: one file per image, and an index."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COLUMNS = (
 
 
 class Pictures:
-    """Writes every new picture as it is taken: ``pictures/NAME/000123.png`` and its kin.
+    """Writer of camera images: ``pictures/NAME/000123.png`` and the depth and part files.
 
     Args:
         actor: that carries the cameras.
@@ -48,7 +48,7 @@ class Pictures:
         return dict(self.actor.sensor_suite.cameras)
 
     def take(self) -> None:
-        """Write the pictures that are new."""
+        """Write all new images."""
         if self.folder is None or not self.rows:
             return
         for name, view in self._cameras().items():
@@ -69,7 +69,7 @@ class Pictures:
         }
 
     def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
-        """Go on after the pictures of a snapshot.
+        """Continue after the images of a snapshot.
 
         Args:
             kept: the snapshot.
@@ -93,7 +93,7 @@ class Pictures:
             self.rows[name] = [dict(zip(columns, row, strict=True)) for row in rows]
 
     def close(self) -> None:
-        """Write index and description of every camera."""
+        """Write the index and the description of every camera."""
         for name, rows in self.rows.items():
             if self.folder is None or not rows:
                 continue
@@ -123,7 +123,7 @@ class Pictures:
         }
 
     def move(self, folder: Path | None) -> None:
-        """Go on in another folder, with the pictures taken so far.
+        """Continue in another folder, with the images taken so far.
 
         Raises:
             ConfigError: a picture that the index knows is missing.

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar at a terminal, one line a minute elsewhere."""
+"""Progress display: a bar in a terminal, else one line per minute."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def progress(
 
 
 def spoken(seconds: float) -> str:
-    """Return a duration in words.
+    """Format a duration in words.
 
     Example:
         >>> spoken(42.0), spoken(252.0), spoken(9000.0)

@@ -24,7 +24,7 @@ OWN = "robot.yaml"
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of this program, Python and the packages that matter to results."""
+    """Return the versions of SEALS, Python and the packages that affect results."""
     found = {"seals": seals.__version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -56,7 +56,7 @@ def revision(folder: Path) -> str | None:
 
 
 def provenance(settings: RunSettings) -> dict[str, Any]:
-    """Return what is needed to know, and to repeat, where a run came from."""
+    """Return the provenance of a run: versions, revision, machine, checksums."""
     return {
         "versions": versions(),
         "git": revision(Path(seals.__file__).resolve().parent),
@@ -101,7 +101,7 @@ def robot_files(robot: RobotSettings) -> dict[str, str | None]:
 
 
 def digest(path: Path) -> str | None:
-    """Return the SHA-256 of a file, or None when there is none, or can be none of that name."""
+    """Return the SHA-256 of a file, or None when it does not exist."""
     try:
         if not path.is_file():
             return None

@@ -1,4 +1,4 @@
-"""Rows of a recorder taken over from a checkpoint into the table that was reserved for them."""
+"""Restoring of a recorder's rows from a checkpoint."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def refill(table: Floats, kept: Any, rows: int) -> None:
 
 
 def row_count(kept: Any, most: int) -> int:
-    """Return a number of rows when it is one that a run can have.
+    """Return a number of rows, checked against the length of the run.
 
     Raises:
         ValueError: it is none.

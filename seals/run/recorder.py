@@ -1,4 +1,4 @@
-"""Records a robot step by step, in the channels of the log format."""
+"""Recorder of a robot in the channels of the log format."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BATTERY = ("battery_voltage", "battery_current", "battery_charge")
 
 
 class Recorder:
-    """Rows of one robot: what its sensors read, and the truth for what no sensor reads.
+    """Recorder of one robot: sensor readings, and true values for channels without a sensor.
 
     Args:
         actor: the robot in its world.
@@ -74,7 +74,7 @@ class Recorder:
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Raises:
             ValueError: it is of another run.
@@ -124,13 +124,13 @@ class Recorder:
         return found
 
     def sources(self) -> dict[str, str]:
-        """Return for each channel of the log the sensor that read it, or ``""`` for the truth."""
+        """Return for each channel of the log its sensor, or ``""`` for true values."""
         return dict.fromkeys(self.truth, "") | {
             name: sensor for (sensor, _), name in self._names.items()
         }
 
     def columns(self) -> dict[str, Floats]:
-        """Return the columns of the log, ``t`` first; readings take the place of the truth."""
+        """Return the columns of the log, ``t`` first; readings replace true values."""
         channels = dict(self.truth)
         channels |= {self._names[key]: values[: self.rows] for key, values in self._read.items()}
         out = {"t": self.time}

@@ -1,4 +1,4 @@
-"""Read the configuration of an earlier run from its folder and type it anew."""
+"""Reading of the configuration of an earlier run from its folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of one run: what ran, how it moved, what pushed it, and how to repeat it."""
+"""Report of one run: configuration, motion, loads, and how to repeat it."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _clipped(record: Record, settings: RunSettings) -> list[Block]:
 
 
 def key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
-    """Return the few numbers that tell a run in short."""
+    """Return the key figures of a run."""
     log = record.log
     end, touch = float(log.time[-1]), first_touch(record, settings)
     height = log.channel("position")[:, 2]

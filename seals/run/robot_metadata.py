@@ -1,4 +1,4 @@
-"""Metadata of a robot as a log states them, without running anything."""
+"""Metadata of a robot in the form of ``meta.yaml``, without a simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Record the setpoints of the guide row by row: the actions of a demonstration."""
+"""Recorder of the references of the guide, the actions of a demonstration."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.world.pilot import Pilot
 
 
 class Aims:
-    """Aims of one robot, each held until the next row.
+    """Recorder of the references of one robot, each held until the next row.
 
     Args:
         pilot: guide and controller of the robot, or None.
@@ -31,17 +31,17 @@ class Aims:
         self._grip: Floats = np.zeros(len(self._grippers))
 
     def take(self, row: int) -> None:
-        """Record the aim that has led from the row before to ``row``, and stands until the next."""
+        """Record the reference in force from the preceding row to ``row``."""
         aim = None if self._pilot is None else self._pilot.aim
         if aim is not None:
             self._table[max(row - 1, 0) : row + 1] = self._values(aim)
 
     def snapshot(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows, and the last grips."""
+        """Return the first ``rows`` rows, and the last grip references."""
         return {"rows": self._table[:rows], "grip": self._grip}
 
     def restore(self, kept: Mapping[str, Any], rows: int) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Raises:
             ValueError: it is of another run.

@@ -1,4 +1,4 @@
-"""Typed settings of one run: the schema that Hydra composes, and the values of a built run."""
+"""Typed settings of a run: schema of its configuration, and values of a built run."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class TimeSettings:
 
 @dataclass(kw_only=True)
 class RunSettings:
-    """One run: the schema while Hydra composes, the built objects after ``build_run``.
+    """Settings of a run: schema while Hydra composes, built objects after ``build_run``.
 
     Args:
         name: name of the run, part of its folder's name.

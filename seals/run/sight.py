@@ -33,7 +33,7 @@ RIPPLES = 8
 
 
 def open_cameras(settings: RunSettings, actors: Mapping[str, Actor]) -> SceneView | None:
-    """Give every camera of a run its view of the scene; None without cameras.
+    """Open the cameras of a run and return their scene; None without cameras.
 
     Raises:
         SealsError: the renderer is missing, or cannot draw here.
@@ -59,7 +59,7 @@ def open_cameras(settings: RunSettings, actors: Mapping[str, Actor]) -> SceneVie
 
 
 def sees(sensor: Any) -> bool:
-    """Return whether a sensor takes pictures."""
+    """Return whether a sensor is a camera."""
     return options_of(sensor, SensorOptions).sees
 
 
@@ -78,7 +78,7 @@ def renderer_of(viewer: Any) -> Renderer:
 
 
 def poses_of(actors: Mapping[str, Actor]) -> Poses:
-    """Return where all links stand now, in the order of the scene's frames."""
+    """Return the present poses of all links, in the order of the scene's frames."""
     found = [actor.body.poses() for actor in actors.values()]
     places = [np.asarray(p.origins) for p in found]
     return Poses(
@@ -87,7 +87,7 @@ def poses_of(actors: Mapping[str, Actor]) -> Poses:
 
 
 def surface_of(settings: RunSettings) -> Surface | None:
-    """Return the water surface that cameras see; None without water."""
+    """Return the water surface for rendering; None without water."""
     level = settings.environment.water_level
     if level is None:
         return None

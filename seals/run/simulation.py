@@ -1,4 +1,4 @@
-"""Steps a world through one run, and keeps what was seen whatever ends it."""
+"""Simulation loop of one run, with results kept however it ends."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MOST_STEPS = 20_000_000
 
 
 class Ending(enum.Enum):
-    """Ending of a run."""
+    """State in which a run ended."""
 
     done = "done"
     interrupted = "interrupted"
@@ -73,7 +73,7 @@ class Record:
 
     @property
     def rate(self) -> float:
-        """Steps a second."""
+        """Steps per second of wall time."""
         return self.steps / max(self.seconds, 1e-9)
 
 
@@ -118,10 +118,10 @@ def simulate(
 
 
 class Keeper(Protocol):
-    """Something that writes down more of a run while it goes on."""
+    """Interface of a recorder that writes files during a run."""
 
     def tick(self, world: World, books: Any) -> None:
-        """Look at the world after a step whose rows are recorded."""
+        """Record the world after a step."""
         ...
 
 

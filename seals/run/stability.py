@@ -1,4 +1,4 @@
-"""Refuses a time step with which a run is surely unstable, and says the longest that is not."""
+"""Check of the time step against instability."""
 
 from __future__ import annotations
 

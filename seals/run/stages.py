@@ -1,4 +1,4 @@
-"""Notes which stages a guide went through, and how it ended."""
+"""Recorder of the stages of a guide, and of its outcome."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.world.pilot import Pilot
 
 
 class Stages:
-    """Stages of a run by their start.
+    """Recorder of the stages of a run by their start times.
 
     Args:
         pilot: guide and controller of the robot, or None.
@@ -25,7 +25,7 @@ class Stages:
         self.starts: list[tuple[float, str]] = []
 
     def over(self, time: float) -> bool:
-        """Note the stage at ``time`` [s]; return whether the guide is done or has given up."""
+        """Record the stage at ``time`` [s]; return whether the guide is done or has given up."""
         if self._pilot is None:
             return False
         stage = self._pilot.stage
@@ -38,7 +38,7 @@ class Stages:
         return list(self.starts)
 
     def restore(self, kept: Sequence[tuple[float, str]]) -> None:
-        """Go on after the stages of a snapshot.
+        """Continue after the stages of a snapshot.
 
         Raises:
             ValueError: they are none.
@@ -53,7 +53,7 @@ class Stages:
         return None if self._pilot is None else self._pilot.finished
 
     def described(self) -> dict[str, Any]:
-        """Return what ``meta.yaml`` says of them; nothing without a guide."""
+        """Return the entry of ``meta.yaml``; empty without a guide."""
         if not self.starts:
             return {}
         rows = [{"time": time, "name": name} for time, name in self.starts]

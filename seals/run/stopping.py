@@ -11,7 +11,7 @@ from typing import Any
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt inside the block; nothing outside of the main thread."""
+    """Make SIGTERM raise KeyboardInterrupt inside the block; main thread only."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""The surface of a run's particle water as a mesh, every so often, for pictures and films."""
+"""Recorder of the particle water's surface as a mesh at intervals, for films."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SPACING = "spacing [m]"
 
 
 class Mesh(NamedTuple):
-    """A closed surface.
+    """Closed triangle mesh.
 
     Args:
         vertices: [m], shape (n, 3).
@@ -37,7 +37,7 @@ class Mesh(NamedTuple):
 
 
 def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
-    """Return the surface around particles.
+    """Reconstruct the surface around particles.
 
     Marching cubes on the density of the particles, smoothed with weights (Loeschner et al. 2023,
     doi:10.1111/cgf.14836), by pysplashsurf.
@@ -67,7 +67,7 @@ def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
 
 
 def refuse_missing() -> Any:
-    """Return pysplashsurf.
+    """Return the module pysplashsurf, or refuse in words where it is missing.
 
     Raises:
         MissingExtra: it is not installed.
@@ -101,7 +101,7 @@ def write_ply(path: Path, mesh: Mesh) -> None:
 
 
 class Surfaces:
-    """Writes the surface into a run's folder as PLY files.
+    """Writer of surface meshes to a run folder as PLY files.
 
     Args:
         folder: of the run.
@@ -128,7 +128,7 @@ class Surfaces:
         self._before = None if cut is None else cut / FOLDER
 
     def tick(self, world: World, books: Any) -> None:
-        """Write the surface when it is time; one file for each multiple of ``every``."""
+        """Write the surface when due; one file for each multiple of ``every``."""
         carry_over(self._before, self.folder, world)
         self._before = None
         now, fluid = world.time, world.fluid

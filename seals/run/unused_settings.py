@@ -1,4 +1,4 @@
-"""Find settings of a run that have no effect on it."""
+"""Detection of settings that have no effect on a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.run.settings import RunSettings
 
 
 def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
-    """Return a remark for each thing that was asked for and cannot show.
+    """Return a remark for each setting without effect.
 
     Args:
         settings: of the run.

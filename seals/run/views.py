@@ -1,4 +1,4 @@
-"""Charts of one run: motion, loads, what the inertial sensor read, joints."""
+"""Charts of one run: motion, loads, inertial readings, joints."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STILL_DEGREES, STILL_METRES = 0.05, 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Views:
-    """Charts of a run by subject; a subject that the run does not have is empty."""
+    """Charts of a run by subject; empty where the run lacks a subject."""
 
     motion: list[Chart]
     loads: list[Chart]
@@ -52,7 +52,7 @@ def views_of(record: Record, settings: RunSettings) -> Views:
 
 
 def first_touch(record: Record, settings: RunSettings) -> float | None:
-    """Return the time at which an effect of the water first acts [s], None when none ever does."""
+    """Return the time at which an effect of the water first acts [s], or None."""
     ledger = record.ledger
     wet = [
         name

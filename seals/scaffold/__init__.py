@@ -1,1 +1,1 @@
-"""Scaffolds: a robot folder from a bare URDF, a package for an effect or a sensor."""
+"""Generators behind ``seals new``: robot folder from a URDF, data sheet, plug-in package."""

@@ -1,4 +1,4 @@
-"""``datasheet.yaml``: what a diagnosis must know of motors, sensors and tolerances of a robot."""
+"""Generator of ``datasheet.yaml``: motors, sensors and tolerances of a robot."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _LEVER = 0.011
 def write_datasheet(
     log: Log, vehicle: Mapping[str, Any], place: Path, *, replace: bool
 ) -> list[str]:
-    """Write the data sheet of a robot from a flight, and return in words what was found.
+    """Write the data sheet of a robot from a flight, and return a summary.
 
     Args:
         log: of a healthy flight, or of the flight in question.

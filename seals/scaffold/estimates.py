@@ -28,7 +28,7 @@ _LEAST_TORQUE = 0.01
 
 
 def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
-    """Return gains and limits of the servos, one number a joint.
+    """Return gains and limits of the servos, one number per joint.
 
     Args:
         robot: with the joints that remain.

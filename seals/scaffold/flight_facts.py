@@ -1,4 +1,4 @@
-"""What a flight tells of its own vehicle: noise, rates, biases, hover thrust, delays, gusts."""
+"""Properties of a vehicle estimated from a flight: noise, rates, biases, hover thrust, delays."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ _THIRD = 20.0
 
 
 class Measured(NamedTuple):
-    """A number that a flight told, and how."""
+    """Estimated number and its derivation."""
 
     value: float
     how: str
 
 
 class FlightFacts(NamedTuple):
-    """What a flight tells; None where it does not.
+    """Properties estimated from a flight; None where it does not show one.
 
     Args:
         noise: white noise of each channel, 1-sigma, in its unit.
@@ -67,7 +67,7 @@ class FlightFacts(NamedTuple):
 
 
 def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
-    """Return what a flight tells of its vehicle.
+    """Estimate the properties of a vehicle from a flight.
 
     Args:
         log: in SI units, ENU and FLU, with even rows and rotor speeds.

@@ -1,4 +1,4 @@
-"""Legs of a new robot: chains of three joints side by side, gains that carry it, a first gait."""
+"""Legs of a new robot: detected joint chains, servo gains, initial gait."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Stance(NamedTuple):
 
 
 def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dict[str, Any]]:
-    """Return entries of ``legs:``, or nothing when the chains are not legs.
+    """Return entries of ``legs:``; empty when the joint chains are not legs.
 
     Args:
         robot: as read from the URDF.
@@ -74,7 +74,7 @@ def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stanc
 
 
 def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, list[float]]:
-    """Return gains of the servos with which every second leg carries the weight."""
+    """Return servo gains with which half of the legs carry the weight."""
     carried = 9.81 * float(robot.mass.sum()) / (0.5 * len(legs))
     torque = carried * stance_of(robot, legs).reach
     values = {"kp_each": torque / SAG, "kd_each": DAMPED * torque / SAG}
@@ -83,7 +83,7 @@ def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict
 
 
 def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the values of a first gait: strokes of two thirds of the reach, low steps."""
+    """Return the settings of an initial gait: strokes of two thirds of the reach, low steps."""
     stance = stance_of(robot, legs)
     # pendulums of the stance's height set the pace
     pace = np.sqrt(9.81 / max(stance.height, 1e-3)) / (2.0 * np.pi)

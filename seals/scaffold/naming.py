@@ -11,7 +11,7 @@ from seals.errors import ConfigError
 
 
 def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
-    """Return the folder to make, or refuse the name.
+    """Return the folder to create, or refuse the name.
 
     Args:
         kind: robot, effect or sensor.

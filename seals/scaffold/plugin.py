@@ -13,7 +13,7 @@ _CLASS = {"effect": "", "sensor": "Sensor"}
 
 
 def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
-    """Make the package ``seals-NAME`` and yield what was made and what comes next.
+    """Create the package ``seals-NAME``; yield a summary and the next steps.
 
     Args:
         kind: effect or sensor.

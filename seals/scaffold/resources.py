@@ -1,4 +1,4 @@
-"""Finds the mesh files that a URDF of any dialect names: relative, absolute, package://, model://."""
+"""Resolution of mesh file names in URDFs: relative, absolute, package://, model://."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_MANIFEST = 1 << 20
 
 
 def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
-    """Return the file that a mesh's ``filename`` means.
+    """Return the file to which a mesh's ``filename`` refers.
 
     Args:
         name: as written in the URDF.

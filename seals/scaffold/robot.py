@@ -1,4 +1,4 @@
-"""``seals new robot``: a folder from a bare URDF, every number derived or marked as chosen."""
+"""``seals new robot``: generates a robot folder from a URDF."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def scaffold_robot(
     packages: Mapping[str, Path] | None = None,
     density: float | None = None,
 ) -> NewRobot:
-    """Make a robot folder from a URDF.
+    """Create a robot folder from a URDF.
 
     Args:
         name: of the robot and its folder.

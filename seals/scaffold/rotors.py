@@ -57,7 +57,7 @@ class Drives(NamedTuple):
 
 
 def drives_of(robot: RobotModel, source: Takeover, extents: Mapping[str, float]) -> Drives | None:
-    """Return the candidates for rotors or thrusters, None when no names look like any.
+    """Return candidates for rotors or thrusters by link name, or None.
 
     Args:
         robot: as read from the URDF.

@@ -1,4 +1,4 @@
-"""Hulls of a new robot, from the shapes that its URDF draws for collisions."""
+"""Hulls of a new robot, from the collision shapes of its URDF."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DIRECTIONS = 80
 
 
 class Box(NamedTuple):
-    """The box around one shape, in link axes.
+    """Bounding box of one shape, in link axes.
 
     Args:
         centre: [m], shape (3,).
@@ -31,7 +31,7 @@ class Box(NamedTuple):
 
     @property
     def areas(self) -> Floats:
-        """Shadow along each link axis [m^2], shape (3,)."""
+        """Projected area along each link axis [m^2], shape (3,)."""
         x, y, z = self.edges
         shadow: Floats = np.abs(self.turn) @ np.array([y * z, x * z, x * y])
         return shadow
@@ -173,7 +173,7 @@ def _convex(points: Floats) -> Any:
 
 
 def rounded(values: Any) -> list[float]:
-    """Return numbers with six digits behind the point, as lists for YAML."""
+    """Return numbers rounded to six decimals, as lists for YAML."""
     return [round(float(value), 6) + 0.0 for value in np.asarray(values)]
 
 

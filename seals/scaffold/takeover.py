@@ -29,7 +29,7 @@ _OWN = ("link", "joint", "material")
 
 
 class Takeover:
-    """A URDF on its way into a folder.
+    """URDF that is imported into a robot folder.
 
     Args:
         path: of the URDF, or the short name of one that comes with SEALS.
@@ -80,7 +80,7 @@ class Takeover:
         return 0.0
 
     def fix_joints(self, names: list[str]) -> None:
-        """Make joints that turn rotors fixed: the speed of a rotor is not a joint's."""
+        """Convert joints of rotors to fixed joints."""
         for joint in self.root.findall("joint"):
             if joint.get("name") in names and joint.get("type") != "fixed":
                 joint.set("type", "fixed")
@@ -93,7 +93,7 @@ class Takeover:
             )
 
     def copy_meshes(self, folder: Path) -> None:
-        """Copy every mesh into ``folder/meshes`` and name it there.
+        """Copy every mesh to ``folder/meshes`` and update its path.
 
         Raises:
             RobotError: a mesh is missing, cannot be read, or is far too large for metres.
@@ -114,7 +114,7 @@ class Takeover:
             self.changes.append(f"{len(taken)} mesh file(s) copied to meshes/")
 
     def write(self, path: Path) -> None:
-        """Write the URDF as it now stands."""
+        """Write the modified URDF."""
         text = ElementTree.tostring(self.root, encoding="unicode")
         path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
 
@@ -201,7 +201,7 @@ def shipped_urdfs() -> dict[str, Path]:
 
 
 def urdfs_near(folder: Path) -> list[str]:
-    """Return URDF and xacro files in a folder and those below it, a few levels deep.
+    """Return URDF and xacro files in a folder and its subfolders, a few levels deep.
 
     Args:
         folder: to look into; the working directory where it does not exist.

@@ -1,4 +1,4 @@
-"""Fills the templates of scaffolds; values of YAML are written in one line."""
+"""Filling of the templates of ``seals new``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def flow(value: Any) -> str:
 
 
 def rendered(template: str, facts: Mapping[str, Any]) -> str:
-    """Return a template of ``seals/scaffold/templates`` filled with facts."""
+    """Return a template of ``seals/scaffold/templates`` filled with values."""
     import jinja2
 
     source = (files("seals.scaffold.templates") / template).read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ Values: TypeAlias = Mapping[str, Floats]
 
 @state_record
 class Line(NamedTuple):
-    """Memory of the delivery of one sensor; immutable.
+    """State of the delivery of one sensor; immutable.
 
     Args:
         lost: whether the last reading was lost.
@@ -37,7 +37,7 @@ NEW = Line()
 
 
 class Delivery:
-    """Losses and delays of one sensor.
+    """Delivery of one sensor's readings, with dropouts and delays.
 
     Losses follow a chain of two states (Gilbert 1960, Bell System Technical Journal 39): the share
     ``dropout`` of all readings is lost, in runs of the mean length ``outage``; runs of single
@@ -69,7 +69,7 @@ class Delivery:
     def report(
         self, time: float, step: float, reading: Values | None, line: Line, rng: np.random.Generator
     ) -> tuple[Values | None, Line]:
-        """Return the reading to be logged at a time, and the new memory.
+        """Return the reading to be logged at a time, and the new state.
 
         Args:
             time: [s].
@@ -95,7 +95,7 @@ class Delivery:
     def arrivals(
         self, time: float, reading: Values | None, line: Line
     ) -> tuple[tuple[tuple[float, Values], ...], Line]:
-        """Return the readings that arrive by a time, with their time stamps, and the new memory."""
+        """Return the readings that arrive by a time, with their time stamps, and the new state."""
         if not self.latency:
             return (() if reading is None else ((time, reading),)), line
         count = sum(1 for taken, _ in line.coming if taken + self.latency <= time + INSTANT)

@@ -1,4 +1,4 @@
-"""Base of sensors that sample the true state when a reading is due and add errors."""
+"""Base of sensors that sample true values at their rate and add errors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __getattr__ = renamed_members(__name__, {"Seen": "TrueValues", "Felt": "SensorIn
 
 @state_record
 class InstrumentState(NamedTuple):
-    """Memory of an instrument; immutable.
+    """State of an instrument; immutable.
 
     Args:
         time: of the last reading [s].
@@ -40,7 +40,7 @@ class InstrumentState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Instrument(MountedSensor, ABC):
-    """Base of mounted sensors: look, add errors, solve.
+    """Base of mounted sensors: true values, error models, conversion to readings.
 
     A subclass declares ``rate``, ``channels`` and ``look``; `noise_laws` gives the errors of what
     ``look`` sees and `solve` makes readings of it. Mounting, errors and their memory are here,
@@ -63,7 +63,7 @@ class Instrument(MountedSensor, ABC):
 
     @abstractmethod
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
-        """Return the true quantities, and the sensor's own memory.
+        """Return the true quantities, and the sensor's own state.
 
         None is silence: there is no reading. A quantity may be left out.
 
@@ -90,7 +90,7 @@ class Instrument(MountedSensor, ABC):
         return {name: law.spread for name, law in self._noise.items() if law.spread > 0.0}
 
     def start(self, rng: np.random.Generator) -> Any:
-        """Return the memory at reset."""
+        """Return the initial state."""
         return InstrumentState(0.0, None, {})
 
     def sense(

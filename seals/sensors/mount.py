@@ -1,4 +1,4 @@
-"""Mounting of a sensor: from the motion of its link to its own."""
+"""Mounting of a sensor: motion at the sensor from that of its link."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.sensors.protocol import SensorInput
 
 
 def crossed(a: Floats, b: Floats) -> Floats:
-    """Return the cross product of two vectors; number by number it is ten times as fast.
+    """Return the cross product of two vectors, faster than NumPy's.
 
     Example:
         >>> crossed(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
@@ -25,7 +25,7 @@ def crossed(a: Floats, b: Floats) -> Floats:
 
 
 class Mount:
-    """Place and axes of a sensor on its link.
+    """Position and axes of a sensor on its link.
 
     Equation:
         p_S = p + R r; v_S = R_SL (v + w x r); w_S = R_SL w;
@@ -60,7 +60,7 @@ class Mount:
         self.plain = self.centred and self.aligned
 
     def felt(self, felt: SensorInput) -> SensorInput:
-        """Return the instant at the sensor, in its axes; contacts stay those of the link."""
+        """Return the inputs at the sensor, in its axes; contacts stay those of the link."""
         if self.plain and felt.axis_misalignment is None:
             return felt
         position, velocity, force = felt.position, felt.velocity, felt.specific_force

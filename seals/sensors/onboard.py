@@ -14,7 +14,7 @@ from seals.robot.model import RobotModel
 
 
 class RobotEquipment(NamedTuple):
-    """Equipment of a robot, given to sensors through their method ``bind``.
+    """Equipment of a robot, passed to sensors by ``bind``.
 
     Args:
         joints: names of the movable joints, in the order of their coordinates.
@@ -51,7 +51,7 @@ def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:
 
 
 def spins(actuator: Any) -> bool:
-    """Return whether an actuator's drives are rotors: their reaction goes with their speed."""
+    """Return whether an actuator's drives are rotors with reaction torque."""
     return "reaction_coefficient" in actuator.constants()
 
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 
 class SensorOptions:
-    """Optional attributes of a sensor and their defaults; a base class, or read by `options_of`."""
+    """Optional attributes of a sensor and their defaults; see `options_of`."""
 
     inertial: ClassVar[bool] = True
     """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""

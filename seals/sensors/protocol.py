@@ -92,13 +92,13 @@ class Sensor(Protocol):
         ...
 
     def start(self, rng: np.random.Generator) -> Any:
-        """Return the memory at reset."""
+        """Return the initial state."""
         ...
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
-        """Return readings and the new memory.
+        """Return readings and the new state.
 
         There are none when none is due, or when the sensor is silent; it may leave out channels.
 

@@ -43,7 +43,7 @@ class Shape(NamedTuple):
     corners: Floats
 
     def moved(self, origin: Floats, turn: Floats) -> Shape:
-        """Return the shape of a link as it stands in the world, for its pose."""
+        """Return the shape of a link in the world, at its pose."""
         return self._replace(position=origin + turn @ self.position, turn=turn @ self.turn)
 
 
@@ -57,7 +57,7 @@ def shape_of_solid(solid: Solid) -> Shape:
 
 
 def shapes_of_hull(hull: Hull | None) -> list[Shape]:
-    """Return the shapes of a hull, link axes; hulls that are samples only have none."""
+    """Return the shapes of a hull, link axes; empty for a sampled hull."""
     if isinstance(hull, HullCompound):
         found = [shape for part in hull.parts for shape in shapes_of_hull(part)]
         return [s._replace(position=s.position + hull.lift) for s in found]
@@ -74,7 +74,7 @@ def shapes_of_hull(hull: Hull | None) -> list[Shape]:
 
 
 def distances(shape: Shape, origin: Floats, directions: Floats) -> Floats:
-    """Return how far rays run until they enter a shape [m], infinity for those that miss it.
+    """Return the distances at which rays enter a shape [m], infinite for a miss.
 
     A ray that starts inside has gone no way.
 

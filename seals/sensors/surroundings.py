@@ -96,7 +96,7 @@ class Surroundings:
         return still + depth * float(np.sum(_SHARES * dense * rise))
 
     def ground_ahead(self, origin: Floats, directions: Floats) -> Floats:
-        """Return how far rays run until they meet ground, shore or obstacles [m], shape (n,).
+        """Return the distances of rays to ground, shore or obstacles [m], shape (n,).
 
         Args:
             origin: of all rays, world [m], shape (3,).
@@ -106,11 +106,11 @@ class Surroundings:
         return _nearest(self.ground, origin, directions)
 
     def bodies_ahead(self, origin: Floats, directions: Floats) -> Floats:
-        """Return how far rays run until they meet another body's hull [m], shape (n,)."""
+        """Return the distances of rays to another body's hull [m], shape (n,)."""
         return _nearest(self.bodies(), origin, directions)
 
     def water(self, time: float, origin: Floats, directions: Floats, farthest: Floats) -> Floats:
-        """Return how far rays run until they cross the water surface, from either side [m].
+        """Return the distances of rays to the water surface, from either side [m].
 
         In waves the surface is looked for at points along the rays: a crest narrower than a
         sixtieth of their length may be missed.
@@ -174,5 +174,5 @@ def _nearest(shapes: Sequence[Shape], origin: Floats, directions: Floats) -> Flo
 
 
 def no_surroundings() -> Surroundings:
-    """Return surroundings without water and ground."""
+    """Return empty surroundings, without water and ground."""
     return Surroundings(EnvironmentSettings())

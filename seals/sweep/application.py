@@ -1,4 +1,4 @@
-"""``seals runs``: many run folders as one table, as a file of it, and as a picture."""
+"""``seals runs``: lists run folders as a table, with file and picture on request."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from seals.text_table import table as aligned
 
 
 def execute(config: Any) -> int:
-    """List the runs below a folder; write table and picture where they are asked for.
+    """List the runs below a folder; write table and picture on request.
 
     Args:
         config: with the keys of `seals.sweep.settings.RunsSettings`.

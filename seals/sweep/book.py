@@ -1,4 +1,4 @@
-"""The book of a sweep: which jobs ended how, one line each, written by the jobs themselves.
+"""Job log of a sweep: one line per finished job, written by the job.
 
 Jobs run in processes that know nothing of each other, on one machine or on many. Each claims its
 number before it begins, so that none is done twice even when a sweep is taken up while a job of
@@ -28,7 +28,7 @@ MOST = 1 << 28
 
 
 class Job(NamedTuple):
-    """One job that came to an end.
+    """Entry of the job log: one finished job.
 
     Args:
         number: within the sweep, from 0 on.
@@ -48,7 +48,7 @@ class Job(NamedTuple):
 
 
 def read_jobs(folder: Path) -> dict[int, Job]:
-    """Return the last line of every job that ended, by number; none where there is no book.
+    """Return the last entry of every finished job, by number; empty without a job log.
 
     A line that was cut off in the middle counts as not written.
 
@@ -80,7 +80,7 @@ def _job(row: dict[str, str]) -> Job:
 
 
 class JobLock:
-    """One job's right to be the only one of its number.
+    """Exclusive lock of one job number.
 
     Args:
         folder: of the sweep.
@@ -113,7 +113,7 @@ class JobLock:
 
 @contextlib.contextmanager
 def opened(folder: Path) -> Iterator[None]:
-    """Hold the folder of a sweep while it is looked at and noted whose it is."""
+    """Lock the folder of a sweep while its owner is read and written."""
     with _locked(folder, 0):
         yield
 

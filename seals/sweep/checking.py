@@ -1,4 +1,4 @@
-"""Check of a sweep before its start: each override value is composed once."""
+"""Check of a sweep before its start: every override value is composed once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WHOLE, REAL = re.compile(r"[-+]?\d+"), re.compile(r"[-+]?(\d+\.\d*|\.?\d+)([eE][
 
 @contextlib.contextmanager
 def checked_by_value() -> Iterator[None]:
-    """Let Hydra's sweepers compose fewer jobs beforehand.
+    """Reduce the jobs that Hydra's sweepers compose beforehand.
 
     Hydra composes every job before the first one starts, in one process: with hundreds of them the
     others wait for that. A wrong value is wrong in whatever company, so a job is composed only for
@@ -34,7 +34,7 @@ def checked_by_value() -> Iterator[None]:
 
 
 def newcomers(batch: Sequence[Sequence[str]]) -> list[Sequence[str]]:
-    """Return the jobs with a word of a kind that no job before them had.
+    """Return the jobs with an override of a kind that no earlier job has.
 
     Example:
         >>> newcomers([["a=x", "b=1"], ["a=x", "b=2"], ["a=y", "b=1"], ["a=y", "b=2.5"]])
@@ -51,7 +51,7 @@ def newcomers(batch: Sequence[Sequence[str]]) -> list[Sequence[str]]:
 
 
 def kind(word: str) -> str:
-    """Return an override with the number it sets, if it does, replaced by what numbers it is of.
+    """Return an override with a number in it replaced by its type, as a key for comparison.
 
     Example:
         >>> kind("seed=12"), kind("a.b=-1.5e3"), kind("robot=crab"), kind("+x@y=z")

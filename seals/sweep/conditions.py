@@ -1,4 +1,4 @@
-"""Conditions that choose runs: ``state=done, seed<5, robot=*arm``."""
+"""Conditions that select runs: ``state=done, seed<5, robot=*arm``."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Condition(NamedTuple):
 
 
 def read_conditions(text: str) -> list[Condition]:
-    """Return the conditions of a text, separated by commas outside of brackets.
+    """Parse conditions, separated by commas outside brackets.
 
     Raises:
         ConfigError: one of them is none.

@@ -1,10 +1,10 @@
-"""Formatting of list values: ``[0,0,1]``, ``[[1,2],[3,4]]``."""
+"""Parsing of list values: ``[0,0,1]``, ``[[1,2],[3,4]]``."""
 
 from __future__ import annotations
 
 
 def parts(text: str) -> list[str]:
-    """Return what the commas outside of brackets and braces separate.
+    """Split a text at commas outside brackets and braces.
 
     Example:
         >>> parts("seed<5, p=[[1,2],[3,4]]"), parts("")
@@ -20,7 +20,7 @@ def parts(text: str) -> list[str]:
 
 
 def at_place(text: str, place: int) -> str | None:
-    """Return one place of a list, None where there is none.
+    """Return one element of a list, or None.
 
     Example:
         >>> at_place("[0, 0, 1]", 2), at_place("[[1,2],[3,4]]", 1), at_place("[1]", 1)

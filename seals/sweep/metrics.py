@@ -1,4 +1,4 @@
-"""Measures of a run by name: a number that it noted, or a statistic of a column of its tables."""
+"""Metrics of a run by name: a recorded number, or a statistic of a table column."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LOG = "log"
 
 
 class Measures:
-    """Reads the measures of one run; each table is read once.
+    """Metrics of one run; each table is read once.
 
     Args:
         row: of the run.
@@ -43,7 +43,7 @@ class Measures:
         self._tables: dict[str, dict[str, Floats]] = {}
 
     def value(self, name: str) -> float | None:
-        """Return a measure; None where this run does not have it.
+        """Return a metric; None where this run does not have it.
 
         Args:
             name: a key of ``run.json``, ``FILE.KEY`` of another JSON file, ``COLUMN.STATISTIC`` of
@@ -114,7 +114,7 @@ def _below(facts: Any, key: str) -> float | None:
 
 
 def refuse_unknown(name: str, measures: Measures, row: Row) -> None:
-    """Refuse a measure that no run has, with what the first one offers.
+    """Refuse a metric that no run has, listing those of the first run.
 
     Raises:
         ConfigError: always.

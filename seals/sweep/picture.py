@@ -1,4 +1,4 @@
-"""Plot of a measure of many runs against one override."""
+"""Plot of a metric of many runs against one override."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NUMBERS = "Its values must be numbers"
 def draw(
     path: Path, columns: Mapping[str, Sequence[Value]], metric: str, against: str, by: str = ""
 ) -> None:
-    """Draw every run as a point, and the mean of those that share a value as a line.
+    """Draw every run as a point, and the mean over runs of equal value as a line.
 
     Args:
         path: of the picture.

@@ -1,4 +1,4 @@
-"""Unique run folders named by the clock."""
+"""Unique run folders, named by date and time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seals.errors import ConfigError
 
 
 def fresh_folder(path: Path) -> Path:
-    """Make a folder that was not there, and return it: the path, or the path and a number.
+    """Create a new folder and return it; a number is appended when the path exists.
 
     Example:
         >>> import tempfile

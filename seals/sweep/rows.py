@@ -1,4 +1,4 @@
-"""Run folders as rows: state, duration, and the overrides that began them."""
+"""Run folders as table rows: state, duration, overrides."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Value = float | str | None
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One run.
+    """Table row of one run.
 
     Args:
         folder: of the run; that of its sweep for a job that left nothing behind.
@@ -46,7 +46,7 @@ class Row:
     damage: str = ""
 
     def get(self, key: str) -> Value:
-        """Return a fixed column, an override, or one place of an override that is a list."""
+        """Return a fixed column, an override, or one element of a list override."""
         if key in self.values:
             return self.values[key]
         if key in self.words:
@@ -141,7 +141,7 @@ def _pairs(words: Sequence[str]) -> Iterator[tuple[str, Value]]:
 
 
 def place_of(value: Value, place: str) -> Value:
-    """Return one place of a value that is a list; None for others.
+    """Return one element of a value that is a list; None for others.
 
     Example:
         >>> place_of("[0,0,1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
@@ -152,7 +152,7 @@ def place_of(value: Value, place: str) -> Value:
 
 
 def column_of(columns: Mapping[str, Sequence[Value]], key: str) -> Sequence[Value] | None:
-    """Return a column, or one place of a column of lists; None where there is neither."""
+    """Return a column, or one element of a column of lists; None where there is neither."""
     stem, _, place = key.rpartition(".")
     if key not in columns and stem in columns and place.isdigit():
         return [place_of(value, place) for value in columns[stem]]
@@ -174,7 +174,7 @@ def read_value(text: str) -> Value:
 
 
 def differing_keys(rows: Sequence[Row]) -> list[str]:
-    """Return the overrides that are not the same for all runs, in the order of first use."""
+    """Return the overrides that differ between runs, in the order of first use."""
     keys = dict.fromkeys(key for row in rows for key in row.words)
     return [key for key in keys if len({row.words.get(key) for row in rows}) > 1]
 
@@ -198,7 +198,7 @@ def written(value: Value) -> str:
 
 
 def shown(value: Value) -> str:
-    """Return a measure formatted for a table.
+    """Format a metric for a table.
 
     Example:
         >>> shown(3.0), shown(0.123456), shown(None)

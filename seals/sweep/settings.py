@@ -1,4 +1,4 @@
-"""Typed settings of looking over many run folders."""
+"""Typed settings of ``seals runs``."""
 
 from __future__ import annotations
 

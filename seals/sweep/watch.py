@@ -148,14 +148,14 @@ class Sweep:
         return " ".join(word for word in job.words if word not in self.words)
 
     def stop(self) -> None:
-        """End the watch after a last look."""
+        """Stop the progress display after a last update."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
             self._tell(0)
 
     def discard(self) -> None:
-        """Remove what a sweep wrote in which every job was refused, or none began.
+        """Remove the folder of a sweep in which no job began.
 
         It stays where some job ran.
         """

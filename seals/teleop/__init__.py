@@ -1,1 +1,1 @@
-"""Teleoperation: devices that a person holds, their keys, and demonstrations made with them."""
+"""Teleoperation: input devices, sessions, and demonstrations recorded in them."""

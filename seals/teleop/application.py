@@ -1,4 +1,4 @@
-"""``seals teleop``: a session led by a person or a script, recorded as a run and as its keys."""
+"""``seals teleop``: a session controlled by a person or a script, recorded as a run."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def execute(config: Any) -> int | None:
 
 
 def refuse_missing(export: str) -> None:
-    """Refuse an export whose package is not installed, before anything is flown.
+    """Refuse an export whose package is not installed, before the session starts.
 
     Raises:
         MissingExtra: it names the extra.

@@ -1,4 +1,4 @@
-"""Conversion of the log of a guided run to a demonstration: observations, actions, episode ends."""
+"""Conversion of the log of a teleoperated run to a demonstration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ACTED = ("aim_velocity", "aim_yaw_rate", "joint_position_cmd", "aim_grip")
 
 
 def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
-    """Return observations and actions of a log at the rate at which the guide decided.
+    """Return observations and actions of a log at the rate of the guide.
 
     Args:
         log: of a run with a guide.
@@ -121,7 +121,7 @@ def _filled(values: Singles) -> Singles:
 def write_demonstration(
     log: Log, folder: Path, *, rate: float, origin: Origin, seed: int = 0
 ) -> Path:
-    """Write a log as a folder of demonstrations, in the one form that they have.
+    """Write a log as a folder of demonstrations.
 
     Args:
         log: of a run with a guide.

@@ -10,7 +10,7 @@ from seals.control.key_events import Event
 
 
 class Device(Protocol):
-    """Gives events in the order of their time.
+    """Interface of an input device that returns events in order of time.
 
     Attributes:
         recorded: all events so far.
@@ -19,7 +19,7 @@ class Device(Protocol):
     recorded: Sequence[Event]
 
     def events(self, situation: RobotState) -> Sequence[Event]:
-        """Return all events so far, those of the future too where they are known.
+        """Return all events so far; a script also returns future ones.
 
         The list only ever grows at its end, by events that are not earlier than
         ``situation.time``.
@@ -27,12 +27,12 @@ class Device(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of windows and the like."""
+        """Release windows and devices."""
         ...
 
 
 class Script:
-    """Events that were written down before.
+    """Input device that replays a script of events.
 
     Args:
         events: in the order of their time.

@@ -1,4 +1,4 @@
-"""A person at a keyboard or gamepad: events in real time, and a window that shows the robot."""
+"""Keyboard and gamepad input in real time, with a window that shows the robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAP = 0.004
 
 
 class Person:
-    """Keyboard or gamepad through pygame, paced by the clock on the wall.
+    """Keyboard or gamepad through pygame, paced by the wall clock.
 
     Args:
         device: ``keyboard`` or ``joystick``.
@@ -49,7 +49,7 @@ class Person:
         self._last: dict[str, float] = {}
 
     def events(self, situation: RobotState) -> Sequence[Event]:
-        """Wait until the clock has come as far as the simulation, and return all events."""
+        """Wait until real time reaches the simulation time, and return all events."""
         now = situation.time
         if self._began is None:
             self._began = time.perf_counter() - now / self.speed
@@ -109,7 +109,7 @@ class Person:
 
 
 def settled(value: float) -> float:
-    """Return the value of an axis without its dead middle, with two digits.
+    """Return the value of an axis without its dead zone, rounded to two digits.
 
     Example:
         >>> settled(0.05), settled(-1.0), settled(0.54)
@@ -123,7 +123,7 @@ def settled(value: float) -> float:
 
 
 def pygame_of(importer: Callable[[str], Any] | None = None) -> Any:
-    """Return pygame.
+    """Return the module pygame, or refuse in words where it is missing.
 
     Raises:
         MissingExtra: it is not installed.

@@ -1,4 +1,4 @@
-"""Typed settings of one session of teleoperation."""
+"""Typed settings of ``seals teleop``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Export(Enum):
 
 @dataclass(kw_only=True)
 class TeleopSettings(RunSettings):
-    """A run that a person, or a script of keys, leads.
+    """Settings of a run controlled by a person or a script of keys.
 
     Args:
         device: what the person holds.

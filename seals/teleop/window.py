@@ -1,4 +1,4 @@
-"""The window of a session: the robot from above and from the side, and what is held."""
+"""Window of a session: top and side view of the robot, and the grip."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Window:
         self._next = 0.0
 
     def show(self, situation: RobotState, held: Mapping[str, float]) -> None:
-        """Draw one instant, when it is time for it."""
+        """Draw the present state when a redraw is due."""
         if situation.time < self._next:
             return
         self._next = situation.time + EVERY

@@ -1,4 +1,4 @@
-"""Compiler of laws on PyTorch: scalar columns instead of small tensors, then Inductor.
+"""Compiler for functions of many small PyTorch tensors: scalar columns, then Inductor.
 
 `compile_law` is the only name for other packages. What it gains over ``torch.compile`` stands in
 docs/architecture.md; ``python benchmarks/compile_laws.py`` measures it.

@@ -1,4 +1,4 @@
-"""Operations that join entries of tensors; see `seals.tensor_compiler.moving`."""
+"""Reductions and matrix products on grids of tensor entries."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Join = Callable[["Columns", list[Any], Any], Any]
 
 
 def total(c: Columns, entries: list[Any], kind: Any) -> Any:
-    """Their sum."""
+    """Return the sum of entries."""
     return c.total(entries)
 
 
 def by(name: str) -> Join:
-    """Return what an operation of two makes of many."""
+    """Return a reduction of many entries by a binary operation."""
 
     def join(c: Columns, entries: list[Any], kind: Any) -> Any:
         operation = functools.partial(c.call, operator.attrgetter(name)(c.aten))
@@ -37,7 +37,7 @@ def by(name: str) -> Join:
 
 
 def reduced(join: Join) -> Callable[..., Grid | None]:
-    """Return an operation that joins entries along some indices, none of them the batch."""
+    """Return a reduction along some axes other than the batch."""
 
     def form(c: Columns, node: Node, x: Grid, *how: Any, **more: Any) -> Grid | None:
         import torch
@@ -73,7 +73,7 @@ def _as(c: Columns, entry: Any, kind: Any, wanted: Any) -> Any:
 
 
 def matmul(c: Columns, node: Node, a: Grid, b: Grid) -> Grid | None:
-    """Products of matrices along the batch, or of one matrix with rows or columns of the batch."""
+    """Products of matrices along the batch, or of one constant matrix with the batch."""
     kind = node.meta["val"].dtype
     flat = a.entries.ndim == 2
     axes: dict[Any, int | None] = {(0, None): 0, (None, 1): 1, (None, None): None}

@@ -1,4 +1,4 @@
-"""Columns of a graph that is written entry by entry, and whole tensors made of them."""
+"""Scalar columns of a graph, and their assembly to tensors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAME = frozenset({"aten.clone.default", "aten.alias.default", "aten.detach.defau
 
 
 class Columns:
-    """A new graph, and what is known of it.
+    """Builder of a graph of scalar columns, with known constants.
 
     Args:
         old: the graph that is written anew.
@@ -38,18 +38,18 @@ class Columns:
         self._apart: dict[Node, Grid | None] = {}
 
     def call(self, target: Any, *args: Any, **more: Any) -> Any:
-        """Return the result of an operation; repeated requests are merged later."""
+        """Add an operation and return its result; duplicates are merged later."""
         return self.graph.call_function(target, args, more)
 
     def constant(self, node: Node, value: Tensor) -> None:
-        """Tell the value of a node: entries that are the same in the whole batch are numbers."""
+        """Register the value of a constant; equal entries in the whole batch become numbers."""
         node.meta["val"] = value
         if along(tuple(value.shape), self.batch) is None and value.numel() <= MOST:
             numbers = np.array(value.tolist(), dtype=object).reshape(tuple(value.shape))
             self._apart[node] = Grid(numbers, None, value.dtype)
 
     def apart(self, node: Node) -> Grid | None:
-        """Return the entries of a whole tensor; None where they are too many."""
+        """Split a tensor into its entries; None where they are too many."""
         if node not in self._apart:
             self._apart[node] = self._taken_apart(node)
         return self._apart[node]
@@ -79,7 +79,7 @@ class Columns:
         return Grid(filled_with(form, entry), axis, value.dtype)
 
     def column(self, entry: Any, kind: dtype) -> Any:
-        """Return an entry as a tensor, a number as one without an index."""
+        """Return an entry as a tensor; a number becomes a 0-dimensional one."""
         if is_node(entry):
             return entry
         return self.call(self.aten.full.default, [], entry, dtype=kind, device=self._device)
@@ -89,7 +89,7 @@ class Columns:
         return self.call(self.aten.expand.default, self.column(entry, kind), [self.batch])
 
     def whole(self, found: Any) -> Any:
-        """Return a grid as one tensor, the batch running fastest in memory; all else as it is."""
+        """Return a grid as one tensor, the batch axis fastest in memory; other values unchanged."""
         import torch
 
         if not isinstance(found, Grid):
@@ -116,7 +116,7 @@ class Columns:
     def apply(
         self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype], result: dtype
     ) -> Any:
-        """Return what a pointwise operation makes of one entry of each input.
+        """Apply a pointwise operation to one entry of each input.
 
         Args:
             node: that calls it with whole tensors.
@@ -198,7 +198,7 @@ class Columns:
 
 
 def joined_type(values: Sequence[Tensor]) -> dtype:
-    """Return the type in which PyTorch computes with tensors: one without an index yields.
+    """Return PyTorch's result type; 0-dimensional tensors do not promote it.
 
     Example:
         >>> import torch

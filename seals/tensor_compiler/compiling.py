@@ -1,4 +1,4 @@
-"""Compile a traced graph by Inductor, with readable errors."""
+"""Compilation of a traced graph by Inductor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ each takes a register."""
 
 
 def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
-    """Return a traced law as kernels.
+    """Compile a traced function to kernels.
 
     Args:
         graph: from `seals.tensor_compiler.tracing.traced`.
@@ -66,7 +66,7 @@ def _options(graph: GraphModule, given: Sequence[Tensor]) -> dict[str, Any]:
 
 
 def held_by_row(graph: GraphModule, given: Sequence[Tensor]) -> int:
-    """Return how many numbers a traced law holds for each row of what it is given.
+    """Return the number of values per batch row that a traced function holds in memory.
 
     Rows may be held some at a time, one below the other; a table has other lengths.
     """

@@ -1,4 +1,4 @@
-"""Constant folding of traced laws."""
+"""Constant folding of traced functions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def moved(graph: GraphModule, device: Any) -> None:
 
 
 def worked_out(graph: GraphModule) -> dict[Node, Tensor]:
-    """Replace what depends on constants alone by its value; return the constants by their node.
+    """Replace nodes that depend on constants alone by their values; return these by node.
 
     Small ones are always replaced, larger ones where many operations lead to them.
     """

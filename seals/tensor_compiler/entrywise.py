@@ -1,4 +1,4 @@
-"""A traced law written entry by entry: each entry of a small tensor becomes a column of its own.
+"""Scalarisation of a traced function: each entry of a small tensor becomes a column.
 
 Columns of one length are what a compiler joins into few kernels; nothing small is stored between.
 """
@@ -57,7 +57,7 @@ FORMS: Mapping[str, Callable[..., Any]] = {
 
 
 def entrywise(graph: GraphModule, constants: Mapping[Node, Tensor], batch: int) -> GraphModule:
-    """Return a graph of the same results, for finite numbers and but for the sign of zero.
+    """Return a graph with equal results for finite numbers, up to the sign of zero.
 
     Products with a constant 0 are 0, whatever the other factor; sums are of the same terms.
 

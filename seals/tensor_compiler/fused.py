@@ -1,4 +1,4 @@
-"""Compiled laws: traced and compiled at the first call, once for each form of arguments."""
+"""Compiled functions: traced and compiled at the first call for each form of arguments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PIECES: weakref.WeakValueDictionary[int, Piece] = weakref.WeakValueDictionary()
 
 
 class Fused:
-    """A law of nested tuples and mappings of tensors, its arithmetic joined into few kernels.
+    """Function of nested tensors, compiled into few kernels.
 
     The first call with a form (shapes, types, device, and all that is not a tensor) follows the law
     and compiles it, which takes minutes for a robot of many parts; later calls run what was
@@ -52,7 +52,7 @@ class Fused:
 
 
 def compile_law(law: Callable[..., Any], *, nested: bool = False) -> Callable[..., Any]:
-    """Return a law compiled at its first call, once for each form of its arguments.
+    """Return a function that is compiled at its first call for each form of arguments.
 
     Args:
         law: as for `Fused`: a pure function of nested tuples and mappings of tensors.
@@ -72,7 +72,7 @@ def compile_law(law: Callable[..., Any], *, nested: bool = False) -> Callable[..
 
 
 class Piece:
-    """A law compiled for one form of what it is given."""
+    """Function compiled for one form of arguments."""
 
     def __init__(self, law: Callable[..., Any], given: Any) -> None:
         """Trace a law, compile it, and call the compiled form."""
@@ -109,14 +109,14 @@ class Piece:
         return mapped(self._nest, placed)
 
     def run(self, rows: Sequence[Tensor]) -> list[Tensor]:
-        """Return the tensors that the law makes; while a law is followed, those of the first call.
+        """Return the output tensors; while tracing, those of the first call.
 
         What is compiled does not run there; nor may the numbers be wild, for some are places.
         """
         return [x.clone() for x in self._sample] if following() else list(self._run(*rows))
 
     def empty(self) -> list[Tensor]:
-        """Return tensors like those that the law makes, without numbers."""
+        """Return uninitialised tensors like the outputs."""
         import torch
 
         kinds = ((x.shape, x.stride(), x.dtype, x.device) for x in self._sample)
@@ -160,7 +160,7 @@ def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
 
 
 def columnar(x: Tensor) -> Tensor:
-    """Return a tensor whose first index runs fastest in memory, as processors of all kinds like it.
+    """Return a tensor with its first axis fastest in memory, which is efficient on CPU and GPU.
 
     Tensors of one layout also keep a law in one piece, whoever made them.
     """

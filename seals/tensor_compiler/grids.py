@@ -1,4 +1,4 @@
-"""A tensor within a traced law as a grid of its entries, each a column over the batch."""
+"""Grid of the entries of a tensor, each a column over the batch."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Grid(NamedTuple):
 
 
 def along(shape: tuple[int, ...], batch: int) -> int | None:
-    """Return the index of a shape that runs along a batch; None where no one does.
+    """Return the axis of a shape that runs along the batch, or None.
 
     Example:
         >>> along((3, 128), 64), along((3, 4), 64)
@@ -49,7 +49,7 @@ def blocks(shape: tuple[int, ...], axis: int | None, batch: int) -> tuple[int, .
 
 
 def reshaped(grid: Grid, shape: tuple[int, ...], batch: int) -> Grid | None:
-    """Return the grid in another shape of the same order; None where rows of the batch mix.
+    """Return the grid reshaped; None where batch rows would mix.
 
     Example:
         >>> import numpy as np
@@ -70,7 +70,7 @@ def reshaped(grid: Grid, shape: tuple[int, ...], batch: int) -> Grid | None:
 
 
 def broadcast(grids: list[Grid]) -> tuple[list[NDArray[Any]], int | None] | None:
-    """Return the entries of grids side by side, and the index along the batch.
+    """Broadcast grids; return their entries side by side, and the batch axis.
 
     None where two run along the batch by different indices.
     """
@@ -82,7 +82,7 @@ def broadcast(grids: list[Grid]) -> tuple[list[NDArray[Any]], int | None] | None
 
 
 def filled_with(shape: tuple[int, ...], make: Any) -> NDArray[Any]:
-    """Return an array of what is made for every index."""
+    """Return an array filled by a function of the index."""
     out = np.empty(shape, dtype=object)
     for index in np.ndindex(shape):
         out[index] = make(index)
@@ -90,5 +90,5 @@ def filled_with(shape: tuple[int, ...], make: Any) -> NDArray[Any]:
 
 
 def is_node(entry: Any) -> bool:
-    """Return whether an entry differs within the batch, or may."""
+    """Return whether an entry may vary within the batch."""
     return not isinstance(entry, bool | int | float)

@@ -1,4 +1,4 @@
-"""Operations that move entries of tensors, as grids take them.
+"""Operations on grids that rearrange entries: views, slices, concatenation.
 
 Every function takes the columns, the node and what the operation is given, tensors as grids; it
 gives back None for what it does not know how to do entry by entry.
@@ -128,12 +128,12 @@ def filled(c: Columns, node: Node, *args: Any, **more: Any) -> Grid | None:
 
 
 def diagonal(c: Columns, node: Node, x: Grid, *how: Any) -> Grid | None:
-    """The diagonal of a matrix that is the same in the whole batch."""
+    """Return the diagonal of a matrix that is equal in the whole batch."""
     return None if x.axis is not None else x._replace(entries=np.diagonal(x.entries, *how))
 
 
 def with_diagonal(c: Columns, node: Node, x: Grid, part: Grid, *how: Any) -> Grid | None:
-    """Such a matrix with another diagonal."""
+    """Return such a matrix with another diagonal."""
     if x.axis is not None or x.entries.ndim != 2 or how not in {(), (0,), (0, 0, 1)}:
         return None
     entries = x.entries.copy()

@@ -1,4 +1,4 @@
-"""Functionalise in-place operations while tracing."""
+"""Removal of in-place operations while tracing (functionalisation)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def without_writes(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphModule:
-    """Return what a law does as a graph in which nothing is written in place.
+    """Return the graph of a function without in-place operations.
 
     PyTorch turns writes into new tensors only where it knows the tensors: those that are given. A
     law holds others, and may write into a copy of one. So it is followed twice: the first graph

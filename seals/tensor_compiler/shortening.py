@@ -1,4 +1,4 @@
-"""Algebraic simplification: products with 0, 1 and -1, sums with 0, choices between equals."""
+"""Algebraic simplification: products with 0, 1 and -1, sums with 0, equal alternatives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Negated = Callable[[Any], Any]
 def shortened(
     name: str, given: Sequence[Any], result: dtype, kinds: Sequence[dtype], negated: Negated
 ) -> Any:
-    """Return what an operation makes of two or three entries, if that takes none; otherwise None.
+    """Return the result of an operation that needs no computation, otherwise None.
 
     Args:
         name: of the operation.

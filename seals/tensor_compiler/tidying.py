@@ -1,4 +1,4 @@
-"""Simplify a traced graph: common subexpressions, constant folding, scalar columns."""
+"""Simplification of a traced graph: common subexpressions, constants, scalar columns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def tidied(graph: GraphModule, device: Any) -> GraphModule:
-    """Return the graph with the same results, its constants on a device.
+    """Return the simplified graph with equal results, its constants on a device.
 
     The same but for rounding, the sign of zero, and what is not finite, see `entrywise`.
     """

@@ -1,4 +1,4 @@
-"""Trace a law into an operator graph, without data-dependent decisions."""
+"""Tracing of a function into an operator graph, without data-dependent branches."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _FOLLOWING: list[bool] = []
 
 
 def following() -> bool:
-    """Return whether a law is being followed: numbers do not matter then, only what is done."""
+    """Return whether a function is being traced, so that values are irrelevant."""
     return bool(_FOLLOWING)
 
 
 def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphModule:
-    """Follow a law and return what it does, with its constants worked out.
+    """Trace a function and return its graph, with constants folded.
 
     Args:
         law: of tensors, without memory; what it decides by numbers is decided as for an

@@ -1,4 +1,4 @@
-"""Contract tests of plug-ins, for their authors to run.
+"""Contract tests for authors of plug-ins.
 
 ``check_effect("my_effect")`` raises a `ContractError` in words, and returns its figures when all is
 well. The same checks run from a shell: ``python -m seals.testing effect my_effect``.

@@ -1,4 +1,4 @@
-"""``python -m seals.testing KIND NAME ...``: check installed plug-ins and print the figures."""
+"""``python -m seals.testing KIND NAME ...``: checks installed plug-ins and prints the results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from seals.testing import (
 
 
 def check_actuator(name: str) -> Any:
-    """Check an installed actuator: an effect of another kind."""
+    """Check an installed actuator by the contract of effects."""
     return check_effect(registry.get("actuator", name).load())
 
 
@@ -44,7 +44,7 @@ CHECKS: dict[str, Callable[[str], Any]] = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Check the named plug-ins, or all of a kind; return 0 when all keep their contract.
+    """Check the named plug-ins, or all of a kind; return 0 when all fulfil their contract.
 
     Args:
         arguments: a kind, then names.

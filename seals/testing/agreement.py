@@ -56,7 +56,7 @@ class SceneReport:
 
 
 class Agreement:
-    """Compares the engines for one effect.
+    """Comparison of simulator and batch dynamics for one effect.
 
     Args:
         name: of the effect.

@@ -65,7 +65,7 @@ def _by_joints(bundle: Any, joints: Joints) -> Any:
 
 
 def nothing(hook: str, instant: Instant) -> Any:
-    """Return the output of a hook that changes nothing; None where that is not known."""
+    """Return the neutral output of a hook; None where it is not known."""
     return {
         "actuation": instant.drives,
         "measure": instant.reading,
@@ -92,6 +92,6 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
 
 
 def is_bundle(hook: str, output: Any) -> bool:
-    """Return whether an output has the type that its hook promises."""
+    """Return whether an output has the type that its hook requires."""
     promised = {"actuation": Drives, "drives": Drives, "measure": Reading, "timing": Timing}
     return hook not in promised or isinstance(output, promised[hook])

@@ -14,7 +14,7 @@ class ContractError(SealsError, AssertionError):
 
 
 def require(kept: bool, subject: str, broken: str, remedy: str) -> None:
-    """Refuse a broken promise.
+    """Raise a ContractError unless a condition holds.
 
     Args:
         kept: whether the promise holds.
@@ -33,7 +33,7 @@ def require(kept: bool, subject: str, broken: str, remedy: str) -> None:
 
 
 def require_storable(subject: str, memory: Any) -> None:
-    """Refuse a memory that no checkpoint can hold.
+    """Refuse a state that a checkpoint cannot store.
 
     Args:
         subject: name of the plug-in.

@@ -35,7 +35,7 @@ class EffectReport:
     scenes: tuple[SceneReport, ...]
 
     def table(self) -> str:
-        """Return the figures as text, one line a scene and step."""
+        """Return the results as text, one line per scene and step."""
         lines = [
             f"{self.name}: hooks {', '.join(self.hooks)}; equal under {', '.join(self.libraries)}",
             f"{'scene':<12}{'body':<6}{'step':>6}{'position':>11}{'attitude':>11}{'joints':>11}{'order':>7}{'moved':>9}",

@@ -1,4 +1,4 @@
-"""Trajectories of one case by simulator and by twin, at common instants."""
+"""Trajectories of one case by simulator and batch dynamics, at common times."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def follow(
     step: float,
     duration: float,
 ) -> Track:
-    """Return the trajectory of the twin, one row of its batch a scene."""
+    """Return the trajectory of the batch dynamics, one row per scene."""
     twin = BatchDynamics(robot, effects, ENVIRONMENT, _still(), batch=len(starts))
     fields = {
         name: np.array([getattr(start, name) for start in starts]) for name in Configuration._fields
@@ -91,13 +91,13 @@ def follow(
 
 
 def extrapolated(coarse: Track, fine: Track) -> Track:
-    """Return the trajectory at step zero from two of first order, steps as 2 to 1."""
+    """Richardson extrapolation of two first-order trajectories with steps in the ratio 2 to 1."""
     position, turn, joints = (2.0 * b - a for a, b in zip(coarse, fine, strict=True))
     return Track(position, turn / np.linalg.norm(turn, axis=2, keepdims=True), joints)
 
 
 def errors(found: Track, reference: Track) -> Floats:
-    """Largest error of position, attitude and joints against the reference's path, shape (B, 3).
+    """Largest error of position, attitude and joints relative to the reference, shape (B, 3).
 
     The path has floors of 0.1 m and 0.1 rad, so that a body that hardly moves is not judged by its
     rest.

@@ -1,4 +1,4 @@
-"""Checks of an effect's hooks at single instants: libraries, purity, batches, memory, power."""
+"""Checks of an effect's hooks at single instants: libraries, purity, batching, state, power."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _AT_JOINTS = (
 
 
 class HookCheck:
-    """One effect with its parameters spread over a batch.
+    """Checks of one effect, with its parameters varied over a batch.
 
     Args:
         name: of the effect, named in refusals.

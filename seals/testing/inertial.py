@@ -1,4 +1,4 @@
-"""The physics and the noise of inertial measurement units."""
+"""Checks of inertial measurement units: physics and noise."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def felt(
     time: float = 0.0,
     step: float = STEP,
 ) -> SensorInput:
-    """Return an instant of a level link with these accelerations and rates, link axes."""
+    """Return sensor inputs of a level link with given acceleration and angular velocity."""
     force, turning, rise = (
         np.asarray(x, dtype=float) for x in (force, angular_velocity, angular_acceleration)
     )

@@ -1,4 +1,4 @@
-"""Random instants of motion and medium, on any array library."""
+"""Random inputs of hooks: motion and medium, on any array library."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ JOINTS, DRIVES = 3, 4
 
 
 class Instant(NamedTuple):
-    """Everything a hook may be given."""
+    """All inputs that a hook may receive."""
 
     motion: Motion
     medium: Medium
@@ -25,7 +25,7 @@ class Instant(NamedTuple):
 
 
 def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) -> Instant:
-    """Return a random instant in NumPy arrays.
+    """Return random inputs as NumPy arrays.
 
     Args:
         rng: random state.
@@ -101,17 +101,17 @@ def _random_medium(rng: np.random.Generator, rows: int, rotation: Floats) -> Med
 
 
 def converted(bundle: Any, like: Array) -> Any:
-    """Return the same instant in the array library of ``like``; numbers and None stay."""
+    """Return the same inputs in the array library of ``like``; numbers and None stay."""
     return _mapped(bundle, lambda x: as_like(x, like))
 
 
 def picked(bundle: Any, row: int) -> Any:
-    """Return one row of an instant; fields of one row, and places of drives, stay."""
+    """Return one row of the inputs; fields with a single row, and drive positions, stay."""
     return _mapped(bundle, lambda x: x if x.shape[0] == 1 else x[row : row + 1], rowwise=True)
 
 
 def repeated(bundle: Any, rows: int) -> Any:
-    """Return fields of one row repeated ``rows`` times."""
+    """Return the fields of one row repeated ``rows`` times."""
     return _mapped(
         bundle, lambda x: np.repeat(x, rows, axis=0) if x.shape[0] == 1 else x, rowwise=True
     )

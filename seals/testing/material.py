@@ -60,7 +60,7 @@ def material_effect(
 
 
 def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
-    """Return a unit's value in the scales of a small body; three tolerances of an unknown unit.
+    """Return a typical value of a unit for a small body; three tolerances for unknown units.
 
     Args:
         meta: of the parameter.

@@ -19,7 +19,7 @@ REWARD = 5.0
 
 
 class PointReach:
-    """Points in a cube of edge 2 m, each with a target; the action is a step along the axes.
+    """Environment of points in a cube of edge 2 m with targets; actions are steps along the axes.
 
     The reward is minus the distance, and 5 on arrival, which ends the episode.
 
@@ -42,7 +42,7 @@ class PointReach:
         self.reset(list(range(count)))
 
     def reset(self, seeds: Sequence[int] | None = None) -> Any:
-        """Begin everywhere; without seeds every episode goes on with the next of its own."""
+        """Reset all environments; without seeds each continues its own random sequence."""
         import torch
 
         if seeds is not None:
@@ -94,15 +94,15 @@ class PointReach:
         return (away / STRIDE).clamp(-1.0, 1.0)
 
     def snapshot(self) -> Any:
-        """Return everything that changes."""
+        """Return the complete state."""
         return {"seed": self._seed, "age": self._age, "state": self._state}
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         self._seed, self._age, self._state = kept["seed"], kept["age"], kept["state"]
 
     def close(self) -> None:
-        """Release nothing."""
+        """Do nothing: there are no resources."""
 
     def _shown(self, state: Tensor) -> Any:
         """Return the numbers, and a picture: a spot of the point and the target in three views."""

@@ -42,7 +42,7 @@ class RobotReport:
 
 
 def check_robot(robot: str | Path) -> RobotReport:
-    """Check that a robot folder composes, builds, and describes a body that can exist.
+    """Check that a robot folder composes, builds, and is physically possible.
 
     Args:
         robot: name of an installed robot, or a folder.

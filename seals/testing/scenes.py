@@ -1,4 +1,4 @@
-"""Scenes in which simulator and twin must agree: under water, through the surface, in air."""
+"""Scenes in which simulator and batch dynamics must agree: in water, at the surface, in air."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
 
 
 def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
-    """Return weight, lift and light drags on all links, less those of the effect's phenomena.
+    """Return weight, buoyancy and light drag on all links, without the effect's own phenomena.
 
     Effects that change what actuators do get rotors, or what their class attribute ``actuator``
     names; those that state the gains of a servo get such a servo.
@@ -131,7 +131,7 @@ def start_of(robot: RobotModel, scene: str, place: int) -> Configuration:
 
 
 def held_inputs(robot: RobotModel, effects: EffectSet) -> Inputs:
-    """Return what the engines hold throughout: joint torques and commands, drives, voltage.
+    """Return the constant inputs of a scene: joint torques and commands, drives, voltage.
 
     Args:
         robot: the robot.

@@ -21,7 +21,7 @@ STEP = 0.004
 def check_delivery(
     name: str, make: Callable[..., Sensor], instant: Callable[[int], SensorInput], *, seed: int
 ) -> dict[str, float]:
-    """Check latency and losses of a sensor that declares them; return the measured figures.
+    """Check latency and dropouts of a sensor that declares them; return the measured values.
 
     Args:
         name: of the sensor.

@@ -24,7 +24,7 @@ SHIFT = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class WavesReport:
-    """Result of `check_waves`: largest differences, against the largest value [1].
+    """Result of `check_waves`: largest differences relative to the largest value [1].
 
     Args:
         name: of the wave.

@@ -1,4 +1,4 @@
-"""``seals view``: a run folder, or a run that starts now, in a window to look at."""
+"""``seals view``: shows a recorded or a live run."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class Forces:
         force[:, COMPONENTS.index(component)] = np.nan_to_num(values)
 
     def at(self, time: float, poses: Poses) -> dict[str, Arrows]:
-        """Return the forces at a time by effect, those of the step that began last before it.
+        """Return the forces of the step in progress at a time, by effect.
 
         Args:
             time: [s].

@@ -1,4 +1,4 @@
-"""Files of a run's folder that are named by their time."""
+"""Files of a run folder that are named by their time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seals.run.particle_snapshots import FOLDER
 
 
 class Instants:
-    """Files called ``t_000.0500`` and a suffix, by their time.
+    """Files named ``t_000.0500`` with a suffix, by time.
 
     Args:
         folder: that holds them, None for none.
@@ -27,7 +27,7 @@ class Instants:
         self._times = np.array([time for time, _ in self.files])
 
     def last(self, time: float) -> Path | None:
-        """Return the file that was written last before a time [s]; before the first, the first."""
+        """Return the last file before a time [s], at least the first."""
         if not self.files:
             return None
         k = int(np.searchsorted(self._times, time + 1e-6, side="right")) - 1
@@ -46,7 +46,7 @@ class ParticleSnapshots:
         self._instants = Instants(None if folder is None else folder / FOLDER, ".npy")
 
     def last(self, time: float) -> Floats | None:
-        """Return the places last kept before a time [s], shape (n, 3) [m]; None without any.
+        """Return the particle positions last stored before a time [s], shape (n, 3) [m], or None.
 
         Raises:
             ConfigError: the file is damaged.

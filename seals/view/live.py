@@ -27,7 +27,7 @@ EVERY = 6
 
 
 class Frame(NamedTuple):
-    """A run at one time.
+    """State of a live run at one time.
 
     Args:
         time: [s].
@@ -49,7 +49,7 @@ class Frame(NamedTuple):
 
 
 class Live:
-    """Simulates the run whose configuration lies in a folder.
+    """Live run in a child process, from the configuration in a folder.
 
     The engines behind a run may be started once in a process only, so each run has its own.
 
@@ -77,7 +77,7 @@ class Live:
         self.over, self.failure = False, ""
 
     def heard(self) -> list[Frame]:
-        """Return the frames that came since; ``over`` is set once the run has ended."""
+        """Return the new frames; ``over`` is set once the run has ended."""
         found: list[Frame] = []
         try:
             while not self.over and self._ears.poll():
@@ -93,7 +93,7 @@ class Live:
         return found
 
     def stop(self) -> None:
-        """End the run; what it has so far is written into its folder."""
+        """Stop the run; its results so far are written to its folder."""
         self._end()
         self._ears.close()
 
@@ -113,7 +113,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def packed(frame: Frame) -> bytes:
-    """Return a frame as bytes: its arrays, and nothing that could do anything.
+    """Serialise the arrays of a frame to bytes.
 
     Example:
         >>> frame = Frame(0.5, np.zeros((1, 3), np.float32), np.zeros((1, 3, 3), np.float32), None)
@@ -127,14 +127,14 @@ def packed(frame: Frame) -> bytes:
 
 
 def unpacked(content: bytes) -> Frame:
-    """Return the frame that `packed` turned into bytes."""
+    """Rebuild a frame from the bytes of `packed`."""
     with np.load(io.BytesIO(content), allow_pickle=False) as found:
         particles = found.get("particles")
         return Frame(float(found["time"]), found["position"], found["rotation"], particles)
 
 
 class Broadcast:
-    """Sends where everything is, some times a simulated second.
+    """Sender of frames at a rate in simulated time.
 
     Args:
         say: takes a frame.
@@ -145,7 +145,7 @@ class Broadcast:
         self._say, self._next, self._count = say, 0.0, 0
 
     def tick(self, world: Any, books: Any) -> None:
-        """Send a frame when it is time."""
+        """Send a frame when one is due."""
         if world.time < self._next:
             return
         from seals.run.sight import poses_of
@@ -169,7 +169,7 @@ class Broadcast:
 
 
 def simulate_into(folder: str, mouth: Connection) -> None:
-    """Simulate a run and report its progress, and at last its error text, empty for none.
+    """Simulate a run and send frames, then its error text, empty without an error.
 
     Args:
         folder: of the run; it holds ``.hydra/config.yaml``.

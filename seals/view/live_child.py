@@ -1,4 +1,4 @@
-"""Simulate a run for a page that follows it, in a process of its own.
+"""Program that simulates a live run in a child process.
 
 python live_child.py FOLDER DESCRIPTOR
 """
@@ -12,7 +12,7 @@ if sys.path and sys.path[0] == os.path.dirname(__file__):
 
 
 def main(folder: str, descriptor: str) -> int:
-    """Simulate the run in a folder, telling of it through a pipe; return the exit code."""
+    """Simulate the run in a folder, send frames through a pipe; return the exit code."""
     from multiprocessing.connection import Connection
 
     from seals.view.live import simulate_into

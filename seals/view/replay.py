@@ -1,4 +1,4 @@
-"""A run folder as the poses of all links over time."""
+"""Replay of a run folder: poses of all links over time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from seals.view.stage import Stage, build_stage
 
 
 class Track(NamedTuple):
-    """Poses of one actor, row by row.
+    """Poses of one robot or object, row by row.
 
     Args:
         position: of its base, world [m], shape (T, 3).
@@ -38,7 +38,7 @@ class Track(NamedTuple):
 
 
 class Replay:
-    """A run that can be looked at: its stage, and where everything was at any time.
+    """Replay of a run: its visual scene, and the poses of all links at any time.
 
     Args:
         folder: of the run; it may hold its surfaces and pictures.
@@ -59,7 +59,7 @@ class Replay:
         return float(self.time[-1])
 
     def poses(self, times: Floats | Sequence[float]) -> Poses:
-        """Return where all frames of the scene were, between the rows by interpolation.
+        """Return the poses of all frames of the scene, interpolated between the rows.
 
         Args:
             times: [s], shape (N,); beyond the log its ends hold.
@@ -79,7 +79,7 @@ class Replay:
 
 
 def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
-    """Open the folder of a run.
+    """Open a run folder for replay.
 
     Args:
         folder: of the run; it holds ``.hydra/config.yaml``, ``log.parquet`` and ``meta.yaml``.
@@ -102,7 +102,7 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
 
 
 def tracks_of(log: Log, stage: Stage) -> dict[str, Track]:
-    """Return the motion of all actors of a stage by name.
+    """Return the motion of robot and objects by name.
 
     Raises:
         ConfigError: the log has no column of an actor.
@@ -139,7 +139,7 @@ def _columns(log: Log, names: Iterator[str]) -> Floats:
 
 
 def continuous(quaternion: Floats) -> Floats:
-    """Return quaternions of unit length, each on the side of the one before, shape (T, 4)."""
+    """Return unit quaternions without sign flips along the rows, shape (T, 4)."""
     length = np.linalg.norm(quaternion, axis=1, keepdims=True)
     unit = np.where(length > 0.0, quaternion / np.maximum(length, 1e-12), [0.0, 0.0, 0.0, 1.0])
     flips = np.sum(unit[1:] * unit[:-1], axis=1) < 0.0

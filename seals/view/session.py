@@ -1,4 +1,4 @@
-"""One session of looking: the run on show, and the runs that its sliders start."""
+"""Session of a viewer: the displayed run, and new runs with changed parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from seals.view.water import Water
 
 
 class Show(Protocol):
-    """A viewer plug-in that people look at and turn sliders in."""
+    """Interface of an interactive viewer plug-in."""
 
     def show(self, session: Session, *, host: str, port: int) -> None:
         """Show a session until it is interrupted.
@@ -79,7 +79,7 @@ class Session:
         self._wet: list[tuple[float, NDArray[np.float32]]] = []
 
     def open(self, replay: Replay) -> None:
-        """Put a run that has ended on show."""
+        """Display a finished run."""
         self.replay, self._frames = replay, []
         self.stage, folder = replay.stage, replay.folder
         self.water = Water(self.stage.settings, folder)
@@ -88,7 +88,7 @@ class Session:
         self.shown += 1
 
     def start(self) -> None:
-        """Start a run with the values of the sliders; end the present one.
+        """Start a run with the slider values, ending the present one.
 
         Raises:
             SealsError: the configuration is refused.
@@ -130,7 +130,7 @@ class Session:
         )
 
     def turn(self, changes: Mapping[str, float]) -> None:
-        """Take new values of sliders and start a run with them.
+        """Set slider values and start a run with them.
 
         Raises:
             ConfigError: there is no such slider, or a value is outside its range.
@@ -182,7 +182,7 @@ class Session:
         return max(self.end, float(self.stage.settings.time.duration))
 
     def poses(self, time: float) -> Poses | None:
-        """Return where everything is at a time [s]; None before anything is known."""
+        """Return the poses of all frames at a time [s]; None before the first data."""
         if self.replay is not None:
             return self.replay.poses([time])
         if not self._frames:
@@ -191,7 +191,7 @@ class Session:
         return self._frames[min(int(np.searchsorted(times, time)), len(times) - 1)].poses
 
     def particles(self, time: float) -> Floats | None:
-        """Return the places of particles last seen before a time [m]; None without any."""
+        """Return the particle positions last stored before a time [m], or None."""
         kept = self.drops.last(time)
         if kept is not None or not self._wet:
             return kept

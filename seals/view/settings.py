@@ -1,4 +1,4 @@
-"""Typed settings of a viewer session."""
+"""Typed settings of ``seals view``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures that the cameras of a run took, by camera and time."""
+"""Camera images of a run, by camera and time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seals.run.pictures import FOLDER, INDEX
 
 
 class Shots:
-    """The colour pictures in a run folder.
+    """Colour images in a run folder.
 
     Args:
         folder: of the run; it may hold none.
@@ -33,7 +33,7 @@ class Shots:
         self.cameras = tuple(self._taken)
 
     def last(self, camera: str, time: float) -> Path | None:
-        """Return the last picture of a camera up to a time [s], None before the first.
+        """Return the last image of a camera up to a time [s]; None before the first.
 
         Raises:
             KeyError: there is no such camera.

@@ -37,7 +37,7 @@ class Slider(NamedTuple):
 
     @property
     def step(self) -> float:
-        """Distance of two positions, one, two or five times a power of ten.
+        """Step between two positions: 1, 2 or 5 times a power of ten.
 
         Example:
             >>> Slider("a", 0.0, 2.0, 1.0, "m").step

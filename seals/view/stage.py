@@ -1,4 +1,4 @@
-"""The stage of a run: robot, objects and ground as shapes, before anything moves."""
+"""Visual scene of a run: robot, objects and ground as shapes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.run.settings import RunSettings
 
 
 class Stage(NamedTuple):
-    """Everything solid that a run holds.
+    """Robot, objects and ground of a run as a visual scene.
 
     Args:
         settings: of the run.
@@ -37,7 +37,7 @@ class Stage(NamedTuple):
 
 
 def build_stage(settings: RunSettings) -> Stage:
-    """Return the stage of a run.
+    """Build the visual scene of a run.
 
     Raises:
         SealsError: the robot, an object or a mesh cannot be used.

@@ -1,4 +1,4 @@
-"""The water surface of a run, for eyes: from its waves, or from the meshes in its folder."""
+"""Water surface of a run for display, from its waves or from stored meshes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FINE = 2.5
 
 
 class Patch(NamedTuple):
-    """A piece of the surface.
+    """Triangle mesh of a piece of the surface.
 
     Args:
         vertices: world [m], shape (V, 3).
@@ -32,7 +32,7 @@ class Patch(NamedTuple):
 
 
 class Water:
-    """The surface of a run at any time.
+    """Water surface of a run at any time.
 
     Args:
         settings: of the run.
@@ -79,7 +79,7 @@ class Water:
         return self._waves.at(points, np.array([[time]]), float(self.level or 0.0))
 
     def mesh(self, time: float) -> Patch | None:
-        """Return the mesh that was written last before a time, None where the folder has none."""
+        """Return the mesh last stored before a time; None where the folder has none."""
         file = self._instants.last(time)
         return None if file is None else _read(str(file))
 
@@ -103,7 +103,7 @@ class Water:
 
 @lru_cache(maxsize=8)
 def grid_faces(cells: int) -> NDArray[np.int64]:
-    """Return the triangles of a square grid of points, row by row toward +y, seen from above.
+    """Return the triangles of a square grid of points in rows towards +y, seen from above.
 
     Example:
         >>> grid_faces(1).tolist()

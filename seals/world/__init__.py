@@ -1,4 +1,4 @@
-"""The world: robots under effects in a rigid-body backend, one step at a time."""
+"""World: robots with effects and sensors in a rigid-body backend, stepped together."""
 
 from seals.world.actor import Actor
 from seals.world.drivetrain import Drivetrain

@@ -1,4 +1,4 @@
-"""One robot in the world: its body in the backend, its effects, its sensors."""
+"""Actor: one robot or object in the world, with body, effects and sensors."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _NO_JOINTS = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
 
 
 class Actor:
-    """A robot with its effects and sensors.
+    """Robot or object with its effects and sensors.
 
     Args:
         robot: the robot.
@@ -135,7 +135,7 @@ class Actor:
         return self.sensor_suite.readings
 
     def reset(self, configuration: Configuration, rng: np.random.Generator) -> None:
-        """Place the robot, clear all memory."""
+        """Set the state of the robot and clear all memory."""
         self.body.reset(configuration)
         self.memory = self.effects.zero_memory()
         self.joint_torque = np.zeros_like(self.joint_torque)
@@ -179,7 +179,7 @@ class Actor:
         self._before, self._now = moving, None
 
     def immersed(self, step: float) -> BodyStates:
-        """Return the bodies of a robot in a fluid, after `load` and before `push`."""
+        """Return the states of the robot's bodies for the fluid, after `load` and before `push`."""
         assert self.immersion is not None
         if self._due is None:
             return self.immersion.placed(self.body.poses())
@@ -244,7 +244,7 @@ class Actor:
         return self._now
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
-        """Take the readings that are due, and pass those that arrive to the pilot."""
+        """Sample the sensors that are due, and pass arriving readings to the controller."""
         if not self.sensors:
             return
         self.sensor_suite.take(Instant(time, step, *self.look(), self._before), rng)
@@ -277,7 +277,7 @@ class Actor:
         return memory, commands, train, self.ledger.rows, self._before
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back; the ledger forgets later rows."""
+        """Restore a snapshot; later rows of the ledger are discarded."""
         memory, commands, train, rows, self._before = kept
         self.memory, sensing, self._speeds = memory
         self.sensor_suite.restore(sensing)

@@ -1,4 +1,4 @@
-"""Drivetrain: command delay, then the first-order lag of the actuators."""
+"""Drivetrain: command delay, then first-order lag of the actuators."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ class Delayed:
         return self.now, self._coming
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         self.now, self._coming = kept
 
 
 class Response(NamedTuple):
-    """Actuators of a robot as one row of drives.
+    """Lag, limits and delay of all drives of a robot.
 
     Args:
         lag: time constants, changes by effects included, zero for at once [s], shape (n,).
@@ -86,7 +86,7 @@ class Response(NamedTuple):
 
 
 class Drivetrain:
-    """Delay of all commands, lag of the drives, and the profile of the servos.
+    """Drivetrain of a robot: command delay, drive lag, servo speed limits.
 
     A drive follows its command u by x' = (u(t - d) - x) / tau, solved exactly for commands that are
     held between changes, wherever in a step they arrive; tau is another one while the drive slows
@@ -111,7 +111,7 @@ class Drivetrain:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all commands."""
+        """Clear all commands."""
         delay = self.response.delay
         self._commands = Delayed(delay, None)
         self._torques = Delayed(delay, np.zeros((1, self._joints)))
@@ -209,7 +209,7 @@ class Drivetrain:
         return (self._time, self._held), tuple(line.snapshot() for line in lines)
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         (self._time, self._held), lines = kept
         self._asked = None
         for line, part in zip((self._commands, self._torques, self._positions), lines, strict=True):

@@ -1,4 +1,4 @@
-"""Robots in a simulated fluid: their bodies, motion, and the fluid's wrenches.
+"""Coupling of robots to a simulated fluid: bodies, motion, and the fluid's wrenches.
 
 Links that no joint moves apart are one body. The fluid wants to know how easily a body moves when
 it is pushed, because it moves it along while it looks for the pressure. It is told the body's own
@@ -29,7 +29,7 @@ ROUND = 0.25
 
 
 class Group(NamedTuple):
-    """Links that move as one body.
+    """Rigidly connected links.
 
     Args:
         root: the first of them, whose axes are those of the body.
@@ -47,7 +47,7 @@ class Group(NamedTuple):
 
 
 class Immersion:
-    """One robot in a fluid.
+    """Coupling of one robot to a fluid.
 
     Args:
         robot: the robot.
@@ -129,7 +129,7 @@ class Immersion:
 
 
 def joined(parts: Sequence[BodyStates]) -> BodyStates:
-    """Return the states of several robots as one."""
+    """Concatenate the body states of several robots."""
     parts = [part for part in parts if len(part.inverse_mass)]
     if not parts:
         return BodyStates(

@@ -1,4 +1,4 @@
-"""The load ledger: every effect's wrench on every link at every step, by name."""
+"""Load ledger: the wrench of every effect on every link at every step."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FORCE, _TORQUE = slice(0, 3), slice(3, 6)
 
 
 class Ledger:
-    """Wrenches about the link origins in link axes, one row a step.
+    """Load ledger: wrenches about the link origins in link axes, one row per step.
 
     Args:
         effects: names of the effects, in the order of evaluation.
@@ -63,7 +63,7 @@ class Ledger:
         return row
 
     def write(self, row: Floats, effect: str, rows: Any, wrench: Wrench) -> None:
-        """Add one effect's wrench to a row; an effect may push by more than one hook.
+        """Add one effect's wrench to a row; several hooks of an effect add up.
 
         Args:
             row: from `open_row`.
@@ -85,7 +85,7 @@ class Ledger:
                 row[place, where, part] = values
 
     def load(self, time: Floats, wrenches: Floats) -> None:
-        """Take rows written earlier in place of those there are.
+        """Replace all rows by stored ones.
 
         Args:
             time: [s], shape (rows,).
@@ -105,7 +105,7 @@ class Ledger:
         self.rows = len(time)
 
     def rewind(self, rows: int) -> None:
-        """Forget all but the first ``rows`` rows; rows forgotten before do not come back."""
+        """Discard all but the first ``rows`` rows."""
         rows = min(rows, self.rows)
         self._table[rows : self.rows] = 0.0
         self.rows = rows

@@ -1,4 +1,4 @@
-"""Pilot: guide and controller of one robot, called at their rates, with their memory."""
+"""Pilot: guide and controller of one robot, called at their rates."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from seals.state_records import state_record
 
 
 class ControlInput(NamedTuple):
-    """Inputs of a pilot at one instant.
+    """Inputs of guide and controller at one instant.
 
     Args:
         time: [s].
@@ -46,7 +46,7 @@ class ControlInput(NamedTuple):
 
 @state_record
 class PilotState(NamedTuple):
-    """Memory of a pilot; immutable."""
+    """State of guide and controller; immutable."""
 
     calls: int
     guide: Any
@@ -118,16 +118,16 @@ class Pilot:
         return self._kept.aim
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Clear the state."""
         self._kept, self._weighed = NEW, None
 
     @property
     def due(self) -> bool:
-        """Return whether `command` will call the controller this time."""
+        """Return whether the next `command` will call the controller."""
         return self._kept.calls % self._every == 0
 
     def command(self, seen: ControlInput) -> ActuatorCommand:
-        """Return the command for the coming step; called once a step, after `hear`."""
+        """Return the command for the next step; called once per step, after `hear`."""
         kept = self._kept
         if not self.due and kept.order is not None:
             self._kept = PilotState(kept.calls + 1, *kept[1:])
@@ -146,7 +146,7 @@ class Pilot:
         return order
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
-        """Take note of readings that have arrived, taken at ``time`` [s]."""
+        """Receive readings that were sampled at ``time`` [s]."""
         fresh = {name: reading for name, reading in readings.items() if reading is not None}
         if fresh:
             kept = self._kept
@@ -210,9 +210,9 @@ class Pilot:
             )
 
     def snapshot(self) -> PilotState:
-        """Return all memory."""
+        """Return the complete state."""
         return self._kept
 
     def restore(self, kept: PilotState) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         self._kept = kept

@@ -1,4 +1,4 @@
-"""Faults of sensors: what inertial readings go through, and which fault acts on which sensor."""
+"""Sensor faults: delay and errors of inertial readings, and their assignment to sensors."""
 
 from __future__ import annotations
 

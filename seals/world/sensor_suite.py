@@ -169,7 +169,7 @@ class SensorSuite:
         self.arrived += [(taken, name, values) for taken, values in arrived]
 
     def heard(self) -> dict[float, dict[str, Values]]:
-        """Return what arrived at the last instant, by the time it was taken [s], oldest first."""
+        """Return the readings that arrived last, by sample time [s], oldest first."""
         out: dict[float, dict[str, Values]] = {}
         for taken, name, values in sorted(self.arrived, key=lambda entry: entry[0]):
             out.setdefault(taken, {})[name] = values
@@ -209,13 +209,13 @@ class SensorSuite:
         )
 
     def snapshot(self) -> Any:
-        """Return all memory."""
+        """Return the complete state."""
         parts = (self._memory, self._next, self.readings, self._past, self._lines)
         shots = {name: view.shot for name, view in self.cameras.items()}
         return tuple(dict(part) for part in parts), list(self.arrived), shots
 
     def restore(self, kept: Any) -> None:
-        """Put a snapshot back."""
+        """Restore a snapshot."""
         parts, arrived, shots = kept
         self._memory, self._next, self.readings, self._past, self._lines = (dict(x) for x in parts)
         self.arrived = list(arrived)

@@ -1,4 +1,4 @@
-"""Joint drives in the world: implicit or explicit, with a check of their gains."""
+"""Joint drives of a robot in the world: implicit or explicit, with a check of their gains."""
 
 from __future__ import annotations
 

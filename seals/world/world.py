@@ -1,4 +1,4 @@
-"""Time, random state and the order of one step."""
+"""World: time, random state, and the sequence of one step."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Snapshot(NamedTuple):
 
 
 class Others(Mapping[str, Floats]):
-    """Origins of bodies in the world [m], evaluated on demand.
+    """Origins of the other bodies in the world [m], evaluated on demand.
 
     Args:
         actors: by name.
@@ -52,7 +52,7 @@ class Others(Mapping[str, Floats]):
 
 
 class World:
-    """Robots under effects in one scene.
+    """Robots and objects with effects in one scene.
 
     One step: read the bodies, sample the medium, evaluate all effects into the ledger, hand the
     sums to the backend, advance, then take the sensor readings that are due. A fluid advances
@@ -95,7 +95,7 @@ class World:
                 actor.pilot.bodies = Others(others)
 
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
-        """Place all robots, set time to zero and reseed the random state.
+        """Reset all robots, set the time to zero and reseed the random state.
 
         The first reading of a sensor comes after one of its periods.
 
@@ -135,7 +135,7 @@ class World:
             first = last
 
     def snapshot(self) -> Snapshot:
-        """Return a copy of everything that changes, effects' and sensors' memory included."""
+        """Return a copy of the complete state, effects and sensors included."""
         actors = tuple(actor.snapshot() for actor in self.actors.values())
         return Snapshot(
             self.time,
@@ -147,7 +147,7 @@ class World:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Put the world back into the state of a snapshot of this world."""
+        """Restore a snapshot of this world."""
         self.time, self._count = snapshot.time, snapshot.steps
         self.rng.bit_generator.state = snapshot.random
         self.backend.restore(snapshot.scene)

@@ -1,1 +1,1 @@
-"""Arms of a study against each other, from the raw tables that every run wrote."""
+"""Comparison of the arms of a study, from the tables of their training runs."""

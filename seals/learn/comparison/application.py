@@ -1,4 +1,4 @@
-"""``seals evaluate --compare``: arms of a study from the tables that their runs wrote."""
+"""``seals evaluate --compare``: compares the arms of a study from the tables of their runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results of a comparison of arms, as data."""
+"""Results of a comparison of arms of a study."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class AnalysisPlan:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """The middle of an arm's curves.
+    """Interquartile mean of an arm's learning curves, with interval.
 
     Args:
         x: shape (points,).
@@ -58,7 +58,7 @@ class Band:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Arm:
-    """One arm's outcome.
+    """Results of one arm: runs, scores with intervals, learning curves.
 
     Args:
         name: of the arm.

@@ -1,4 +1,4 @@
-"""A comparison as a page, a picture and a file of numbers."""
+"""Report of a comparison: HTML page, picture, JSON file."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _chart(study: Study, bands: dict[str, Band], title: str, label: str) -> Char
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the parts of the page."""
+    """Return the sections of the page."""
     found = [
         Section(
             title="What the intervals allow to say",

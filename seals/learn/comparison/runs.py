@@ -1,4 +1,4 @@
-"""Runs of a study: folders with the table that each wrote, sorted into arms."""
+"""Reading of the training runs of a study, sorted into arms."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Run:
         return f"{self.arm}, seed {self.seed}" if self.seed is not None else str(self.folder)
 
     def curve(self, value: str, *, over: str) -> Curve:
-        """Return one column over another.
+        """Return one column of the table as a curve over another.
 
         Raises:
             LogError: a column is missing.
@@ -138,7 +138,7 @@ def read_run(folder: Path, *, arm: str) -> Run:
 
 
 def read_table(path: Path) -> dict[str, Floats]:
-    """Read a table of numbers with a head; a last line that was cut off is left out.
+    """Read a table of numbers with a header; an incomplete last line is left out.
 
     Args:
         path: of a CSV file.

@@ -10,7 +10,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class ArmsSettings:
-    """Runs to compare, and the terms, which are to be declared before the runs are made.
+    """Settings of a comparison: runs, and the analysis plan, declared before the runs.
 
     Args:
         name: of the comparison, part of the run folder's name.

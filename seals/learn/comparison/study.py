@@ -1,4 +1,4 @@
-"""Compares arms: every arm's scores with intervals, and each arm against the reference."""
+"""Comparison of arms: scores with intervals, and each arm against the reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from seals.learn.statistics.interval import Interval
 
 
 def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
-    """Compare arms on terms.
+    """Compare arms by an analysis plan.
 
     Args:
         arms: at least two runs each, by name.

@@ -1,4 +1,4 @@
-"""Sentences and tables of a comparison: claims that the intervals allow."""
+"""Text and tables of a comparison: claims that the intervals support."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Rows = list[tuple[str, ...]]
 
 
 def claims(study: Study) -> list[str]:
-    """Return one sentence a comparison: the claim that its interval allows, or that it is open."""
+    """Return one sentence per comparison: the claim that its interval supports, or ``open``."""
     return [_claim(duel, study) for duel in study.duels]
 
 
@@ -46,7 +46,7 @@ def _claim(duel: ArmComparison, study: Study) -> str:
 
 
 def arm_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
-    """Return head and rows of the table of arms."""
+    """Return header and rows of the table of arms."""
     level = f"{study.terms.level:.0%}"
     head = (
         "arm",
@@ -69,7 +69,7 @@ def arm_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
 
 
 def comparison_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
-    """Return head and rows of the table of comparisons."""
+    """Return header and rows of the table of comparisons."""
     head = (
         f"against {study.terms.reference}",
         "metric",
@@ -99,7 +99,7 @@ def _share(pairs: Interval | None) -> str:
 
 
 def run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
-    """Return head and rows of the table of all runs."""
+    """Return header and rows of the table of all runs."""
     head = ("arm", "seed", *METRIC_NAMES.values(), "state", "folder")
     rows = []
     for arm in study.arms:
@@ -111,7 +111,7 @@ def run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
 
 
 def terms_words(study: Study) -> str:
-    """Return the terms of the comparison in a sentence."""
+    """Return the analysis plan of the comparison in a sentence."""
     terms = study.terms
     return (
         f"{terms.value} over {terms.over} up to {terms.budget:g}; reference {terms.reference}; "

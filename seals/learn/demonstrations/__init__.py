@@ -1,1 +1,1 @@
-"""Demonstrations: episodes with metadata, in memory-mapped files inside and HDF5 outside."""
+"""Demonstrations: episodes with metadata, stored memory-mapped or exported as HDF5."""

@@ -1,4 +1,4 @@
-"""``seals record``: episodes of a policy, kept as demonstrations with metadata."""
+"""``seals record``: records the episodes of a policy as demonstrations."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def execute(config: Any) -> int:
 
 
 def recorded(config: Any) -> tuple[Demonstrations, int]:
-    """Let the policy act until enough episodes are kept.
+    """Run the policy until enough episodes are kept.
 
     Args:
         config: with the keys of `seals.learn.demonstrations.settings.RecordSettings`.

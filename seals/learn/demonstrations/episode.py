@@ -19,7 +19,7 @@ Pixels: TypeAlias = NDArray[np.uint8]
 
 
 class Who(Enum):
-    """Who decided in a demonstration."""
+    """Source of the actions of a demonstration: a program or a person."""
 
     scripted = "scripted"
     """A program: an expert written by hand, or a trained policy."""
@@ -95,7 +95,7 @@ class Episode:
 
     @property
     def earned(self) -> float:
-        """Sum of the rewards."""
+        """Sum of the rewards of the episode."""
         return float(self.reward.sum(dtype=np.float64))
 
 
@@ -210,7 +210,7 @@ class Demonstrations:
         return dataclasses.replace(self, episodes=self.episodes[:count])
 
     def shuffled(self, *, seed: int) -> Demonstrations:
-        """Return the same episodes with the actions dealt anew among all steps.
+        """Return the same episodes with the actions permuted among all steps, as a control.
 
         A negative control: what is left of the gain from such demonstrations is not from what they
         show. Observations, rewards and ends stay.

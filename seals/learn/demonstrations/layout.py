@@ -1,4 +1,4 @@
-"""The arrays of demonstrations by name: one layout for the files inside and the checks."""
+"""Layout of the arrays of demonstrations by name, for files and checks."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _episode(part: Mapping[str, NDArray[Any]], *, seed: int, success: bool) -> E
 
 
 def joined(now: NDArray[Any], following: NDArray[Any], seed: int) -> NDArray[Any]:
-    """Return the rows before every step and after the last.
+    """Return observations with the final one appended to those before every step.
 
     Raises:
         LogError: what is seen after a step is not what is seen before the next.

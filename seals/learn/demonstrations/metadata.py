@@ -1,4 +1,4 @@
-"""The metadata of demonstrations: written from them, and read back without trust."""
+"""Metadata of demonstrations: writing, and reading as untrusted input."""
 
 from __future__ import annotations
 

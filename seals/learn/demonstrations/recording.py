@@ -1,4 +1,4 @@
-"""Record episodes of a policy: observations, actions and rewards."""
+"""Recording of episodes of a policy: observations, actions and rewards."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def record(
     labels: Policy | None = None,
     tell: Callable[[int], None] | None = None,
 ) -> list[Episode]:
-    """Run one episode from each seed and keep it whole.
+    """Run one episode from each seed and record all its steps.
 
     Args:
         environment: of any count; seeds are taken ``count`` at a time.

@@ -1,4 +1,4 @@
-"""Typed settings of ``seals record``: an environment, and a policy whose episodes are kept."""
+"""Typed settings of ``seals record``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.learn.settings import LearnSettings
 
 @dataclass(kw_only=True)
 class RecordSettings(LearnSettings):
-    """An environment, and a policy whose episodes are kept as demonstrations.
+    """Settings of a recording: an environment, and the policy to record.
 
     Args:
         policy: a folder that training wrote, ``scripted``, or a script of keys (YAML or CSV).

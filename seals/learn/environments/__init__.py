@@ -1,4 +1,4 @@
-"""Environments of learning: one task in twins on any device, or in full worlds."""
+"""Learning environments: a task in batch dynamics, or in full worlds."""
 
 from seals.learn.environments.build import batched_of
 

@@ -1,4 +1,4 @@
-"""Batch cameras: poses and pictures of the cameras of N environments at once."""
+"""Batch cameras: poses and images of the cameras of N environments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds environments of learning from a composed configuration."""
+"""Construction of learning environments from a composed configuration."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def batched_of(
     values: Mapping[str, Any] | None = None,
     fused: bool | None = None,
 ) -> Batched:
-    """Build N environments: twins as one batch with ``backend=twin``, else N worlds.
+    """Build N environments: one batch with ``backend=twin``, else N worlds.
 
     Args:
         config: composed, with the keys of `seals.learn.settings.LearnSettings`.

@@ -20,7 +20,7 @@ def drawn_parameters(
     rng: np.random.Generator,
     known: Mapping[str, Estimate] | None = None,
 ) -> dict[str, Floats]:
-    """Return parameters of N environments, normal about those configured, within their bounds.
+    """Draw parameters of N environments, normally distributed about those configured.
 
     Whoever learns in all of them at once learns what works for any robot that the model may mean.
 

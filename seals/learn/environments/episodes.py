@@ -72,7 +72,7 @@ class Episodes:
         self.steps = max(1, round(task.duration * task.rate))
 
     def start(self, now: Instant) -> EpisodeState:
-        """Return the ledger of episodes that begin."""
+        """Return the state of N new episodes."""
         zero = now.position[:, 0:1] * 0.0
         xp = namespace(zero)
         columns = xp.concat([zero] * len(self._names), axis=1)

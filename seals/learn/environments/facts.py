@@ -1,4 +1,4 @@
-"""Measurements of full worlds that the batch lacks: grip, touch, phases of legs, power, slip."""
+"""Quantities of full worlds for observations and rewards: grip, contact, leg phases, slip."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seals.world import Actor
 
 
 class Facts:
-    """Facts about one robot, by name; those of a control step are means over its steps.
+    """Quantities of one robot by name, averaged over the steps of a control step.
 
     Args:
         names: of the facts that are wanted.
@@ -66,7 +66,7 @@ class Facts:
         self._steps = 0
 
     def observe(self) -> None:
-        """Accumulate the facts of one step of the world."""
+        """Accumulate the quantities of one step of the world."""
         self._steps += 1
         if "power" in self._kinds:
             rates, forces = self._actor.body.read().joint_velocity, self._body.joint_forces()
@@ -79,7 +79,7 @@ class Facts:
             self._slip += self._sliding()
 
     def now(self) -> dict[str, Floats]:
-        """Return all facts that are asked for, shape (1, k) each."""
+        """Return all requested quantities, shape (1, k) each."""
         return {name: measure().reshape(1, -1) for name, measure in self._kinds.items()}
 
     def _needs(self) -> None:

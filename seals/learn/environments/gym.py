@@ -1,4 +1,4 @@
-"""The environments of learning behind the interface of Gymnasium."""
+"""Learning environments with the interface of Gymnasium."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def composed(env: str, backend: str, overrides: Sequence[str]) -> Any:
 
 
 class SealsEnv(gymnasium.Env[Numbers, Numbers]):
-    """One robot and one task.
+    """Gymnasium environment of one robot and one task.
 
     Args:
         env: recipe of the group ``env``.
@@ -66,7 +66,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         return _numbers(self._batched.reset([start]), 0), {}
 
     def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
-        """Step one control period; facts that are not known yet are left out of ``info``."""
+        """Step one control period; quantities not known yet are left out of ``info``."""
         import torch
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
@@ -86,7 +86,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
 
 class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
-    """N robots at one task: a batch of twins, or worlds in turn.
+    """Gymnasium vector environment of N robots: one batch, or N worlds.
 
     An episode that ends begins anew in the same step; its last observation is ``final_obs`` of the
     infos.

@@ -1,4 +1,4 @@
-"""Batch environments with pixels: stacked camera pictures beside the state vector."""
+"""Batch environments with image observations next to the state vector."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class PixelEnvironments:
         return self.batch.now
 
     def snapshot(self) -> Any:
-        """Return everything that changes, as plain data and tensors."""
+        """Return the complete state, as plain data and tensors."""
         return {
             "twins": self.batch.snapshot(),
             "film": self._film.clone(),
@@ -89,7 +89,7 @@ class PixelEnvironments:
         self.cameras.restore(kept["noise"])
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
-        """Call back with the first robot's frame, now and after each control step; None ends it."""
+        """Set a callback that receives the first robot's frame after each control step, or None."""
         self.batch.set_frame_callback(callback)
 
     def close(self) -> None:

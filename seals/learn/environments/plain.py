@@ -1,4 +1,4 @@
-"""Nested tuples and mappings of arrays as plain data and tensors, and back."""
+"""Conversion of nested tuples and mappings to plain data and tensors, and back."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plain(value: Any) -> Any:
 
 
 def rebuilt(kept: Any, like: Any) -> Any:
-    """Return plain data in the form of another value, on the device of its tensors.
+    """Convert plain data to the structure of another value, on the device of its tensors.
 
     Example:
         >>> rebuilt([1, {"a": [2.0, None]}], (0, {"a": (0.0, None)}))

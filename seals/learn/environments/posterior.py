@@ -24,7 +24,7 @@ _MEDIA = ("air", "water")
 
 
 class Estimate(NamedTuple):
-    """A parameter as a diagnosis found it.
+    """Parameter estimated by a diagnosis, with its uncertainty.
 
     Args:
         mean: in the parameter's unit.

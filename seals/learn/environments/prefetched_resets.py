@@ -15,7 +15,7 @@ PREFETCHED = 1 << 16
 
 
 class Starts(NamedTuple):
-    """Many starts, each array with a row each; flights of a batch take theirs from here.
+    """Store of initial states, one row each, from which episodes are reset.
 
     Args:
         state: fields of the bodies that differ from start to start, by name.
@@ -28,13 +28,13 @@ class Starts(NamedTuple):
     goal: Array
 
     def chances(self, count: int, generator: Generator) -> Tensor:
-        """Return random numbers from 0 to 1, one for each of the starts to pick."""
+        """Return uniform random numbers, one for each start to draw."""
         import torch
 
         return torch.rand(count, generator=generator, device=self.goal.device)
 
     def picked(self, flight: Flight, chance: Array) -> tuple[Flight, Array]:
-        """Return a flight and goals with starts drawn at random.
+        """Return states and goals with randomly drawn starts.
 
         Args:
             flight: at any start; what does not differ is taken from it.
@@ -46,7 +46,7 @@ class Starts(NamedTuple):
 
 
 def joined(parts: list[tuple[Any, Array, Array]], names: tuple[str, ...]) -> Starts:
-    """Return starts of several batches as one store.
+    """Concatenate the starts of several batches.
 
     Args:
         parts: states, drives and goals.

@@ -77,7 +77,7 @@ class SequentialEnvironments:
         return self._tensor([world.scripted_policy() for world in self.worlds])
 
     def snapshot(self) -> Any:
-        """Refuse: a rigid-body scene cannot be handed out as plain data.
+        """Refuse: the state of a rigid-body scene is not available as plain data.
 
         Raises:
             NotImplementedError: always.
@@ -93,7 +93,7 @@ class SequentialEnvironments:
         raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
-        """Call back with frames of the first world, see `WorldEnvironment.set_frame_callback`."""
+        """Set a callback for frames of the first world; see `WorldEnvironment`."""
         self.worlds[0].set_frame_callback(callback)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Environments of learning as one batch of twins, on a processor or an accelerator."""
+"""Learning environments by batch dynamics, on CPU or GPU."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ STARTING = ("position", "quaternion", "velocity")
 
 
 class Scene(NamedTuple):
-    """Everything that changes in N environments.
+    """State of N environments.
 
     Args:
         flight: of the twins.
@@ -54,7 +54,7 @@ class Scene(NamedTuple):
 
 
 class TwinEnvironments:
-    """N environments of one task, flown as a batch of twins with their joints held.
+    """N environments of one task in one batch of robots with held joints.
 
     Args:
         settings: of the run, ``backend=twin``.
@@ -206,7 +206,7 @@ class TwinEnvironments:
         return found
 
     def snapshot(self) -> Any:
-        """Return everything that changes, as plain data and tensors."""
+        """Return the complete state, as plain data and tensors."""
         random = json.dumps(self._rng.bit_generator.state)
         if self._generator is None:
             return {"random": random, "parts": plain(self._scene)}
@@ -224,13 +224,13 @@ class TwinEnvironments:
             self._generator.set_state(kept["generator"].cpu())
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
-        """Call back with the first robot's frame, now and after each control step; None ends it."""
+        """Set a callback that receives the first robot's frame after each control step, or None."""
         self._frame_callback = callback
         if callback is not None:
             callback(self._frame(self.now))
 
     def close(self) -> None:
-        """Release compiled and recorded laws, which refer back to these environments."""
+        """Release compiled and recorded functions, which refer to these environments."""
         self._compiled = self._recorded = None
 
     def _set(self, scene: Scene) -> None:
@@ -348,7 +348,7 @@ class TwinEnvironments:
 
 
 def tool_offset(robot: RobotModel, joints: Floats) -> Floats:
-    """Return the place of the hand in body axes, joints held [m], shape (3,)."""
+    """Return the position of the hand in body axes, joints held [m], shape (3,)."""
     places, _ = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
     return np.asarray(places[0, list(tool_of(robot))].mean(axis=0))
 

@@ -1,4 +1,4 @@
-"""One environment of learning in a full world: rigid-body engine, contacts, sensors, ledger."""
+"""Learning environment in a full world: rigid-body engine, contacts, sensors, ledger."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Step(NamedTuple):
 
 
 class WorldEnvironment:
-    """A task in a world of its own.
+    """One robot and one task in a world.
 
     Args:
         settings: of the run, with a guide that takes orders.
@@ -142,7 +142,7 @@ class WorldEnvironment:
         return found
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
-        """Call back with the world's frame, now and after each of its steps; None ends it."""
+        """Set a callback that receives the world's frame after each of its steps, or None."""
         self._frame_callback = callback
         if callback is not None:
             callback(self._frame())

@@ -1,1 +1,1 @@
-"""Evaluation of policies on held-out initial states, in their own world and in others."""
+"""Evaluation of policies from held-out initial states, in the training world and others."""

@@ -1,4 +1,4 @@
-"""``seals evaluate``: policies on held-out starts, in their world and in others."""
+"""``seals evaluate``: evaluates policies from held-out starts, in the training world and others."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any
 
 
 def evaluate_policy(trial: Trial, *, tell: Callable[[int], None] | None = None) -> EvaluationResult:
-    """Let a policy act from the held-out starts.
+    """Run a policy from the held-out starts.
 
     Args:
         trial: policy and world.

@@ -1,4 +1,4 @@
-"""Policy of a script of keys, recorded in teleoperation or written by hand."""
+"""Policy that replays a script of keys, recorded in teleoperation or written by hand."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class PolicyKeys:
         self._count = self._step = 0
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Start the script anew."""
+        """Restart the script."""
         self._count, self._step = len(seeds), 0
 
     def act(self, observation: Any) -> Tensor:
@@ -68,7 +68,7 @@ class PolicyKeys:
 
 
 def action_of(stick: Stick, names: Sequence[str]) -> list[float]:
-    """Return the numbers of an action from a stick.
+    """Return the action of a stick input.
 
     Example:
         >>> action_of(Stick(forward=0.5, joints=(0, -1, 0, 0, 0, 0)), ["velocity_x", "joint_2"])

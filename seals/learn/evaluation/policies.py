@@ -53,11 +53,11 @@ class PolicyRandom:
         self._random: list[np.random.Generator] = []
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Give every episode random numbers of its own."""
+        """Seed a random generator for every episode."""
         self._random = [np.random.default_rng((seed, 1)) for seed in seeds]
 
     def act(self, observation: Any) -> Tensor:
-        """Return the next draws."""
+        """Return the next random actions."""
         import torch
 
         drawn = np.stack([random.uniform(-1.0, 1.0, self.size) for random in self._random])

@@ -43,11 +43,11 @@ class EvaluationResult:
         return len(self.columns[SHARE])
 
     def share(self, name: str = SHARE) -> Interval:
-        """Return the share of episodes in which a truth value held, with Wilson's interval."""
+        """Return the share of episodes with a property, such as success, with Wilson's interval."""
         return wilson(int(self.columns[name].sum()), self.episodes)
 
     def shares(self) -> dict[str, Interval]:
-        """Return the shares of all truth values by name."""
+        """Return the shares of all such properties by name."""
         return {n: self.share(n) for n in self.columns if n == SHARE or n.startswith(f"{SHARE}_")}
 
     def quantiles(self, name: str) -> list[float]:
@@ -73,7 +73,7 @@ class EvaluationResult:
 
 
 def summarise(scores: Scores, *, policy: str, world: str, seconds: float) -> EvaluationResult:
-    """Return the judgement of the scores of some episodes."""
+    """Summarise the scores of some episodes."""
     columns = {
         "seed": scores.seed.astype(float),
         SHARE: scores.success.astype(float),

@@ -1,4 +1,4 @@
-"""Typed settings of ``seals evaluate``: an environment, and policies to be judged in it."""
+"""Typed settings of ``seals evaluate``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.learn.settings import LearnSettings
 
 @dataclass(kw_only=True)
 class EvaluateSettings(LearnSettings):
-    """An environment, and policies to be judged in it.
+    """Settings of an evaluation: an environment, and the policies to evaluate.
 
     Args:
         policy: a folder that training wrote, or ``scripted``, ``random``, ``still``.

@@ -1,4 +1,4 @@
-"""Worlds by name that differ from a composed one: overrides of it, and factors on its numbers."""
+"""Named variants of a world: overrides of its configuration, and factors on its numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seals.errors import ConfigError, suggestion
 
 @dataclass(kw_only=True)
 class Variant:
-    """A world that differs from the one at hand.
+    """Variant of a world.
 
     Args:
         overrides: of the configuration, as on the command line.

@@ -73,7 +73,7 @@ def _spread(quantiles: Sequence[float]) -> str:
 
 
 def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:
-    """Return the claims that the intervals allow about the first policy against the others."""
+    """Return the claims that the intervals support about the first policy against the others."""
     first, *others = judgements
     own = first.share()
     out = []

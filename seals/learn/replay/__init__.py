@@ -1,1 +1,1 @@
-"""Replay memory: n-step returns, protected demonstrations, priorities."""
+"""Replay buffer: n-step returns, protected demonstrations, priorities."""

@@ -38,7 +38,7 @@ class Memory:
 
     @property
     def experience(self) -> int:
-        """Return the number of transitions that are no demonstrations."""
+        """Return the number of transitions that are not demonstrations."""
         return len(self) - self.protected
 
     def protect(self, columns: Mapping[str, Any]) -> None:
@@ -79,12 +79,12 @@ class Memory:
         return self._buffer.sample(count)
 
     def share(self, batch: Any) -> Tensor:
-        """Return the share of a batch that are demonstrations, shape ()."""
+        """Return the fraction of demonstrations in a batch, shape ()."""
         found: Tensor = (batch["index"] < self.protected).float().mean()
         return found
 
     def update_priorities(self, batch: Any, error: Tensor) -> None:
-        """Hand errors (batch,) to a sampler that draws by them."""
+        """Pass errors (batch,) to a prioritised sampler."""
         self.sampler.update_priorities(batch["index"], error)
 
     def state(self) -> dict[str, Any]:
@@ -103,7 +103,7 @@ class Memory:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load what `state` returned."""
+        """Restore what `state` returned."""
         if state["rows"] is None:
             return
         self._make(int(state["protected"]))
@@ -139,7 +139,7 @@ class Memory:
 
 
 class Ring:
-    """Writes round and round behind the protected slots.
+    """Ring writer behind the protected slots.
 
     Args:
         protected: slots at the front that are written once, all together.
@@ -170,7 +170,7 @@ class Ring:
         return index
 
     def fill(self, data: Any, cursor: int) -> None:
-        """Write all rows from the front on, and go on at ``cursor``."""
+        """Write all rows from the start, and set the cursor."""
         import torch
 
         self._put(torch.arange(len(data), device=data.device), data)

@@ -15,7 +15,7 @@ STEP = ("step_reward", "step_discount", "step_next_observation")
 
 
 class Returns:
-    """Turns steps of many environments into transitions over up to ``length`` steps.
+    """Conversion of steps of many environments to transitions of up to ``length`` steps.
 
     Equation:
         reward    = sum over k < m of gamma^k r_(t+k)
@@ -48,7 +48,7 @@ class Returns:
         truncated: Tensor,
         final: Any,
     ) -> dict[str, Any] | None:
-        """Take one step of N environments; return N transitions once the first are complete.
+        """Add one step of N environments; return N transitions once the first are complete.
 
         Args:
             observation: before the step.
@@ -93,16 +93,16 @@ class Returns:
         return item
 
     def state(self) -> dict[str, Any]:
-        """Return the transitions under way."""
+        """Return the incomplete transitions."""
         return {"under_way": [dict(item) for item in self._under_way]}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         self._under_way = [present_names(item) for item in state["under_way"]]
 
 
 def present_names(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Rename columns of older checkpoints, which said ``following`` for the next observation.
+    """Rename columns of older checkpoints.
 
     Example:
         >>> list(present_names({"following": 0, "action": 1}))

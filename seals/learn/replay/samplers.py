@@ -32,10 +32,10 @@ class Uniform:
         self.share = share
 
     def allocate(self, size: int, device: str) -> None:
-        """Allocate nothing: uniform draws need no priorities."""
+        """Do nothing: uniform sampling has no priorities."""
 
     def update_priorities(self, index: Tensor, error: Tensor) -> None:
-        """Ignore the errors of drawn transitions."""
+        """Do nothing: uniform sampling has no priorities to update."""
 
     def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
         """Return indices (batch,), as TorchRL asks for them."""
@@ -51,14 +51,14 @@ class Uniform:
         return torch.cat([draw(0, kept, (shown,)), draw(kept, stored, (batch_size - shown,))]), {}
 
     def extend(self, index: Tensor) -> None:
-        """Take no note of new transitions."""
+        """Do nothing: uniform sampling keeps no record of transitions."""
 
     def state_dict(self) -> dict[str, Any]:
-        """Return nothing: there is no state."""
+        """Return an empty state."""
         return {}
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Take nothing back."""
+        """Do nothing: there is no state."""
 
 
 class Prioritised:
@@ -163,7 +163,7 @@ class Prioritised:
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         tree = self._allocated()
         tree.fill(state["leaves"])
         device = tree.levels[0].device

@@ -12,7 +12,7 @@ FANOUT = 64
 
 
 class SumTree:
-    """Sum tree of fan-out FANOUT: a batch is drawn with one pass a level.
+    """Sum tree of fan-out FANOUT; a batch is drawn with one pass per level.
 
     Sums are made anew from their children, never by differences: they cannot drift.
 
@@ -53,7 +53,7 @@ class SumTree:
         return self.levels[0].reshape(-1)[index]
 
     def put(self, index: Tensor, weight: Tensor) -> None:
-        """Set the weights at ``index``; of one that comes twice, either is kept."""
+        """Set the weights at ``index``; for a repeated index one of its weights is kept."""
         value = weight.to(self.levels[0].dtype)
         for level in self.levels:
             level.view(-1)[index] = value
@@ -62,7 +62,7 @@ class SumTree:
             value = level[index].cumsum(-1)[:, -1]
 
     def draw(self, at: Tensor) -> Tensor:
-        """Return the index in whose share of the running total each value lies.
+        """Return the index whose interval of the cumulative sum contains each value.
 
         Args:
             at: values from 0 on, below `total`, shape (batch,).

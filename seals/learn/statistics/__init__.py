@@ -1,1 +1,1 @@
-"""Statistics of few seeds and many episodes; NumPy only."""
+"""Statistics of training runs with few seeds: intervals, tests, curves."""

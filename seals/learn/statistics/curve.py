@@ -47,7 +47,7 @@ class Curve:
 
 
 def curve(x: ArrayLike, y: ArrayLike) -> Curve:
-    """Return a checked curve of anything that is an array."""
+    """Return a curve from arrays, checked."""
     return Curve(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
 
 
@@ -117,7 +117,7 @@ def metric(name: str, line: Curve, *, budget: float) -> float:
 
 
 def held(line: Curve, *, budget: float) -> Curve:
-    """Return a curve that keeps its last value until the budget.
+    """Return a curve extended to the budget by its last value.
 
     For runs that stopped early because they had succeeded. It is an assumption: say so.
     """

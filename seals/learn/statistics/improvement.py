@@ -58,7 +58,7 @@ def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) ->
 
 
 def probability(x: Floats, y: Floats) -> float:
-    """Return the share of pairs in which ``x`` is above ``y``; ties count half."""
+    """Return the fraction of pairs in which ``x`` is above ``y``; ties count half."""
     above = (x[:, None] > y[None, :]).mean()
     tied = (x[:, None] == y[None, :]).mean()
     return float(above + 0.5 * tied)
@@ -72,7 +72,7 @@ def improvement_bootstrap(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Interval:
-    """Return the probability of improvement with the percentile interval of published tables.
+    """Return the probability of improvement with a bootstrap percentile interval.
 
     Each arm is resampled by itself. Two arms that do not overlap give an interval of no width:
     :func:`improvement` is the one to claim by.
@@ -91,7 +91,7 @@ def improvement_bootstrap(
 
 
 def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Interval:
-    """Return the share of paired seeds in which one arm is above the other, with Wilson's interval.
+    """Return the fraction of paired seeds in which one arm is above the other, with interval.
 
     Args:
         better: scores of the arm in question, shape (seeds,).
@@ -114,7 +114,7 @@ def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Inte
 
 
 def rank_test(x: ArrayLike, y: ArrayLike) -> float:
-    """Return the exact two-sided p of the rank-sum test: all ways to deal the runs to two arms.
+    """Return the exact two-sided p value of the rank-sum test, over all permutations.
 
     Ties get mean ranks. Three runs against three cannot go below 0.1, whatever they show; five
     against five reach 0.008.

@@ -1,4 +1,4 @@
-"""Estimates with intervals, Wilson's interval of a share, and the check of scores."""
+"""Estimates with intervals, and Wilson's interval of a proportion."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def normal_quantile(level: float) -> float:
 
 
 def wilson(successes: int, trials: int, *, level: float = LEVEL) -> Interval:
-    """Return a share with Wilson's score interval, which holds near 0 and 1, too.
+    """Return a proportion with Wilson's score interval, valid near 0 and 1 too.
 
     Equation:
         (p + z^2/2n +- z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n), p = successes / n

@@ -1,1 +1,1 @@
-"""Training: one loop for every learner, with curves, checkpoints and an end in sight."""
+"""Training: loop common to all learners, learning curves, checkpoints."""

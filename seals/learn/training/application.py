@@ -1,4 +1,4 @@
-"""``seals train``: from a composed configuration to a folder with curves and a policy."""
+"""``seals train``: trains a policy and writes its folder with learning curves."""
 
 from __future__ import annotations
 

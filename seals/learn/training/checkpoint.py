@@ -1,4 +1,4 @@
-"""The state of a training on disk: arrays and JSON, whole or not at all, read as data."""
+"""Checkpoints of a training: arrays and JSON, written atomically, read as data only."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KIND = "training"
 
 
 def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
-    """Write plain data and tensors; an earlier checkpoint gives way when this one is whole.
+    """Write a checkpoint of plain data and tensors, replacing an earlier one atomically.
 
     Args:
         folder: of the training.
@@ -75,7 +75,7 @@ def has_checkpoint(folder: Path) -> bool:
 
 
 def remove_checkpoint(folder: Path) -> None:
-    """Remove the checkpoint of a training that is complete, or begins anew."""
+    """Remove the checkpoint of a training that is complete or restarted."""
     for name in (FILE, OLD):
         (folder / name).unlink(missing_ok=True)
 

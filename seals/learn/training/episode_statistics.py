@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class EpisodeStatistics:
-    """Running sums on the device of the environments, read once a log row.
+    """Running sums on the device of the environments, read once per log row.
 
     Args:
         count: environments.
@@ -30,7 +30,7 @@ class EpisodeStatistics:
         self._updates = 0
 
     def step(self, result: StepResult) -> None:
-        """Take one step of all environments."""
+        """Accumulate one step of all environments."""
         import torch
 
         self._returns += result.reward.double()
@@ -49,7 +49,7 @@ class EpisodeStatistics:
         self._length.masked_fill_(ended, 0.0)
 
     def update(self, figures: Mapping[str, Tensor]) -> None:
-        """Take the figures of one update."""
+        """Accumulate the statistics of one update."""
         for name, value in figures.items():
             self._sums[name] = self._sums[name] + value if name in self._sums else value
         self._updates += 1
@@ -85,7 +85,7 @@ class EpisodeStatistics:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Load that state."""
+        """Restore that state."""
         self._returns.copy_(state["returns"])
         self._length.copy_(state["length"])
         self._ended.copy_(state["ended"])

@@ -93,7 +93,7 @@ class Training:
         self._board: Any = None
 
     def run(self) -> Outcome:
-        """Train to the end of the course, or until it is good enough."""
+        """Train until the step budget or the target score is reached."""
         if not self._begun:
             self._begin()
         # a training taken up may stand between two updates
@@ -167,7 +167,7 @@ class Training:
 
     @property
     def seconds(self) -> float:
-        """Return the wall time of all lives of this training [s]."""
+        """Return the wall time of this training, resumed parts included [s]."""
         return self._seconds + time.perf_counter() - self._since
 
     # rows
@@ -252,7 +252,7 @@ class Training:
         self._kept = time.perf_counter()
 
     def state(self) -> dict[str, Any]:
-        """Return everything that changes."""
+        """Return the complete state."""
         import torch
 
         try:

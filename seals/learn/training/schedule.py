@@ -10,7 +10,7 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class TrainingSchedule:
-    """Schedule of a training, the ``course`` of a configuration.
+    """Schedule of a training, ``course`` in a configuration.
 
     Args:
         steps: control steps in all; one step of N environments is N of them.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Scores(NamedTuple):
-    """One row an episode, in the order of the seeds.
+    """Scores of episodes, one row each, in the order of the seeds.
 
     Args:
         seed: of the start, shape (episodes,).
@@ -38,7 +38,7 @@ def score(
     *,
     tell: Callable[[int], None] | None = None,
 ) -> Scores:
-    """Run one episode from each seed and return how each went.
+    """Run one episode from each seed and return their scores.
 
     The environments step together; one that is done goes on unheard until all are.
 

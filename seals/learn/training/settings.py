@@ -1,4 +1,4 @@
-"""Typed settings of one training."""
+"""Typed settings of ``seals train``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OWN = (
 
 @dataclass(kw_only=True)
 class TrainSettings(LearnSettings):
-    """An environment, a learner, and how long it learns.
+    """Settings of a training: environment, learner, schedule.
 
     Args:
         learner: plug-in that learns.

@@ -75,7 +75,7 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
 
 
 def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
-    """Start the learner and show it the demonstrations that it wants; return remarks, too."""
+    """Create the agent and give it demonstrations where configured; return it with remarks."""
     if config.get("learner") is None:
         raise ConfigError("learner is not given.\nChoose one: learner=sac; see seals list learner")
     learner = build(config.learner, where="learner")

@@ -1,4 +1,4 @@
-"""Tensors of a state as registered records of arrays, and back on a device."""
+"""Conversion of tensors in a state to array records, and back to a device."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class StoredTensor(NamedTuple):
 
 
 def stored(state: Any) -> Any:
-    """Return a state with arrays in the places of tensors, for `seals.state_file.write_state`.
+    """Return a state with tensors replaced by arrays, for `seals.state_file.write_state`.
 
     Args:
         state: nested mappings, lists and tuples of tensors, numbers, text and None.
@@ -41,7 +41,7 @@ def stored(state: Any) -> Any:
 
 
 def tensors_of(state: Any, device: str) -> Any:
-    """Return a state with tensors in the places of stored ones.
+    """Return a state with stored arrays replaced by tensors.
 
     Args:
         state: that `stored` returned; its arrays are taken over.

@@ -1,4 +1,4 @@
-"""Underwater light for pictures: attenuation, veil, depth, blur, caustics, the water surface.
+"""Underwater image formation: attenuation, backscatter, blur, caustics, water surface.
 
 Pure functions of arrays, a batch of views at a time, for NumPy and PyTorch alike.
 """

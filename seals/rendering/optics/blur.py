@@ -1,4 +1,4 @@
-"""Forward scattering: light that water turns by a few degrees blurs the picture."""
+"""Forward scattering: blur by light scattered at small angles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 10.0
 
 
 def pixel_angle(directions: Array) -> float:
-    """Return the angle between neighbouring pixels in the middle of the first picture [rad].
+    """Return the angle between neighbouring pixels in the centre of the first image [rad].
 
     Args:
         directions: unit [1], shape (N, H, W, 3), W at least two.
@@ -31,7 +31,7 @@ def pixel_angle(directions: Array) -> float:
 
 
 def turned(length: Array, scattering: float) -> tuple[Array, Array]:
-    """Return the share of the light that was turned, and how often that was on average.
+    """Return the scattered fraction of the light, and its mean number of scatterings.
 
     Args:
         length: of the path in the water [m], any shape.
@@ -47,7 +47,7 @@ def turned(length: Array, scattering: float) -> tuple[Array, Array]:
 
 
 def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel: float) -> Array:
-    """Return pictures with the blur of the water: nothing is lost, all is spread.
+    """Return images blurred by the water, with the total light conserved.
 
     Light turned once, at a place evenly drawn along the path, by an angle of mean square t^2, comes
     in from t^2 / 3 beside its true direction, half of it along each axis of the picture; turned n

@@ -1,4 +1,4 @@
-"""Caustics: sunlight that the moving surface bends, counted where it falls."""
+"""Caustics: sunlight refracted by the water surface, as a light pattern."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Sun(NamedTuple):
     azimuth: float
 
     def ray(self) -> tuple[float, float, float]:
-        """Return the direction in which sunlight runs, unit, world axes [1]."""
+        """Return the unit direction of the sunlight, world axes [1]."""
         flat = -math.sin(self.zenith)
         return (
             flat * math.cos(self.azimuth),
@@ -37,13 +37,13 @@ class Sun(NamedTuple):
         )
 
     def drift(self) -> tuple[float, float]:
-        """Return how far sunlight goes east and north per metre of depth under still water [1]."""
+        """Return the shift of sunlight east and north per metre of depth in still water [1]."""
         lean = math.tan(math.asin(math.sin(self.zenith) / INDEX))
         return -lean * math.cos(self.azimuth), -lean * math.sin(self.azimuth)
 
 
 class Patch(NamedTuple):
-    """A square of the underwater world, seen from above, at two depths; one for each view.
+    """Square area of the caustics pattern at two depths, one per view.
 
     Args:
         x: world x of its middle [m], shape (N,).
@@ -155,7 +155,7 @@ def _sums(start: Array, shares: tuple[tuple[Array, int], ...], size: int) -> Arr
 
 
 def looked_up(maps: Array, patch: Patch, x: Array, y: Array, depth: Array) -> Array:
-    """Return the pattern at places, one where they lie beside the patch.
+    """Return the pattern at points; 1 outside the patch.
 
     Args:
         maps: of `pattern`, shape (N, 2, cells, cells).
@@ -194,7 +194,7 @@ def looked_up(maps: Array, patch: Patch, x: Array, y: Array, depth: Array) -> Ar
 
 
 def around(x: Array, y: Array, depth: Array, length: Array, seen: Array, *, cells: int) -> Patch:
-    """Return the patches that hold what the views see near by.
+    """Return the patches that cover what the views see nearby.
 
     Args:
         x: world x of the points seen [m], shape (N, H, W).

@@ -1,4 +1,4 @@
-"""The steps from a renderer's picture to the underwater image, a few views at a time."""
+"""Chain of image formation steps, from a rendered image to the underwater image."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AT_ONCE = 1 << 16
 
 
 class Lines(NamedTuple):
-    """Lines of sight and their quantities for the image formation steps; shapes (N, H, W).
+    """Pixel rays and their quantities for the image formation steps, shapes (N, H, W).
 
     Args:
         hit: whether there is something at the end.

@@ -1,4 +1,4 @@
-"""Intersection of lines of sight with the water surface, and their wet part."""
+"""Intersection of pixel rays with the water surface, and their submerged part."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEPS = 5
 
 
 class Crossing(NamedTuple):
-    """Wet parts of lines of sight; shapes (N, H, W).
+    """Submerged parts of pixel rays, shapes (N, H, W).
 
     Args:
         wet: whether they begin in the water.
@@ -32,7 +32,7 @@ class Crossing(NamedTuple):
 def crossing(
     origins: Array, directions: Array, ranges: Array, surface: Surface, time: Array, *, port: float
 ) -> Crossing:
-    """Find the first crossing of each line of sight with the surface.
+    """Find the first intersection of each pixel ray with the surface.
 
     Args:
         origins: of the lines, world [m], shape (N, 3).

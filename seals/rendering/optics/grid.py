@@ -1,4 +1,4 @@
-"""A water surface given as heights on a grid: particle water, measurements."""
+"""Water surface given as heights on a grid, such as that of particles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.arrays import Array, Floats, namespace
 
 
 class SurfaceGrid:
-    """Heights on a regular grid, linear in between, the edge's beyond; it stands still.
+    """Static surface on a regular grid: interpolated linearly, constant beyond the edge.
 
     Args:
         heights: at the middles of the cells, world z [m], shape (X, Y), both at least two.
@@ -37,7 +37,7 @@ class SurfaceGrid:
         return (1.0 - u) * ((1.0 - v) * a + v * b) + u * ((1.0 - v) * c + v * d)
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         (a, b, c, d), u, v = self._corners(x, y)
         along = ((1.0 - v) * (c - a) + v * (d - b)) / self.edge[0]
         return along, ((1.0 - u) * (b - a) + u * (d - c)) / self.edge[1]

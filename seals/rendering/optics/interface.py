@@ -40,7 +40,7 @@ def fresnel(cosine: Array, ratio: float) -> Array:
 
 
 def sunbeam(zenith: float, index: float = INDEX) -> tuple[float, float]:
-    """Return lean of a sunbeam in the water and the share of it that gets in.
+    """Return the angle of a sunbeam in the water, and the transmitted fraction.
 
     Args:
         zenith: angle of the sun from straight up [rad].

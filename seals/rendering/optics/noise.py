@@ -1,4 +1,4 @@
-"""Noise of the sensor: photons that come in by chance, and reading them out."""
+"""Noise of the image sensor: photon shot noise and readout noise."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _quantiles() -> NDArray[np.float32]:
 
 
 def noisy(light: Array, rng: Any, *, read: float, shot: float) -> Array:
-    """Return light as a sensor measures it, zero or more.
+    """Return light with sensor noise, not negative.
 
     Equation:
         variance = read^2 + shot light.

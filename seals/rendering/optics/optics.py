@@ -1,4 +1,4 @@
-"""Underwater image formation: from colour and distance to the image under water."""
+"""Underwater image formation from rendered colour and distance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PETZOLD = "Petzold 1972, SIO Ref. 72-78, stations HAOCE 5 and 11, turns below 1
 
 
 class Sight(NamedTuple):
-    """Rendered view before water: colour and distance in full light.
+    """Rendered image without water: colour in full light, and distance.
 
     Args:
         colour: linear radiance, a white surface in full light being one, shape (N, H, W, 3); its
@@ -44,7 +44,7 @@ class Sight(NamedTuple):
 
 @dataclass(kw_only=True)
 class Optics:
-    """Light in water: attenuation, veil, depth, blur, caustics, surface, and the sensor's noise.
+    """Settings of the underwater image: water type, blur, caustics, surface, sensor noise.
 
     Equation:
         I = G[J E(D) exp(-beta_D z)] + B_inf (1 - exp(-beta_B z)), for each of red, green, blue:
@@ -161,7 +161,7 @@ class Optics:
 
     @cached_property
     def water(self) -> Water | None:
-        """The water's coefficients, with those replaced that were given; None for no water."""
+        """Coefficients of the water, with overrides; None for no water."""
         known = water_of(self.water_type)
         if known is None:
             return None
@@ -174,7 +174,7 @@ class Optics:
 
     @cached_property
     def medium(self) -> Medium | None:
-        """The same as the image sees it."""
+        """Coefficients of the water in red, green and blue."""
         if self.water is None:
             return None
         a, b, f = self.water.absorption, self.water.scattering, self.forward_share
@@ -191,13 +191,13 @@ class Optics:
 
     @cached_property
     def entering(self) -> float:
-        """Share of the daylight that gets through the surface [1]."""
+        """Fraction of the daylight transmitted through the surface [1]."""
         # of evenly bright sky: Preisendorfer 1976; of the sun: Fresnel
         return self.sun_share * sunbeam(self.sun_zenith)[1] + (1.0 - self.sun_share) * 0.934
 
     @cached_property
     def fading(self) -> float:
-        """Loss of the caustics' pattern against the light itself, with depth [1/m].
+        """Attenuation of the caustics contrast with depth [1/m].
 
         What is turned beyond small angles on its way down still lights, but no longer draws.
         """
@@ -222,7 +222,7 @@ class Optics:
         return namespace(directions).stack([light[k] for k in range(3)], axis=-1)
 
     def look(self, view: Sight, surface: Surface, time: Array, rng: Any) -> Array:
-        """Return the image.
+        """Return the underwater image of a rendered view.
 
         Args:
             view: what a renderer saw.

@@ -1,4 +1,4 @@
-"""Light on its way through water: what is lost of the direct light, what veils it."""
+"""Light along a ray in water: attenuation of direct light, and backscattered veil."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from seals.arrays import Array, as_like, namespace
 
 
 class Medium(NamedTuple):
-    """Coefficients of a water as the image sees it; each for red, green and blue.
+    """Coefficients of the water in red, green and blue.
 
     Args:
         direct: beta_D, loss of direct light along the line of sight [1/m].
@@ -32,7 +32,7 @@ def channels(values: tuple[float, ...], like: Array) -> Array:
 
 
 def direct(medium: Medium, length: Array, depth: Array) -> Array:
-    """Return the share of an object's full-light radiance that arrives unscattered or nearly so.
+    """Return the fraction of an object's radiance that arrives directly.
 
     Equation:
         exp(-K_d D) exp(-beta_D z): light falls to the depth of the object, and on its way to the
@@ -52,7 +52,7 @@ def direct(medium: Medium, length: Array, depth: Array) -> Array:
 
 
 def veil(medium: Medium, length: Array, depth: Array, rise: Array) -> Array:
-    """Return the light that the water itself sends along the line of sight.
+    """Return the light backscattered by the water along a ray.
 
     Equation:
         B = s E(D) (1 - exp(-e z)) / e, e = beta_B - K_d u, E(D) = exp(-K_d D): the light scattered
@@ -84,7 +84,7 @@ def veil(medium: Medium, length: Array, depth: Array, rise: Array) -> Array:
 
 
 def far_veil(medium: Medium, depth: Array, rise: Array) -> Array:
-    """Return the veil of an endless line of sight that does not lead up, B_inf.
+    """Return the veil B_inf of an infinitely long ray that does not lead up.
 
     Args:
         medium: coefficients.

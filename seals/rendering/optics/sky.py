@@ -1,4 +1,4 @@
-"""A plain clear sky: what the surface mirrors, and what one sees through it from below."""
+"""Clear sky: radiance by direction."""
 
 from __future__ import annotations
 

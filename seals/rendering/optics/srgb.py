@@ -1,4 +1,4 @@
-"""Between linear light and the numbers that picture files and screens hold (sRGB)."""
+"""Conversion between linear light and sRGB values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEPS = 1 << 14
 
 
 def to_srgb(linear: Array) -> Array:
-    """Return encoded values of linear light; both 0 to 1, what lies outside is cut off.
+    """Return the sRGB values of linear light, both clipped to 0 to 1.
 
     References:
         IEC 61966-2-1:1999.
@@ -46,7 +46,7 @@ def to_linear(encoded: Array) -> Array:
 
 
 def to_bytes(linear: Array) -> Array:
-    """Return the picture of linear light as whole numbers 0 to 255 of type uint8.
+    """Return linear light as an sRGB image of type uint8.
 
     Taken from a table of 2^14 steps, within a tenth of a level of the formula before rounding.
 
@@ -71,7 +71,7 @@ def _encoded() -> NDArray[np.uint8]:
 
 
 def from_bytes(picture: Array, dtype: Array | None = None) -> Array:
-    """Return the linear light of a picture of whole numbers 0 to 255, by a table.
+    """Return the linear light of an sRGB image of type uint8.
 
     Args:
         picture: of type uint8, any shape.

@@ -1,4 +1,4 @@
-"""The water surface as light meets it: height and slope anywhere, at any time."""
+"""Water surfaces for optics: height and slope at any point and time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from seals.environment.waves import Waves
 
 @runtime_checkable
 class Surface(Protocol):
-    """A water surface; x, y and the results are arrays of one shape and one library.
+    """Interface of a water surface; x, y and results are arrays of one shape and library.
 
     Times are a number, or an array that broadcasts against x.
     """
@@ -28,7 +28,7 @@ class Surface(Protocol):
 
     @property
     def reach(self) -> float:
-        """The surface stays within this distance of its level [m]."""
+        """Largest deviation of the surface from its mean level [m]."""
         ...
 
     def height(self, x: Array, y: Array, time: Array) -> Array:
@@ -36,13 +36,13 @@ class Surface(Protocol):
         ...
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         ...
 
 
 @runtime_checkable
 class SurfaceSmooth(Protocol):
-    """A surface that knows its slope as seen from afar, too, where waves are finer than a pixel."""
+    """Interface of a surface whose slope can be averaged over the footprint of a pixel."""
 
     def slope_over(self, x: Array, y: Array, time: Array, width: Array) -> tuple[Array, Array]:
         """Return the slope, smoothed by a Gaussian of a width [m] that has the shape of x [1]."""
@@ -113,7 +113,7 @@ class SurfaceAiry:
         return total if self.waves else x * 0.0 + total
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         xp = namespace(x)
         along, across = x * 0.0, y * 0.0
         for a, kx, ky, w, phi in self.waves:
@@ -142,7 +142,7 @@ def _turn(omega: float, time: Array, phase: float, like: Array) -> Array:
 
 
 class SurfaceSum:
-    """Surfaces upon each other: a swell and the ripples on it, for instance.
+    """Sum of surfaces, such as swell and ripples.
 
     Args:
         parts: surfaces; the level is that of the first, the others ride on it.
@@ -163,7 +163,7 @@ class SurfaceSum:
         return total
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         return _added([part.slope(x, y, time) for part in self.parts])
 
     def slope_over(self, x: Array, y: Array, time: Array, width: Array) -> tuple[Array, Array]:
@@ -208,7 +208,7 @@ class SurfaceWaves:
         return xp.reshape(xp.astype(sea.elevation, x.dtype), x.shape)
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         normal = self.waves.at(*_rows(x, y, time, self.level), self.level).normal
         if normal is None:
             return x * 0.0, y * 0.0
@@ -233,7 +233,7 @@ def _rows(x: Array, y: Array, time: Array, level: float) -> tuple[Array, Array]:
 
 
 def ripples(*, wind: float, seed: int, components: int = 12, level: float = 0.0) -> SurfaceAiry:
-    """Return the short waves that wind makes: those that focus sunlight.
+    """Return short wind waves, which focus sunlight.
 
     Wave lengths from 0.1 to 1.5 m, evenly on a logarithmic scale with equal shares of the mean
     square slope, directions spread about the x-axis by cos^2; slope by Cox and Munk,

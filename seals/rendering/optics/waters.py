@@ -22,7 +22,7 @@ WILLIAMSON = (
 
 @dataclass(frozen=True, kw_only=True)
 class Water:
-    """Inherent optical properties of a water, at `WAVELENGTHS`.
+    """Inherent optical properties of a water type at `WAVELENGTHS`.
 
     Args:
         absorption: a, red, green, blue [1/m].
@@ -120,7 +120,7 @@ def molecular(wavelength: float) -> float:
 
 
 def backscattering(scattering: float, wavelength: float, share: float) -> float:
-    """Return the part of the scattering that goes backwards, b_b [1/m].
+    """Return the backscattering coefficient b_b [1/m].
 
     Water molecules scatter half of it backwards, particles a small share.
 

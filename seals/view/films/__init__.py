@@ -1,4 +1,4 @@
-"""Films of runs: frames from a run folder, drawn by any viewer, and an MP4 of them."""
+"""Films of runs: frames rendered from a run folder, and an MP4 of them."""
 
 from seals.view.films.frame import Frame, Photographer, WaterBody
 from seals.view.films.viewpoint import Viewpoint, looking

@@ -39,7 +39,7 @@ WALLS = "basin_"
 
 
 class Shooting(NamedTuple):
-    """A film before its first frame.
+    """Prepared film: scene, camera, times, water.
 
     Args:
         replay: of the run.
@@ -61,7 +61,7 @@ class Shooting(NamedTuple):
 
 
 def execute(config: Any) -> int | None:
-    """Draw the frames of one film that are not there yet, then the film.
+    """Render the missing frames of one film, then write the film.
 
     Args:
         config: composed by Hydra from the root ``render``.
@@ -97,7 +97,7 @@ def execute(config: Any) -> int | None:
 
 
 def prepare(settings: RenderSettings) -> Shooting:
-    """Return everything that a film of a run folder needs but the renderer.
+    """Prepare a film of a run folder, without its renderer.
 
     Raises:
         SealsError: the run cannot be used, or the camera has no place.
@@ -110,7 +110,7 @@ def prepare(settings: RenderSettings) -> Shooting:
 
 
 def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = None) -> Shooting:
-    """Return everything that a film needs but the renderer.
+    """Prepare a film, without its renderer.
 
     Args:
         replay: what is filmed.
@@ -165,7 +165,7 @@ def photographer_of(renderer: Any) -> Photographer:
 def draw(
     shooting: Shooting, photographer: Photographer, frames: Frames, settings: RenderSettings
 ) -> int:
-    """Draw the frames that are not there yet; return how many those were."""
+    """Render the missing frames; return their number."""
     left = [k for k in range(len(shooting.times)) if not frames.done(k)]
     if not left:
         return 0
@@ -179,7 +179,7 @@ def draw(
 
 
 def frame_at(shooting: Shooting, number: int, port: float) -> Frame:
-    """Return what a frame shows.
+    """Return the content of a frame.
 
     Args:
         shooting: the film.

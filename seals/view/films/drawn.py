@@ -13,7 +13,7 @@ from seals.view.films.settings import Quality
 
 
 class Drawn:
-    """Makes a photographer of a renderer of links and ground.
+    """Adapter of a renderer without water to frames of films.
 
     Args:
         renderer: that draws without water.
@@ -27,7 +27,7 @@ class Drawn:
         self._poses: Poses | None = None
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
-        """Open the renderer; the camera of a film has no noise."""
+        """Open the renderer, with a camera without noise."""
         clean = dataclasses.replace(optics, noise=False)
         self._dry = dataclasses.replace(clean, water_type="none")
         self._watch = SceneView(self.renderer, scene, self._now, optics=clean, surface=None)
@@ -39,7 +39,7 @@ class Drawn:
         return self._poses
 
     def photograph(self, frame: Frame) -> Image:
-        """Return a frame."""
+        """Render a frame."""
         watch = self._watch
         if watch is None or self._dry is None:
             raise RuntimeError("nothing was arranged")

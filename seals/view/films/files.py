@@ -1,4 +1,4 @@
-"""Frames on disk: which are there, whole, and of this very film."""
+"""Frames on disk, with a check for completeness and film settings."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Frames:
         return self.folder / f"frame_{number:05d}.png"
 
     def done(self, number: int) -> bool:
-        """Return whether a frame is there, from its first byte to its last."""
+        """Return whether a complete frame exists."""
         path = self.path(number)
         if not path.is_file() or path.stat().st_size < len(_END):
             return False
@@ -70,7 +70,7 @@ class Frames:
             return file.read() == _END
 
     def write(self, number: int, image: Image) -> None:
-        """Write a frame, whole or not at all."""
+        """Write a frame atomically."""
         write_bytes(self.path(number), png(to_bytes(np.clip(image, 0.0, 1.0))))
 
 

@@ -1,4 +1,4 @@
-"""Frames to a film: MP4 with H.264, which every browser plays."""
+"""Writing of films: MP4 with H.264."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RATE_FACTOR = "20"
 
 
 def refuse_missing() -> Any:
-    """Return PyAV.
+    """Return the module PyAV, or refuse in words where it is missing.
 
     Raises:
         MissingExtra: it is not installed.
@@ -31,7 +31,7 @@ def refuse_missing() -> Any:
 
 
 def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
-    """Write frames as a film that appears whole or not at all.
+    """Write frames as a film file, atomically.
 
     Args:
         path: of the film, ``.mp4``.

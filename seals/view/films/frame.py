@@ -1,4 +1,4 @@
-"""Contents of one frame, and the protocol of renderers that draw water."""
+"""Content of one frame, and the interface of renderers that draw water."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class WaterBody(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Everything that one picture of a film shows.
+    """Content of one frame: time, poses, camera, water.
 
     Args:
         time: of the run [s].
@@ -71,7 +71,7 @@ class Frame(NamedTuple):
 
 @runtime_checkable
 class Photographer(Protocol):
-    """A renderer that draws water itself: surface, light in it, and the sky."""
+    """Interface of a renderer that draws water: surface, underwater light, sky."""
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
         """Prepare for the frames of a film.
@@ -82,7 +82,7 @@ class Photographer(Protocol):
         ...
 
     def photograph(self, frame: Frame) -> Image:
-        """Return a frame: linear red, green, blue, one being white, shape (H, W, 3)."""
+        """Render a frame: linear red, green, blue, white is 1, shape (H, W, 3)."""
         ...
 
     def close(self) -> None:

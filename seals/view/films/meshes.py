@@ -1,4 +1,4 @@
-"""Surfaces of particle water as a run has written them, made fit to be looked at."""
+"""Surface meshes of particle water, cleaned for rendering."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST = 0.25
 
 
 class Meshes:
-    """The surfaces of a run's folder by time.
+    """Surface meshes of a run folder by time.
 
     Args:
         folder: of the run.
@@ -62,7 +62,7 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def cut(mesh: Mesh, low: tuple[float, float], high: tuple[float, float]) -> Mesh:
-    """Return what lies within a rectangle as seen from above; its rim lies on the rectangle.
+    """Clip a mesh by a rectangle seen from above.
 
     Args:
         mesh: closed.
@@ -83,7 +83,7 @@ def cut(mesh: Mesh, low: tuple[float, float], high: tuple[float, float]) -> Mesh
 
 
 def outer(mesh: Mesh) -> Mesh:
-    """Return the surface without voids and without sheets that look down.
+    """Return the outer surface, without cavities and faces that point down.
 
     Voids are what bodies take, and air that the particles enclose; the sheet that looks down is the
     floor of water that was cut at its sides.
@@ -103,7 +103,7 @@ def outer(mesh: Mesh) -> Mesh:
 
 
 def tidy(mesh: Mesh) -> Mesh:
-    """Return a mesh without triangles that are no wider than a hair and without unused vertices."""
+    """Return a mesh without degenerate triangles and unused vertices."""
     corners = mesh.vertices[mesh.triangles]
     twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     mesh = Mesh(mesh.vertices, mesh.triangles[np.linalg.norm(twice, axis=1) > LEAST_AREA])
@@ -126,7 +126,7 @@ def _components(mesh: Mesh) -> NDArray[np.int64]:
 
 
 def raster(mesh: Mesh, low: Floats, edge: float, cells: tuple[int, int]) -> Floats:
-    """Return the height of the uppermost vertex over every cell; empty ones take their neighbour's.
+    """Return the height of the top vertex over every cell; empty cells take their neighbour's.
 
     Args:
         mesh: a surface.

@@ -1,4 +1,4 @@
-"""The open sea as a mesh: fine about the robot, coarser with distance, with a place left out."""
+"""Mesh of the open sea: fine near the robot, coarser with distance, with a cut-out."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def sea_mesh(
 
 
 def calmed(surface: Surface, x: Floats, y: Floats, time: float, fine: Box) -> Floats:
-    """Return heights of the sea [m], whose waves fade far from where it is fine."""
+    """Return heights of the sea [m], with waves fading out where the mesh is coarse."""
     middle = [0.5 * (low + high) for low, high in fine]
     distance = np.hypot(x - middle[0], y - middle[1])
     near, far = CALM

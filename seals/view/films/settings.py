@@ -1,4 +1,4 @@
-"""Typed settings of one film: which run, seen from where, how well."""
+"""Typed settings of ``seals render``: run, camera, quality."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Quality(Enum):
 
 @dataclass(kw_only=True)
 class RenderSettings:
-    """One film of a run that has been simulated.
+    """Settings of one film of a run.
 
     Args:
         name: of the film, part of the folder's name.

@@ -39,7 +39,7 @@ class Viewpoint(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Field of interest of a camera in a run.
+    """Region that a camera must show during a run.
 
     Args:
         middle: of the room that the robot goes through [m], shape (3,).
@@ -53,7 +53,7 @@ class Way(NamedTuple):
 
 
 def looking(origin: Floats, target: Floats) -> Viewpoint:
-    """Return a camera that looks from one place at another, upright.
+    """Return an upright camera that looks from one point at another.
 
     Raises:
         ConfigError: the two places are one.
@@ -80,7 +80,7 @@ def looking(origin: Floats, target: Floats) -> Viewpoint:
 
 
 def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoint]:
-    """Return the camera as a function of where the robot is [m], shape (3,).
+    """Return the camera as a function of the robot's position [m], shape (3,).
 
     Raises:
         ConfigError: an unknown preset, one that needs water where there is none, or no place.

@@ -1,4 +1,4 @@
-"""The water of a run over time: a sea of waves, a tank of particles, or a window in a sea."""
+"""Water of a run over time: waves, a particle tank, or a moving domain in the sea."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SUNK = 0.004
 
 
 class WaterOverTime:
-    """Gives the water at any time of a run.
+    """Water of a run at any time.
 
     Args:
         settings: of the run.
@@ -128,7 +128,7 @@ class WaterOverTime:
 
 
 class Patched:
-    """A surface with another one inside of a rectangle.
+    """Surface with another surface inside a rectangle.
 
     Args:
         inner: inside.
@@ -148,7 +148,7 @@ class Patched:
         return np.where(inside, self.inner.height(x, y, time), self.sea.height(x, y, time))
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
-        """Return how the height changes along x and along y [1]."""
+        """Return the slopes along x and y [1]."""
         inside = self._inside(x, y)
         (a, b), (c, d) = self.inner.slope(x, y, time), self.sea.slope(x, y, time)
         return np.where(inside, a, c), np.where(inside, b, d)
