@@ -43,8 +43,8 @@ SENSORS = (
 MEASURED = {
     "estimated_position": ("position", "xyz", "position_noise"),
     "estimated_orientation": ("orientation", "wxyz", "attitude_noise"),
-    "imu_angular_velocity": ("angular_velocity", "xyz", ""),
-    "imu_specific_force": ("specific_force", "xyz", ""),
+    "angular_velocity": ("angular_velocity", "xyz", ""),
+    "specific_force": ("specific_force", "xyz", ""),
 }
 """Readings of a run, the channel each measures, its letters, and its noise where not stated."""
 NOISE = {"position_noise": 1e-3, "attitude_noise": 2e-3}
@@ -167,15 +167,16 @@ def measured(run: Path, place: Path, seed: int) -> Path:
     from seals.logs.native import read_native, write_native
 
     log, rng = read_native(run), np.random.default_rng(seed)
+    if not any("_cmd" in k for k in log.columns):
+        # no commands to be held: rows as often as there are readings
+        log = log.select(slice(None, None, max(1, round(1.0 / (RATE * _step(log))))))
     columns = {k: v for k, v in log.columns.items() if k == "t" or "_cmd" in k}
     told = log.meta["sensors"]["channels"]
     channels: Row = {}
     for reading, (name, letters, noise) in MEASURED.items():
-        # an inertial sensor on the base takes the name of what it measures
-        seen = reading if reading in told else name
         for letter in letters:
-            columns[f"{name}_{letter}"] = log.columns[f"{seen}_{letter}"]
-        sigma = NOISE[noise] if noise else told[seen]["sigma"]
+            columns[f"{name}_{letter}"] = log.columns[f"{reading}_{letter}"]
+        sigma = NOISE[noise] if noise else told[reading]["sigma"]
         channels[name] = {"rate": RATE, "sigma": sigma}
     joints = [k for k in log.columns if k.startswith("joint_position_") and "_cmd" not in k]
     for key in joints:

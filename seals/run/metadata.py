@@ -12,9 +12,10 @@ from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.effects.effect import EffectOptions
 from seals.environment.sampler import WaterColumn
-from seals.frames import quaternion_of_rpy
+from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.plugin_options import options_of
+from seals.robot.fixed_links import place_on_base
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
 from seals.robot.whole_body import whole_body
@@ -69,8 +70,8 @@ def describe_run(
         "vehicle": vehicle,
         "environment": environment | more,
         "baseline": [*effects, *held(vehicle)],
-        "sensors": _sensors(settings, sources),
-        "tolerance": _tolerance(settings) if layout is not None else {},
+        "sensors": _sensors(settings, robot, sources),
+        "tolerance": _tolerance(settings, driven=layout is not None),
         "known_exactly": [channel for channel, sensor in sources.items() if not sensor],
         "initial_state": [{"segment": 0, **initial, "sigma": {}}],
         "simulated": {"seed": settings.seed, "step": settings.time.step, "run": settings.name},
@@ -217,18 +218,18 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
     return {**out, "latency": late} if late else out
 
 
-def _tolerance(settings: RunSettings) -> dict[str, Any]:
+def _tolerance(settings: RunSettings, *, driven: bool) -> dict[str, Any]:
     """Resolution limit of logged channels due to the time step; all else is exact."""
     step = settings.time.step
     early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
     late = "s, an accelerometer reads the mean over a step"
-    return {
-        "command_delay": {"sigma": 5e-4, "meaning": early},
-        "sensor_delay": {"sigma": 0.5 * step, "meaning": late},
-    }
+    commands = {"command_delay": {"sigma": 5e-4, "meaning": early}} if driven else {}
+    return {**commands, "sensor_delay": {"sigma": 0.5 * step, "meaning": late}}
 
 
-def _sensors(settings: RunSettings, sources: Mapping[str, str]) -> dict[str, Any]:
+def _sensors(
+    settings: RunSettings, robot: RobotModel, sources: Mapping[str, str]
+) -> dict[str, Any]:
     """Mounting of the inertial sensor, noise and rate of every channel that a sensor read."""
     channels: dict[str, Any] = {}
     out: dict[str, Any] = {}
@@ -252,7 +253,14 @@ def _sensors(settings: RunSettings, sources: Mapping[str, str]) -> dict[str, Any
         entry |= _noise(sensor, channel)
         channels[name] = entry
         if channel == "specific_force" and "imu" not in out:
-            turn = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))
-            place = list(getattr(sensor, "position", (0.0, 0.0, 0.0)))
-            out["imu"] = {"position": place, "orientation": np.roll(turn[0], 1)}
+            out["imu"] = _mounting(sensor, robot)
     return {**out, "channels": channels}
+
+
+def _mounting(sensor: Any, robot: RobotModel) -> dict[str, Any]:
+    """Place [m] and axes (w, x, y, z) of an inertial sensor in the body; one on an arm, its own."""
+    own = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))
+    place = np.asarray(getattr(sensor, "position", (0.0, 0.0, 0.0)), dtype=float)
+    origin, turn = place_on_base(robot, sensor.link) or (np.zeros(3), np.eye(3))
+    axes = quaternion_of(turn @ matrix_of(own)[0])
+    return {"position": (origin + turn @ place).tolist(), "orientation": np.roll(axes, 1)}

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
 from seals.logs.channels import CHANNELS
+from seals.robot.fixed_links import place_on_base
 from seals.run.recorded_rows import refill, row_count
 from seals.world.actor import Actor
 
@@ -145,11 +146,15 @@ def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
     """Name in the log of every sensor's channels.
 
     The log's own names are those of the body: the first sensor on the base takes them, the readings
-    of all others stand under ``SENSOR_CHANNEL``.
+    of all others stand under ``SENSOR_CHANNEL``. An inertial sensor may sit on a link that is fixed
+    to the base: its log states where.
     """
     names: dict[tuple[str, str], str] = {}
     for sensor, plugin in actor.sensors.items():
-        on_base = plugin.link in ("root", actor.robot.links[0])
+        on_base = plugin.link in ("root", actor.robot.links[0]) or (
+            "specific_force" in plugin.channels()
+            and place_on_base(actor.robot, plugin.link) is not None
+        )
         for channel in plugin.channels():
             free = on_base and channel not in names.values()
             names[sensor, channel] = channel if free else f"{sensor}_{channel}"

@@ -84,12 +84,14 @@ def parts_of(
         )
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured else ()
-    effects = {**_acting(description, meta), **description.actuators}
+    drives = {} if _undriven(meta) else description.actuators
+    effects = {**_acting(description, meta), **drives}
     if not moving:
         of_joints = (JointLoads, JointDriven)
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
     model = fused(robot, list(_stowed(robot)), _named(effects, robot), moving=moving)
-    servo, model = _servo(effects, model)
+    model = _with_motors(description.actuators, model)
+    servo = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)
     listed = _names_of(meta) if _instances_of(meta) else None
     made = _surroundings(made, model, environment, listed=listed)
@@ -133,18 +135,22 @@ def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:
     return found
 
 
-def _servo(
-    effects: Mapping[str, Effect], robot: RobotModel
-) -> tuple[dict[str, Floats], RobotModel]:
-    """Gains of the servos, and the robot with the inertia of their motors."""
+def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats]:
+    """Gains of the servos."""
     driven = [e for e in effects.values() if has_hook(e, JointDriven)]
     joints = robot.tree.joints
     if not driven or not joints:
-        return {}, robot
+        return {}
     one: Any = driven[0]
-    gains = {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS}
-    tree = replace(robot.tree, drive_inertia=tuple(gains["armature"].tolist()))
-    return gains, replace(robot, tree=tree)
+    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS}
+
+
+def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:
+    """The robot with the inertia of its joints' motors, which is there whether they drive or not."""
+    armature = _servo(actuators, robot).get("armature")
+    if armature is None:
+        return robot
+    return replace(robot, tree=replace(robot.tree, drive_inertia=tuple(armature.tolist())))
 
 
 def _instances(
@@ -227,6 +233,12 @@ def _instances_of(meta: Mapping[str, Any]) -> set[str]:
 def _names_of(meta: Mapping[str, Any]) -> set[str]:
     """Names of the effects that a log lists."""
     return {str(e["name"]) for e in meta.get("baseline") or []}
+
+
+def _undriven(meta: Mapping[str, Any]) -> bool:
+    """True for a log of SEALS that lists no drives: nothing guided the run, and they stood still."""
+    entries = meta.get("baseline") or []
+    return bool(_instances_of(meta)) and all("instance" in e for e in entries)
 
 
 def _acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:

@@ -146,6 +146,11 @@ def _of_meta(
     """Model of the vehicle that the metadata describe."""
     spec = _part(meta, "vehicle")
     arm = spec.get("arm")
+    if arm is not None and not arm.get("controller"):
+        raise LogError(
+            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody said how they "
+            "are held.\nGive the robot's folder: robot=FOLDER, or the gains under arm.controller."
+        )
     robot = _robot(spec, arm)
     actuators, lag, commands = _actuators(spec)
     effects: dict[str, Effect] = {}
