@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,11 @@ import yaml
 
 from seals.cli.main import main
 from seals.config.compose import compose
+from seals.robot.fixed_links import place_on_base
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
+from seals.sysid.data.robot_description import describe_robot
 
 QUAD = (
     "robot=crazyflie",
@@ -52,6 +55,22 @@ def test_rotors_servos_and_battery_are_stated() -> None:
     assert vehicle["arm"]["stowed"][:3] == [1.55, 0.0, 0.0]
     assert 16.0 < vehicle["battery"]["full_voltage"] < 17.0
     assert [b["name"] for b in meta["baseline"]][-2:] == ["rotor_thrust", "arm"]
+
+
+def test_an_inertial_sensor_on_a_link_fixed_to_the_base_is_that_of_the_body() -> None:
+    """Its readings have the log's own names, and its place is told in body axes."""
+    meta = meta_of("robot=auv", "water=fossen", "sensors.imu.position=[0.1,0.0,0.0]")
+    assert {"specific_force", "angular_velocity"} <= set(meta["sensors"]["channels"])
+    assert meta["sensors"]["imu"]["position"] == [0.1, 0.0, 0.0]
+    assert list(meta["tolerance"]) == ["sensor_delay"]
+    robot = describe_robot("auv").robot
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    turns = np.repeat(quarter[None], len(robot.links), axis=0)
+    tree = replace(robot.tree, origin=robot.tree.origin + 0.5, rotation=turns)
+    origin, turn = place_on_base(replace(robot, tree=tree), "imu_link") or (None, None)
+    assert np.array_equal(origin, [0.5] * 3)
+    assert np.array_equal(turn, quarter)
+    assert place_on_base(describe_robot("free_arm").robot, "fore") is None
 
 
 def test_thrusters_are_stated() -> None:

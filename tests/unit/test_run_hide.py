@@ -81,6 +81,23 @@ def test_a_robot_beside_its_run_keeps_what_the_run_lists(tmp_path: Path) -> None
     assert "buoyancy_links" in read_vehicle(meta, named).effects
 
 
+def test_joints_that_nobody_describes_are_refused(tmp_path: Path) -> None:
+    """A log of links that swing, away from its run: the robot's folder is asked for."""
+    words = ["robot=free_arm", "water=fossen", "initial.position=[0,0,-2]", "time.duration=0.1"]
+    assert main(["run", *words, f"hydra.run.dir={tmp_path / 'swung'}"]) == 0
+    with pytest.raises(LogError, match=r"states no controller[^$]*robot=FOLDER"):
+        read_vehicle(read_native(tmp_path / "swung").meta)
+
+
+def test_servos_of_a_run_without_a_guide_stand_still(tmp_path: Path) -> None:
+    """Nothing commanded them: no commands are asked for, and the motors' inertia stays."""
+    words = ["robot=sea_spider", "water=fossen", "initial.position=[0,0,-2]", "time.duration=0.1"]
+    assert main(["run", *words, f"hydra.run.dir={tmp_path / 'limp'}"]) == 0
+    vehicle = read_vehicle(read_native(tmp_path / "limp").meta, describe_run(tmp_path / "limp"))
+    assert not vehicle.servo
+    assert vehicle.robot.tree.drive_inertia == (2e-6,) * 24
+
+
 def test_a_baseline_with_drives_that_the_vehicle_lacks_is_refused(drifting: Path) -> None:
     """In words, with what to do."""
     meta = read_native(drifting).meta

@@ -146,7 +146,7 @@ def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats
 
 
 def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:
-    """The robot with the inertia of its joints' motors, which is there whether they drive or not."""
+    """The robot with the inertia of its joints' motors, whether they drive or not."""
     armature = _servo(actuators, robot).get("armature")
     if armature is None:
         return robot
@@ -236,7 +236,7 @@ def _names_of(meta: Mapping[str, Any]) -> set[str]:
 
 
 def _undriven(meta: Mapping[str, Any]) -> bool:
-    """True for a log of SEALS that lists no drives: nothing guided the run, and they stood still."""
+    """True for a log of SEALS that lists no drives: nothing guided the run, they stood still."""
     entries = meta.get("baseline") or []
     return bool(_instances_of(meta)) and all("instance" in e for e in entries)
 

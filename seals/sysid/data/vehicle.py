@@ -148,8 +148,8 @@ def _of_meta(
     arm = spec.get("arm")
     if arm is not None and not arm.get("controller"):
         raise LogError(
-            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody said how they "
-            "are held.\nGive the robot's folder: robot=FOLDER, or the gains under arm.controller."
+            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody says how "
+            "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
         )
     robot = _robot(spec, arm)
     actuators, lag, commands = _actuators(spec)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from seals.frames import rpy_of
 from seals.registry import default_backend, get
 from seals.robot.model import RobotModel
@@ -15,6 +17,8 @@ from seals.world import Actor, World
 
 VEHICLE = "vehicle"
 """Name of the vehicle among the actors of its world."""
+_FAR = 1e6
+"""Limit of a joint that has none [rad or m]."""
 _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -56,12 +60,19 @@ def urdf_of(robot: RobotModel) -> str:
     tree = robot.tree
     for k in range(1, len(robot.links)):
         j = tree.joint[k]
-        kind = "prismatic" if tree.prismatic[j] else "revolute"
-        limit = f'lower="{float(robot.lower[j])!r}" upper="{float(robot.upper[j])!r}"'
-        parts.append(
-            f'<joint name="{robot.joints[j]}" type="{kind}">'
+        place = (
             f'<parent link="{robot.links[tree.parent[k]]}"/><child link="{robot.links[k]}"/>'
             f'<origin xyz="{_numbers(tree.origin[k])}" rpy="{_numbers(rpy_of(tree.rotation[k]))}"/>'
+        )
+        if j < 0:
+            parts.append(f'<joint name="{robot.links[k]}_mount" type="fixed">{place}</joint>')
+            continue
+        limits = np.clip([robot.lower[j], robot.upper[j]], -_FAR, _FAR).tolist()
+        turns = "revolute" if max(map(abs, limits)) < _FAR else "continuous"
+        kind = "prismatic" if tree.prismatic[j] else turns
+        limit = f'lower="{limits[0]!r}" upper="{limits[1]!r}"'
+        parts.append(
+            f'<joint name="{robot.joints[j]}" type="{kind}">{place}'
             f'<axis xyz="{_numbers(tree.axis[j])}"/>'
             f'<limit {limit} effort="1e9" velocity="1e3"/></joint>'
         )
