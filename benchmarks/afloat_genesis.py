@@ -1,4 +1,4 @@
-"""A sphere of half the water's density afloat in a peer's particles, as in `seals validate water`.
+"""Floating sphere in the particle fluid of Genesis, the case of `seals validate water`.
 
 Run with an interpreter that has Genesis (``pip install genesis-world torch``):
 
@@ -68,7 +68,7 @@ def scene_of(args: argparse.Namespace, gs: Any) -> tuple[Any, Any, Any, float]:
 
 
 def main() -> None:
-    """Let the sphere float and print what was found."""
+    """Simulate the floating sphere and print the result."""
     args = options()
     import genesis as gs
 

@@ -1,4 +1,4 @@
-"""Four classical answers to the question which effect a log is missing.
+"""Four classical methods to identify the effect that is missing in the model of a log.
 
 All of them see the samples of the diagnosis: the same log, the same trajectory, and the responses
 of the same library of effects (`seals.sysid`). Only the inference differs: no tolerances of the
@@ -42,7 +42,7 @@ _CURVED = ("tether", "waves")
 
 @dataclass(frozen=True, kw_only=True)
 class Regression:
-    """One-step residuals and what each effect would make of them, in units of the noise.
+    """One-step residuals and the regressors of all effects, in units of the noise.
 
     Args:
         residual: measured less modelled accelerations and inertial readings, shape (n,).
@@ -146,7 +146,7 @@ Sparsifier = Callable[[Floats, Floats, float], Floats]
 
 
 def stlsq(unit: Floats, residual: Floats, least: float) -> Floats:
-    """Drop columns with small coefficients and fit again, until none is small."""
+    """Sequentially thresholded least squares: refit without small coefficients."""
     kept = np.arange(unit.shape[1])
     for _ in range(20):
         _, size = _ridge(unit[:, kept], residual, RIDGE)
@@ -158,7 +158,7 @@ def stlsq(unit: Floats, residual: Floats, least: float) -> Floats:
 
 
 def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Floats:
-    """The same by pysindy, to check ours."""
+    """The same by pysindy, as a check."""
     found = importlib.import_module("pysindy.optimizers")
     fit = found.STLSQ(threshold=least, alpha=RIDGE, unbias=False).fit(unit, residual[:, None])
     kept: Floats = np.flatnonzero(fit.coef_[0])
@@ -215,7 +215,7 @@ def one_step_sparse(table: Regression) -> Names:
 
 
 def one_step_bic(table: Regression) -> Names:
-    """The one effect that BIC prefers, if it prefers any to none."""
+    """Return the effect with the best BIC, if any is better than none."""
     found: dict[str, float] = {}
     for (name, label), group in table.groups.items():
         score = bic(table, group, table.freedom[name, label])
@@ -225,7 +225,7 @@ def one_step_bic(table: Regression) -> Names:
 
 
 def plain(problem: Problem) -> Fitter:
-    """A fitter of the same windows whose nominal values are exact and whose air is calm."""
+    """Return a fitter of the same windows without tolerances and gusts."""
     given = problem.plant.candidate_set
     exact = {key: replace(factor, tolerance=0.0) for key, factor in given.parameters.items()}
     plant = copy.copy(problem.plant)
@@ -238,7 +238,7 @@ def plain(problem: Problem) -> Fitter:
 
 
 def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
-    """Every effect fitted to windows whose start states are free; BIC picks one, or none.
+    """Multiple shooting: fit every effect with free start states; BIC chooses one, or none.
 
     Args:
         curved: starting values of effects that have no response about zero.
@@ -264,7 +264,7 @@ def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -
 
 
 def all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
-    """All parameters of all effects fitted together under a ridge, declared beyond 3 sigma.
+    """Ridge regression of all parameters together; those beyond 3 sigma are declared.
 
     One linear solve: steps from zero of a model this free diverge on some logs. A tether and waves
     take part with the shape of their starting values and a free size.
@@ -294,7 +294,7 @@ def all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Na
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """One log as the methods are given it.
+    """One log, prepared for the methods.
 
     Args:
         table: one-step regression.
@@ -308,7 +308,7 @@ class Question:
 
 
 def question(problem: Problem) -> Question:
-    """Set up what the methods need."""
+    """Prepare a log for the methods."""
     return Question(table=regression(problem), plain=plain(problem), tolerant=problem.fitter)
 
 

@@ -1,4 +1,4 @@
-"""Classical answers beside SEALS's own, on the same logs with a hidden effect.
+"""Comparison of SEALS with classical methods on logs with a hidden effect.
 
     python -m benchmarks.baselines CASES [--processes 2] [--limit N] [--ours RESULTS] [--out OUT]
 
@@ -61,7 +61,7 @@ MEASURES = (
 
 
 class Case(NamedTuple):
-    """One log and what became of it.
+    """One log with the answers of all methods.
 
     Args:
         name: path below the cases.
@@ -98,7 +98,7 @@ def answered(cases: Path, out: Path | None, ours: str, folder: Path) -> Case:
 
 
 def baselines(folder: Path) -> dict[str, dict[str, Any]]:
-    """Answers of the classical methods; the time of making the log ready is no part of theirs."""
+    """Run the classical methods; their times exclude the preparation of the log."""
     from benchmarks.answers import METHODS, THRESHOLDS, question, sparse, stlsq_of_pysindy
     from seals.logs.native import read_native
     from seals.sysid.predictors.problem import prepare
@@ -129,7 +129,7 @@ def stated(names: Sequence[str], begin: float) -> dict[str, Any]:
 
 
 def diagnosed(folder: Path) -> dict[str, Any]:
-    """SEALS's own answer."""
+    """Run the diagnosis of SEALS."""
     from seals.logs.native import read_native
     from seals.sysid.diagnosis import diagnose
 
@@ -137,7 +137,7 @@ def diagnosed(folder: Path) -> dict[str, Any]:
 
 
 def read_own(results: Path, folder: Path, name: str) -> dict[str, Any] | None:
-    """SEALS's own answer from a results folder, or from beside the log."""
+    """Read the answer of SEALS from a results folder, or from the folder of the log."""
     for path in (results / name / "diagnosis.json", folder / "diagnosis.json"):
         if path.exists():
             found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -152,7 +152,7 @@ def written(path: Path, answer: Mapping[str, Any]) -> None:
 
 
 def outcomes(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> set[str]:
-    """What holds of an answer: right, wrong, false alarm, one or both of two, none of these.
+    """Classify an answer: right, wrong, false alarm, one or both of two, none of these.
 
     The rules are those of the hidden-effect benchmark: a name counts as declared under the verdict
     ``named``; a wrong one is excused by a stated set of equivalent effects that holds the truth.
@@ -180,7 +180,7 @@ def outcomes(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> set[str]:
 
 
 def table(cases: Sequence[Case]) -> str:
-    """Every measure of every method, as counts and shares."""
+    """Return every metric of every method, as counts and shares."""
     methods = [m for m in methods_of(cases) if not m.startswith(SWEPT)]
     best = hindsight(cases)
     methods[1:1] = [best] if best else []
@@ -201,12 +201,12 @@ def table(cases: Sequence[Case]) -> str:
 
 
 def methods_of(cases: Sequence[Case]) -> list[str]:
-    """Methods that answered anything."""
+    """Return the methods with any answer."""
     return list(dict.fromkeys(m for c in cases for m in c.answers))
 
 
 def hindsight(cases: Sequence[Case]) -> str:
-    """Threshold of sparse regression with the most right answers, known afterwards only."""
+    """Return the threshold of sparse regression with the most right answers, in hindsight."""
     swept = [m for m in methods_of(cases) if m.startswith(HINDSIGHT)]
 
     def rights(method: str) -> int:
@@ -216,7 +216,7 @@ def hindsight(cases: Sequence[Case]) -> str:
 
 
 def agreement(cases: Sequence[Case]) -> str:
-    """How often pysindy's sparse regression keeps the same effects; empty where it is absent."""
+    """Return how often pysindy's sparse regression selects the same; empty without pysindy."""
     pairs = [
         (c.answers[m], c.answers[m.replace(CHECKED, HINDSIGHT)])
         for c in cases
@@ -229,7 +229,7 @@ def agreement(cases: Sequence[Case]) -> str:
 
 
 def count(cases: Sequence[Case], method: str, word: str) -> str:
-    """How often an outcome holds, among the cases that the method answered."""
+    """Count an outcome among the cases that a method answered."""
     found = [word in outcomes(c.truth, c.answers[method]) for c in cases if method in c.answers]
     return f"{sum(found)}/{len(found)} {100 * np.mean(found):3.0f} %" if found else "-"
 
@@ -264,7 +264,7 @@ def line(case: Case) -> str:
 
 
 def chosen_cases(folder: Path, words: argparse.Namespace) -> list[Path]:
-    """Folders with a truth, of the wished vehicles."""
+    """Return the folders with known truth, of the chosen vehicles."""
     found = sorted(path.parent for path in folder.rglob("truth.yaml"))
     if words.vehicles:
         truths = {f: yaml.safe_load((f / "truth.yaml").read_text(encoding="utf-8")) for f in found}
@@ -273,7 +273,7 @@ def chosen_cases(folder: Path, words: argparse.Namespace) -> list[Path]:
 
 
 def main(given: list[str] | None = None) -> int:
-    """Answer, print."""
+    """Run all methods and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("cases", type=Path)
     parser.add_argument("--processes", type=int, default=2)

@@ -33,7 +33,7 @@ TIMING_TIMEOUT = 30.0
 
 
 def work(link: Connection, law: str, name: str, chosen: argparse.Namespace) -> None:
-    """Compile a law in this process, send what it gives, then time blocks when asked."""
+    """Compile a function in this process, send its results, then time blocks on request."""
     import torch
 
     torch.set_num_threads(1)
@@ -78,7 +78,7 @@ def _build(
 
 
 class Worker:
-    """A process that compiles one law with one compiler, and its rows of the table.
+    """Process that compiles one function with one compiler, with its table rows.
 
     Args:
         law: one of `laws.LAWS`.
@@ -101,7 +101,7 @@ class Worker:
         self.times: dict[str, list[float]] = {}
 
     def take(self) -> None:
-        """Receive what the process sent when it had compiled, or had failed."""
+        """Receive the message of the process after compilation or failure."""
         try:
             sent = self.link.recv()
         except EOFError:
@@ -116,7 +116,7 @@ class Worker:
             self.end()
 
     def measure(self, way: str, batch: int) -> None:
-        """Time one block of calls and note the statistics of all blocks so far."""
+        """Time one block of calls and update the statistics of all blocks."""
         self.link.send(way)
         if not self.link.poll(TIMING_TIMEOUT):
             self.rows[way]["note"] = f"a block took longer than {TIMING_TIMEOUT:.0f} s"
@@ -130,7 +130,7 @@ class Worker:
         self.rows[way] |= {name: float(f"{value:.4g}") for name, value in row.items()}
 
     def end(self, note: str = "") -> None:
-        """End the process, and say why if it was not asked for."""
+        """End the process, recording the reason of an unexpected end."""
         for row in self.rows.values():
             row["note"] = note or row["note"]
         self.times = {}
@@ -145,7 +145,7 @@ class Worker:
 
 
 def write(workers: list[Worker], path: Path) -> None:
-    """Write all rows that are known; the file is complete at any time."""
+    """Write all known rows; the file is complete at any time."""
     eager = {w.law: w.found.get("calls") for w in workers if w.name == "eager"}
     aside = path.with_suffix(".part")
     with aside.open("w", newline="", encoding="utf-8") as file:
@@ -161,7 +161,7 @@ def write(workers: list[Worker], path: Path) -> None:
 
 
 def compile_all(pairs: list[tuple[str, str]], workers: list[Worker], chosen: Any) -> None:
-    """Compile laws, so many at once, and end what takes too long."""
+    """Compile functions in parallel processes with a time limit."""
     waiting, busy = list(pairs), list[Worker]()
     while waiting or busy:
         while waiting and len(busy) < chosen.jobs:

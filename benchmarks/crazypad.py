@@ -64,7 +64,7 @@ def airframe() -> Airframe:
 
 
 def flattest(healthy: Floats, thrusts: Floats) -> Floats:
-    """Return the commands for true thrusts where these grow with the motor's voltage only.
+    """Return the commands for given thrusts where thrust depends on the motor voltage only.
 
     The firmware takes thrust to grow steeply near full. A motor that is all resistance,
     V = R I with the torque and so the thrust in proportion to I, gives the least; both laws agree

@@ -1,4 +1,4 @@
-"""Lines that answers about the CrazyPAD flights are measured by."""
+"""Acceptance criteria of the answers about the CrazyPAD flights."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ Pair = tuple[Row, Changed]
 
 
 def alarms(answer: Changed) -> bool:
-    """Return whether something beside a common change of thrust is claimed."""
+    """Return whether a change other than a common change of thrust is claimed."""
     return bool(set(answer.names) - {"thrust_coefficient"})
 
 
@@ -102,7 +102,7 @@ def hit(pair: Pair) -> bool:
 
 
 def lines_of(rows: Sequence[Row], found: Sequence[Changed | None]) -> list[Line]:
-    """Return every line that these flights can be measured by; none without labels."""
+    """Return every criterion that applies to these flights; empty without labels."""
     pairs = [
         (row, one)
         for row, one in zip(rows, found, strict=True)
@@ -141,7 +141,7 @@ def lines_of(rows: Sequence[Row], found: Sequence[Changed | None]) -> list[Line]
 
 
 def false_alarms(beside: str, rows: Sequence[Row], found: Sequence[Changed | None]) -> Line:
-    """Return the line of healthy flights, compared with others of theirs."""
+    """Return the criterion of healthy flights, each compared with other healthy ones."""
     are = [
         alarms(one) for row, one in zip(rows, found, strict=True) if row.healthy and one is not None
     ]

@@ -1,4 +1,4 @@
-"""Engines side by side with closed forms: ``python benchmarks/engines.py``.
+"""Comparison of engines with closed-form solutions: ``python benchmarks/engines.py``.
 
 One line a quantity: closed form, PyBullet, MuJoCo, free motion, and the largest deviation that is
 allowed. It writes the table of docs/engines.md with ``--write``, and ends with 1 when a value lies
@@ -70,7 +70,7 @@ def height(body: Any) -> float:
 
 
 def stopped(engine: str) -> float:
-    """Way of the manipulator's centre of mass in 0.5 s of fall, its fingers at their stops [m]."""
+    """Fall of the manipulator's centre of mass in 0.5 s, its fingers at their limits [m]."""
     words = ("robot=aam", "initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6]", *still("air_drag"))
     scene = world(engine, *words)
     actor = scene.actors["robot"]
@@ -90,7 +90,7 @@ def stopped(engine: str) -> float:
 
 
 def lifted(engine: str) -> float:
-    """Height of a cube that a bolted hand has gripped and swung up by 1.2 rad [m]."""
+    """Height of a cube that a fixed-base hand has gripped and lifted by 1.2 rad [m]."""
     words = ["robot=aam", "robot.fixed_base=true", "initial.position=[-0.07,0,0.452]"]
     words += ["initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]", "environment.ground_level=0"]
     words += ["+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0.35]}"]
@@ -107,13 +107,13 @@ def lifted(engine: str) -> float:
 
 
 def cases() -> Iterator[Case]:
-    """Yield what is compared."""
+    """Yield all cases."""
     yield from freely()
     yield from touching()
 
 
 def freely() -> Iterator[Case]:
-    """Yield motion without contacts."""
+    """Yield the cases of motion without contacts."""
     flight = ("robot=cube", "initial.angular_velocity=[3,5,7]", *still("air_drag"))
     flight = (*flight, "initial.velocity=[0,0,3]")
     fall = 3.0 - 0.5 * GRAVITY
@@ -153,7 +153,7 @@ def freely() -> Iterator[Case]:
 
 
 def touching() -> Iterator[Case]:
-    """Yield contacts."""
+    """Yield the cases with contacts."""
     ground = ("robot=cube", "environment.ground_level=0")
     lying = (*ground, "initial.position=[0,0,0.0255]")
     yield Case(
@@ -204,7 +204,7 @@ def rows() -> Iterator[tuple[list[str], bool]]:
 
 
 def main() -> int:
-    """Print the table; write it into the page where that is asked for."""
+    """Print the table; write it into the page on request."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="into docs/engines.md")
     write = parser.parse_args().write

@@ -1,4 +1,4 @@
-"""Control steps a second of many environments: ``python benchmarks/environments.py``.
+"""Control steps per second of many environments: ``python benchmarks/environments.py``.
 
 A control step holds command, allocation, two steps of 20 ms of the whole manipulator, observation,
 reward, and a fresh episode where one ended.
@@ -49,7 +49,7 @@ def built(case: Case) -> Any:
 
 
 def waited(device: str) -> None:
-    """Wait for a device that works on its own."""
+    """Wait for an asynchronous device."""
     import torch
 
     if device != "cpu":

@@ -1,4 +1,4 @@
-"""Commands for `benchmarks.faults`, each with what may lie in its folder when it was cut off."""
+"""Commands for `benchmarks.faults`, with the files allowed after an interruption."""
 
 from __future__ import annotations
 

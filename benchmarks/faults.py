@@ -1,4 +1,4 @@
-"""Every write, flush, rename and close of a command fails or kills once: what is left is judged.
+"""Fault injection: every write, flush, rename and close fails or kills once; results are checked.
 
     python benchmarks/faults.py [CASE ...] [--most POINTS]
 
@@ -42,7 +42,7 @@ PATIENCE = 120.0
 
 
 class Tried(NamedTuple):
-    """What came of one case.
+    """Result of one case.
 
     Args:
         case: its name.
@@ -69,7 +69,7 @@ def library() -> Path:
 
 
 def reports(names: Sequence[str], most: int, modes: Sequence[str] = tuple(MODES)) -> Iterator[str]:
-    """Try cases in a process of their own and yield its lines.
+    """Run cases in a child process and yield its output lines.
 
     Raises:
         OSError: there is no C compiler here.
@@ -91,7 +91,7 @@ def reports(names: Sequence[str], most: int, modes: Sequence[str] = tuple(MODES)
 
 
 def attempt(name: str, case: Any, most: int, modes: Sequence[str]) -> Tried:
-    """Try the points of one case; this process has the shim."""
+    """Inject faults at the points of one case; runs in the process with the shim."""
     root = Path(tempfile.mkdtemp(prefix=f"faults-{name}-")).resolve()
     base, place = root / "base", root / "place"
     base.mkdir()
@@ -135,7 +135,7 @@ def attempt(name: str, case: Any, most: int, modes: Sequence[str]) -> Tried:
 
 
 def judged(case: Any, base: Path, place: Path, code: int) -> str:
-    """Return a case's verdict on a folder; what cannot be read is one, too."""
+    """Return the verdict on a folder; an unreadable folder is a failure."""
     try:
         return str(case.judge(base, place, code))
     except Exception as error:  # whatever a torn file makes of its reader
@@ -205,7 +205,7 @@ def _ended(number: int) -> int:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Try the cases named, or all."""
+    """Run the named cases, or all."""
     sys.path.append(str(HERE.parent))
     from benchmarks.fault_cases import CASES
 

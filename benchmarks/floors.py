@@ -1,4 +1,4 @@
-"""What fused laws cost at least: ``python benchmarks/floors.py``.
+"""Lower bounds of the cost of compiled functions: ``python benchmarks/floors.py``.
 
 Operations are counted in the laws as they are handed to PyTorch's compiler, a piece as often as it
 is called, and so are the bytes that its pieces read and write for one robot in single precision.
@@ -23,7 +23,7 @@ MOVES = {"select", "slice", "stack", "cat", "reshape", "view", "_unsafe_view", "
 
 
 class Cost(NamedTuple):
-    """Of one call for one robot.
+    """Cost of one call for one robot: operations and bytes.
 
     Args:
         operations: that compute.
@@ -45,7 +45,7 @@ PIECES: list[Cost] = []
 
 
 def cost_of(graph: Any, inner: list[Cost]) -> Cost:
-    """Return what a traced law costs, given the pieces that were traced before it."""
+    """Return the cost of a traced function, given the pieces traced before it."""
     total = Cost(0.0, 0.0, 0.0)
     for node in graph.graph.nodes:
         name = str(node.target)

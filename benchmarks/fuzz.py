@@ -1,4 +1,4 @@
-"""Feed damaged files to every reader and loader: refusals in words, no crash, no hang, no flood.
+"""Fuzzing of every reader and loader: each damaged file must be refused with a message.
 
 Each target runs in a process of its own, whose memory is bounded by the system. Hypothesis takes
 a sound file and damages it: bytes changed, cut out, repeated, numbers made huge; or draws a hostile
@@ -104,7 +104,7 @@ def drawn(data: Any, target: Target) -> bytes:
 
 
 def one(target: Target, content: bytes, folder: Path) -> str | None:
-    """Load one file; return what is wrong with how that ended, or None."""
+    """Load one file; return the defect in how that ended, or None."""
     from seals.errors import SealsError
 
     before, clock = time.process_time(), time.monotonic()
@@ -123,7 +123,7 @@ def one(target: Target, content: bytes, folder: Path) -> str | None:
 
 
 def sound(target: Target, folder: Path) -> str | None:
-    """Load the sound file; return what is wrong with it, or None."""
+    """Load the valid file; return the error, or None."""
     from seals.errors import SealsError
 
     try:

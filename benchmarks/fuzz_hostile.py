@@ -1,4 +1,4 @@
-"""Well-formed hostile files to fuzz with: nested, recursive, huge as declared, pointing elsewhere.
+"""Hostile but well-formed files for fuzzing: nested, recursive, huge, with foreign references.
 
 Unlike damaged ones, each is drawn by a grammar of its format: sound enough to get past its parser.
 """

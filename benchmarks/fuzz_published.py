@@ -1,4 +1,4 @@
-"""Fuzzed readers of published measurements: spreadsheet, MATLAB file, binary log, tables."""
+"""Fuzz targets: readers of published measurements (spreadsheet, MATLAB, binary, tables)."""
 
 from __future__ import annotations
 

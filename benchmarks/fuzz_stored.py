@@ -1,4 +1,4 @@
-"""Fuzzed loaders of what SEALS itself writes, as it may come back from somebody else."""
+"""Fuzz targets: loaders of files that SEALS writes itself."""
 
 from __future__ import annotations
 

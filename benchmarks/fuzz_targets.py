@@ -1,4 +1,4 @@
-"""What is fuzzed: a sound file, where it has to lie, and what loads it."""
+"""Fuzz target: a valid file, its location, and the function that loads it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Target:
     draw: Callable[[Random], bytes] | None = None
 
     def place(self, folder: Path, content: bytes) -> Path:
-        """Write the file where it belongs and return what the loader is given."""
+        """Write the file to its location and return the argument of the loader."""
         for name, raw in self.beside.items():
             self._write(folder / name, raw)
         self._write(folder / self.name, content)
@@ -68,7 +68,7 @@ class Target:
 
 
 def checked(reader: Any) -> Callable[[Path], None]:
-    """Return what reads a log and checks it."""
+    """Return a function that reads and checks a log."""
     from seals.logs import check_log
 
     def load(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""One guard against files of strangers, and the tests that hold it."""
+"""One check of untrusted input (guard), and the tests that cover it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ FOUND, BOUNDS = "tests/unit/test_fuzz_findings.py", "tests/unit/test_guards_boun
 
 
 class Guard(NamedTuple):
-    """One guard and the tests that hold it.
+    """One check of untrusted input (guard), and the tests that cover it.
 
     Args:
         module: that it stands in.

@@ -1,4 +1,4 @@
-"""Would the tests notice a guard that is gone? Every guard is taken out, and its tests are run.
+"""Mutation test of input checks (guards): each is removed, and its tests must fail.
 
     python -m benchmarks.guards [GUARD ...]
 
@@ -201,7 +201,7 @@ GUARDS: dict[str, Guard] = {
 
 
 def unguarded(name: str) -> tuple[int, str]:
-    """Run the tests of a guard without it, in a process of its own.
+    """Run the tests of a guard without it, in a child process.
 
     Returns:
         The exit code of pytest, 1 when a test noticed; and its words.
@@ -224,13 +224,13 @@ def unguarded(name: str) -> tuple[int, str]:
 
 
 def held(code: int, said: str) -> bool:
-    """Return whether a test failed, and nothing else went wrong."""
+    """Return whether a test failed without any other error."""
     failed, wrong = (re.search(rf"\b\d+ {what}\b", said) for what in ("failed", "errors?"))
     return code == 1 and failed is not None and wrong is None
 
 
 def main(names: Sequence[str]) -> int:
-    """Take out the guards named, or all, one after the other."""
+    """Remove the named guards, or all, one after the other."""
     unknown = [name for name in names if name not in GUARDS]
     if unknown:
         print(f"there is no guard '{unknown[0]}'; there are: {', '.join(GUARDS)}", file=sys.stderr)

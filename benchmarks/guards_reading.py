@@ -1,4 +1,4 @@
-"""Guards of what is read: robots, meshes, plain data, tables, recordings; and of the page."""
+"""Guards of file reading: robots, meshes, plain data, tables, recordings; and of the web page."""
 
 from __future__ import annotations
 

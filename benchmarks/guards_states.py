@@ -1,4 +1,4 @@
-"""Guards of stored states: checkpoints of runs and all that is kept as arrays and JSON."""
+"""Guards of stored states: checkpoints and other states of arrays and JSON."""
 
 from __future__ import annotations
 

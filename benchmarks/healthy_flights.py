@@ -1,4 +1,4 @@
-"""Flights of a multirotor against healthy ones of the same vehicle: what changed, by evidence."""
+"""Change detection of a multirotor, from its flights compared with healthy ones."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Balance:
 
 @dataclass(frozen=True, kw_only=True)
 class Changed:
-    """What a flight shows beside healthy ones.
+    """Change that a flight shows against healthy ones.
 
     Args:
         verdict: of the comparison.
@@ -73,7 +73,7 @@ class Changed:
 
 @dataclass(frozen=True, kw_only=True)
 class Healthy:
-    """What healthy flights of one vehicle tell: the commands they need and their scatter.
+    """Reference from healthy flights of one vehicle: mean commands and their scatter.
 
     The scatter is Student's t in each mode of the vehicle (thrust, roll, pitch, yaw): variances
     from few flights are themselves uncertain, each by itself. Roll and pitch share one, for a
@@ -147,7 +147,7 @@ def _squares(modes: Floats, rows: Sequence[Floats]) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """What flights of a vehicle are compared with.
+    """Reference with which flights of a vehicle are compared.
 
     Args:
         frame: its rotors.
@@ -192,7 +192,7 @@ def _scores(
 
 
 def compared(beside: Comparison, flight: Balance, policy: DecisionPolicy) -> Changed:
-    """Return what changed on a vehicle since its healthy flights.
+    """Return the change of a vehicle since its healthy flights.
 
     Equation:
         2 ln B = 2 ln (mean over the sizes of L(d - c) / L(d)) with d the change of the commands,

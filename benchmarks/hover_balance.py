@@ -1,4 +1,4 @@
-"""Motor commands that hover needs when something of a multirotor changed, by the effects' laws.
+"""Motor commands of a hovering multirotor after a change, by the laws of the effects.
 
 All forces are in units of nominal thrust, so masses are in the same unit and gravity is one. The
 healthy commands balance the healthy vehicle, whatever its model lacks; a change adds to them.
@@ -68,7 +68,7 @@ class Airframe:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Changes of the commands over the sizes of one explanation, equally probable rows.
+    """Command changes over the sizes of one explanation; rows are equally probable.
 
     Args:
         name: the effect, ``@`` and the rotors, numbered from 1.
@@ -82,7 +82,7 @@ class Explanation:
 
 
 def explanations(frame: Airframe, healthy: Floats) -> list[Explanation]:
-    """Return what may have changed, from the healthy commands of shape (n,)."""
+    """Return all explanations, from the healthy commands of shape (n,)."""
     n = healthy.size
     found = []
     for k in range(n):

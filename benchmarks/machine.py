@@ -1,4 +1,4 @@
-"""What a benchmark ran on, one thread, medians."""
+"""Helpers of benchmarks: description of the machine, one thread, medians."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def one_thread() -> None:
-    """Start this program anew with one thread: libraries read the variables when imported."""
+    """Restart this program with one thread; libraries read the variables on import."""
     if any(os.environ.get(name) != "1" for name in THREADS):
         os.execve(
             sys.executable, [sys.executable, *sys.argv], os.environ | dict.fromkeys(THREADS, "1")

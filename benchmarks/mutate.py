@@ -1,4 +1,4 @@
-"""Breaks one law while tests run: the environment variable SEALS_MUTATION says which and how.
+"""Pytest plug-in that breaks one law, as the environment variable SEALS_MUTATION states.
 
     SEALS_MUTATION=effect:gravity:loads:sign python -m pytest -p benchmarks.mutate tests/unit
 
@@ -71,7 +71,7 @@ def mutants_of(kind: str, name: str) -> list[Mutant]:
 
 @contextlib.contextmanager
 def broken(mutant: Mutant) -> Iterator[None]:
-    """Break a law for a while."""
+    """Break a law inside the block."""
     cls = registry.get(mutant.kind, mutant.name).load()
     own = vars(cls).get(mutant.hook)
     setattr(cls, mutant.hook, staticmethod(turned(getattr(cls, mutant.hook), mutant)))
@@ -160,18 +160,18 @@ def _transposed(motion: Motion) -> Motion:
 
 
 class Watch:
-    """A pytest plug-in that keeps the first failure."""
+    """Pytest plug-in that records the first failure."""
 
     def __init__(self) -> None:
         """Nothing failed as yet."""
         self.first = ""
 
     def pytest_collectreport(self, report: Any) -> None:
-        """Keep a test file that cannot be imported."""
+        """Record a test file that cannot be imported."""
         self._keep(report)
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        """Keep a test that fails."""
+        """Record a failing test."""
         self._keep(report)
 
     def _keep(self, report: Any) -> None:
@@ -216,5 +216,5 @@ def pytest_configure() -> None:
 
 
 def pytest_unconfigure() -> None:
-    """Put the law back."""
+    """Restore the law."""
     _held.close()

@@ -1,4 +1,4 @@
-"""Would the tests notice a wrong law? Every law of every effect is broken, and its tests are run.
+"""Mutation test of the effects: every law is broken, and its tests must fail.
 
     python -m benchmarks.mutations [EFFECT ...] [--contract]
 
@@ -57,7 +57,7 @@ pathlib.Path({found!r}).write_text(json.dumps(found))
 
 
 class Outcome(NamedTuple):
-    """What became of one mutant.
+    """Result of one mutant.
 
     Args:
         mutant: the broken law.
@@ -73,7 +73,7 @@ class Outcome(NamedTuple):
 
     @property
     def kept(self) -> bool:
-        """Whether all is well: a mutant caught, a control passed, or nothing to catch."""
+        """Whether the result is good: mutant caught, control passed, or nothing to catch."""
         caught = bool(self.test or self.contract)
         return not caught if self.mutant.mutation == CONTROL else caught or not self.changes
 
@@ -93,7 +93,7 @@ class Outcome(NamedTuple):
 
 
 def examined(mutants: Sequence[Mutant], *, contract: bool = False) -> Iterator[Outcome]:
-    """Break the laws of one plug-in, one after the other, and see who notices.
+    """Break the laws of one plug-in, one after the other, and run its tests.
 
     Args:
         mutants: of one plug-in, the control first.
@@ -140,7 +140,7 @@ def _few_drives(mutant: Mutant) -> dict[str, Any]:
 
 
 def refused(mutant: Mutant) -> str:
-    """First line of what the contract says of the broken law; empty when it is content."""
+    """First line of the contract error of the broken law; empty when it passes."""
     cls = registry.get(mutant.kind, mutant.name).load()
     values = VALUES.get(mutant.name) if mutant.kind == "actuator" else None
     with broken(mutant):
@@ -194,7 +194,7 @@ def plugins_of(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Break every law, print who noticed."""
+    """Break every law and print the tests that failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("effects", nargs="*")
     parser.add_argument("--contract", action="store_true", help="always ask the contract, too")

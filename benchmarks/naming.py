@@ -1,4 +1,4 @@
-"""How often the missing effect is named: fresh logs of the independent generator, diagnosed.
+"""Success rate of the diagnosis on new logs of the independent generator.
 
     python -m benchmarks.naming OUT clear:quad:50 null:auv:25 --seed 1 --processes 2
 
@@ -39,7 +39,7 @@ def jobs_of(words: list[str], seed: int) -> list[tuple[str, str, int]]:
 
 
 def run(job: tuple[Path, tuple[str, str, int]]) -> str:
-    """Make one log and diagnose it."""
+    """Generate one log and diagnose it."""
     from seals.logs.native import read_native
     from seals.sysid.diagnosis import diagnose
     from tests.validation.hidden import generate
@@ -136,7 +136,7 @@ def calibration(sure: list[tuple[float, bool]], bins: int = 10) -> float:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Make, diagnose, print."""
+    """Generate and diagnose logs, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("out", type=Path)
     parser.add_argument("cases", nargs="*", help="LEVEL:VEHICLE:COUNT")

@@ -1,4 +1,4 @@
-"""The twin in single precision against double: ``python benchmarks/parity.py [--device cuda]``.
+"""Batch dynamics in single against double precision: ``benchmarks/parity.py [--device cuda]``.
 
 The same starts are flown for a second in double precision on the processor and in single precision
 on a device; what is told is how far apart they end, relative, medium by medium.
@@ -37,7 +37,7 @@ States = dict[str, np.ndarray]
 
 
 def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
-    """Return where a flock is after a second of the same actions, its controllers at work."""
+    """Return the states of a controlled batch after a second of equal actions."""
     import torch
 
     from seals.config.compose import compose
@@ -60,7 +60,7 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
 
 
 def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
-    """Return where a flock is after a second under rotor speeds that stay."""
+    """Return the states of a batch after a second of constant rotor speeds."""
     from seals.arrays import as_like
     from seals.batch import BatchDynamics
     from seals.batch.holding import hold

@@ -1,4 +1,4 @@
-"""Real measurements against the lines to reach: ``python -m benchmarks.real_data [NAME ...]``."""
+"""Acceptance test on real measurements: ``python -m benchmarks.real_data [NAME ...]``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ONE_SPEED = ("train=[4mps_sphere_*]", "held_out=[2mps_sphere_1]")
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One line to reach, with its figure."""
+    """One acceptance criterion with its result."""
 
     of: str
     what: str
@@ -77,7 +77,7 @@ def balls(names: tuple[str, ...] = (*LIGHT, "bowling_ball")) -> list[Line]:
 
 
 def at_full_rate(one: RunsDiagnosis, variant: int, *overrides: str) -> list[tuple[Case, Samples]]:
-    """Every row of the runs beside a variant's prediction: fits thin the rows, figures do not."""
+    """Return all rows of the runs with a variant's prediction, also those that the fit skips."""
     settings = settings_of(compose(list(overrides), root="compare"))
     experiment = prepare(settings, read_logs(settings))
     values = experiment.nominal()
@@ -189,7 +189,7 @@ SETS: dict[str, Callable[[], list[Line]]] = {
 
 
 def table(lines: list[Line]) -> str:
-    """Return one row a line: set, line to reach, figure, met or missed."""
+    """Return table rows: data set, criterion, result, met or missed."""
     head = Line(of="set", what="line to reach", figure="figure", reached=True)
     rows = [head, *lines]
     first, second = (max(len(getattr(r, k)) for r in rows) for k in ("of", "what"))
@@ -201,7 +201,7 @@ def table(lines: list[Line]) -> str:
 
 
 def main() -> int:
-    """Print every line with its figure; the exit code counts those that are missed."""
+    """Print every criterion with its result; the exit code counts those missed."""
     chosen = sys.argv[1:] or list(SETS)
     unknown = [name for name in chosen if name not in SETS]
     if unknown:

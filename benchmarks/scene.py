@@ -1,4 +1,4 @@
-"""What the benchmarks run: an eight-link chain, one rigid vehicle, eight effects."""
+"""Test models of the benchmarks: an eight-link chain and a rigid vehicle, with eight effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hidden effects of every robot and animal that ships, in all media: which are found.
+"""Diagnosis of hidden effects on every shipped robot and animal, in all media.
 
     python -m benchmarks.shipped OUT [--robots auv box] [--effects none payload] [--most 2]
     python -m benchmarks.shipped OUT --table-only
@@ -142,7 +142,7 @@ def _verified(place: Path, second: Path) -> Row:
 
 
 def scored(scene: Scene, effect: str, answer: Row) -> Row:
-    """Word, names and error of the parameters of an answer."""
+    """Return verdict, names and parameter error of an answer."""
     want = [] if effect == NONE else [{"name": effect, "parameters": {}}]
     names = [e["name"] for e in answer["effects"]]
     row: Row = {
@@ -163,7 +163,7 @@ def scored(scene: Scene, effect: str, answer: Row) -> Row:
 
 
 def measured(run: Path, place: Path, seed: int) -> Path:
-    """Write the log that the sensors of a run saw: no truth, but pose, inertial sensors, joints."""
+    """Write the measured log of a run: pose, inertial sensors and joints, without true values."""
     from seals.logs.native import read_native, write_native
 
     log, rng = read_native(run), np.random.default_rng(seed)
@@ -195,7 +195,7 @@ def _step(log: Any) -> float:
 
 
 def seals(*words: str) -> tuple[int, str]:
-    """Exit code of a command, and what it said to standard error."""
+    """Return the exit code of a command and its standard error output."""
     from seals.cli.main import main as command
 
     said, told = io.StringIO(), io.StringIO()

@@ -1,4 +1,4 @@
-"""Runs of the robots and animals that ship, in the media they live in, and what to hide there."""
+"""Runs of the shipped robots and animals in their media, and the effects to hide in them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Scene:
 
 
 def hidden(scene: Scene, effect: str) -> list[str]:
-    """Overrides that let an effect act which the log does not state.
+    """Overrides that add a hidden effect.
 
     An effect that the robot has already is taken out of what its log states. Others are a tenth of
     the weight, of the thrust or of the size, and flows as fast as the robot moves.

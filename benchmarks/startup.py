@@ -1,4 +1,4 @@
-"""Time from nothing to an answer, in fresh processes: ``python benchmarks/startup.py``."""
+"""Start-up time of commands in fresh processes: ``python benchmarks/startup.py``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sweep on one core, on several, and killed in the middle: ``python benchmarks/sweep.py``.
+"""Sweep on one core, on several, and interrupted: ``python benchmarks/sweep.py``.
 
 Three sweeps of the same jobs: one after the other in one process; by joblib in several; by joblib,
 killed with SIGKILL when half of the jobs are done and taken up by the same command. Their tables
@@ -34,7 +34,7 @@ TICK = os.sysconf("SC_CLK_TCK")
 
 
 class Cost(NamedTuple):
-    """What a sweep took: wall time, processor time of it, of its first process, of all else [s]."""
+    """Cost of a sweep: wall time, and CPU time of it, its first process and all others [s]."""
 
     wall: float
     own: float
@@ -100,7 +100,7 @@ def killed(jobs: int, folder: Path, *more: str) -> int:
 
 
 def done(folder: Path) -> int:
-    """Return the lines of a sweep's book."""
+    """Return the entries of a sweep's job log."""
     book = folder / "jobs.csv"
     return max(0, book.read_bytes().count(b"\n") - 1) if book.is_file() else 0
 
@@ -115,7 +115,7 @@ def table(folder: Path) -> list[dict[str, str]]:
 
 
 def twice(folder: Path) -> int:
-    """Return how many jobs stand in the book more than once."""
+    """Return the number of jobs with more than one entry in the job log."""
     with (folder / "jobs.csv").open(newline="", encoding="utf-8") as file:
         counts = Counter(row["number"] for row in csv.DictReader(file))
     return sum(1 for count in counts.values() if count > 1)

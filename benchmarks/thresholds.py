@@ -1,4 +1,4 @@
-"""How much the answers hang on each threshold of the diagnosis: each one lower and higher.
+"""Sensitivity of the answers to each threshold of the diagnosis, lowered and raised.
 
     python -m benchmarks.thresholds OUT LOGS... [--by 0.3] [--processes N] [--seconds S]
 
@@ -58,7 +58,7 @@ def answer_of(problem: Any, found: Any) -> Answer:
 
 
 def first(log: Path, by: float) -> dict[str, Any]:
-    """Diagnose with traced thresholds, then judge again under changes of the verdict alone."""
+    """Diagnose with traced thresholds, then repeat the decision with changed thresholds."""
     trace = Trace()
     policy = traced(by, trace)
     trace.stage = "search"
@@ -98,12 +98,12 @@ def key_of(change: Change) -> str:
 
 
 def file_of(out: Path, log: Path, key: str) -> Path:
-    """File that holds what one diagnosis gave."""
+    """File of the result of one diagnosis."""
     return out / "_".join(log.parts[-2:]) / f"{key}.json"
 
 
 def work(job: Job) -> str:
-    """Do one job and keep its result; what fails is kept in words."""
+    """Run one job and store its result or error."""
     out, log, key, by = job
     warnings.simplefilter("ignore")
     path = file_of(out, log, key)
@@ -122,7 +122,7 @@ def work(job: Job) -> str:
 
 
 def share(jobs: Sequence[Job], processes: int, until: float) -> None:
-    """Do the jobs that have no result yet, in this number of processes, until a time."""
+    """Run the jobs without a result in parallel processes, until a time."""
     left = [j for j in jobs if not file_of(j[0], j[1], j[2]).exists()]
     random.Random(0).shuffle(left)
     with multiprocessing.Pool(processes) as pool:

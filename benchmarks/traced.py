@@ -1,4 +1,4 @@
-"""Numbers that know which comparisons would turn out otherwise if a threshold were another.
+"""Numbers that record which comparisons would change with another threshold.
 
 A :class:`Traced` number carries, beside its value, the values that it would have with each
 threshold lowered or raised. Arithmetic carries them on; a comparison whose outcome would differ
@@ -19,7 +19,7 @@ Change: TypeAlias = tuple[str, int]
 
 
 class Trace:
-    """Changes of thresholds that were noted, by stage of the program.
+    """Recorded threshold changes with an influence, by stage of the program.
 
     Attributes:
         stage: name of the stage that runs.
@@ -34,7 +34,7 @@ class Trace:
         self.used: set[str] = set()
 
     def note(self, change: Change) -> None:
-        """Note that a change would alter what happens in this stage."""
+        """Record that a change would alter this stage."""
         self.noted.setdefault(self.stage, set()).add(change)
 
 

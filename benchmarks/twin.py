@@ -1,4 +1,4 @@
-"""Body-steps a second of the batched twin: ``python benchmarks/twin.py [--torch cpu|cuda]``.
+"""Body-steps per second of batch dynamics: ``python benchmarks/twin.py [--torch cpu|cuda]``.
 
 A rigid vehicle with eight effects crosses the surface; one step is four evaluations.
 """

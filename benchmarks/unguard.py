@@ -1,4 +1,4 @@
-"""Takes one guard out of the code while tests run: SEALS_UNGUARD names it.
+"""Pytest plug-in that removes one guard from the code, as SEALS_UNGUARD states.
 
     SEALS_UNGUARD="size of a state" pytest -p benchmarks.unguard tests/unit/test_state_file.py
 
@@ -21,7 +21,7 @@ VARIABLE = "SEALS_UNGUARD"
 
 
 class Unguarded(importlib.machinery.SourceFileLoader):
-    """Loads a module with a piece of its text replaced, past all compiled copies."""
+    """Loader of a module with a piece of its source replaced, bypassing compiled copies."""
 
     def __init__(self, name: str, path: str, guard: Guard) -> None:
         super().__init__(name, path)
@@ -43,7 +43,7 @@ class Unguarded(importlib.machinery.SourceFileLoader):
 
 
 class Finder(importlib.abc.MetaPathFinder):
-    """Puts that loader behind one module."""
+    """Import finder that applies the loader to one module."""
 
     def __init__(self, guard: Guard) -> None:
         self.guard = guard
@@ -63,7 +63,7 @@ class Finder(importlib.abc.MetaPathFinder):
 
 
 def pytest_configure() -> None:
-    """Take the guard out before any module is imported."""
+    """Remove the guard before any module is imported."""
     name = os.environ.get(VARIABLE, "")
     if not name:
         return

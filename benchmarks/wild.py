@@ -1,4 +1,4 @@
-"""How well missing effects of whole robots are named: cases with robot folders and several logs.
+"""Success rate of diagnosis and calibration on cases with robot folders and several logs.
 
     python -m benchmarks.wild CASES OUT --processes 2 [--level clear] [--limit 12]
     python -m benchmarks.wild CASES OUT --score-only [--scorer SCRIPT]
@@ -81,7 +81,7 @@ def answered(case: Path, question: dict[str, Any]) -> dict[str, Any]:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """An answer, or nothing where there is none."""
+    """Read an answer; empty where there is none."""
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 

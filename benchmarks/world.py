@@ -1,4 +1,4 @@
-"""Steps a second of a world with one robot: ``python benchmarks/world.py``.
+"""Steps per second of a world with one robot: ``python benchmarks/world.py``.
 
 Case ``chain``: eight links, eight effects on all of them (seven without added mass), ledger and a
 noisy IMU. Case ``aam``: the aerial-aquatic manipulator with its rotors, servos, battery, Fossen

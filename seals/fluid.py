@@ -159,7 +159,7 @@ class Fluid(Protocol):
         ...
 
     def particles(self) -> tuple[Floats, Floats]:
-        """Return places [m] and velocities [m/s] for viewers, shape (n, 3) each; may be empty."""
+        """Return positions [m] and velocities [m/s] for viewers, (n, 3) each; may be empty."""
         ...
 
     def snapshot(self) -> Any:

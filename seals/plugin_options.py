@@ -1,4 +1,4 @@
-"""Optional attributes and methods of plug-ins, with their defaults."""
+"""Defaults of optional attributes and methods of plug-ins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trial of a reader in a process of its own: a file that crashes or hangs a library is refused.
+"""Trial of a reader in a child process, to refuse files that crash or hang a library.
 
     python reading_trial.py MODULE:FUNCTION FILE SECONDS
 
@@ -28,7 +28,7 @@ PATIENCE = 12.0
 
 
 def try_reading(reader: str, path: str | Path) -> None:
-    """Read a file in a process of its own first; return when that process ends in good order.
+    """Read a file in a child process; raise an error when that process crashes or hangs.
 
     What the reader itself raises is no concern of the trial: it raises it again where it is called.
 
@@ -87,7 +87,7 @@ def _bound(seconds: int) -> None:
 
 
 def main(reader: str, path: str, seconds: str) -> None:
-    """Read one file with one reader; what it raises counts as good order."""
+    """Program of the child process: read one file; an exception of the reader is a normal end."""
     module, _, name = reader.partition(":")
     read = getattr(importlib.import_module(module), name)
     _bound(int(seconds))

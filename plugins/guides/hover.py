@@ -32,7 +32,7 @@ class ArmMotion(enum.Enum):
 
 @state_record
 class HoverState(NamedTuple):
-    """Start of the hover: time [s], place [m] and heading [rad]."""
+    """State: start time [s], position [m] and heading [rad]."""
 
     time: float
     place: Floats

@@ -33,7 +33,7 @@ SLUGGISH = {"roll": 5.0, "pitch": 5.0, "yaw": 0.5}
 
 
 def look_at_drives(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[RobotFinding]:
-    """Yield findings about lift and allocation.
+    """Yield findings about thrust and control allocation.
 
     Args:
         robot: the robot.

@@ -43,7 +43,7 @@ def describe(arguments: list[str]) -> int:
 
 
 def fields_table(cls: type) -> str:
-    """Return the fields of a plug-in's dataclass as a table with their physics."""
+    """Return the fields of a plug-in's dataclass as a table with units and bounds."""
     rows: list[tuple[str, ...]] = [("field", "default", "unit", "bounds", "tolerance", "source")]
     declared = parameters_of(cls)
     hints = typing.get_type_hints(cls)

@@ -55,7 +55,7 @@ class Start:
         return [int(k) for k in np.flatnonzero(self.sigma > 0.0)]
 
     def moved(self, deviations: Floats) -> dict[str, Floats]:
-        """Return the fields of the twin's state for deviations of shape (B, 12 + 2 J)."""
+        """Return the initial state of the batch dynamics for deviations of shape (B, 12 + 2 J)."""
         count = len(deviations)
         j = len(self.joints)
         d = deviations

@@ -85,7 +85,7 @@ class SampledPredictor(Predictor):
     def twin_of(
         self, jobs: Sequence[Job], counts: Sequence[int], *, more: Mapping[str, Any], waves: Any
     ) -> BatchDynamics:
-        """Return a twin with ``counts`` rows for every job; ``more`` adds to the keys' values."""
+        """Return batch dynamics with ``counts`` rows per job; ``more`` adds to the keys' values."""
         values: dict[str, Array] = {}
         for p, key in enumerate(self.keys):
             column = np.repeat([j.values[p] for j in jobs], counts)

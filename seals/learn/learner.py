@@ -56,7 +56,7 @@ class Agent(Protocol):
     reports: tuple[str, ...]
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Take demonstrations, before anything else happens.
+        """Add demonstrations, before any step.
 
         Args:
             columns: arrays over all steps of all episodes: ``observation``, ``action``,

@@ -116,7 +116,7 @@ class Task(Protocol):
         ...
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
-        """Return place [m] and velocity [m/s] of the target, world axes, shape (N, 3) each.
+        """Return position [m] and velocity [m/s] of the target, world axes, shape (N, 3) each.
 
         Args:
             goal: of the draw, shape (N, g).

@@ -56,7 +56,7 @@ _SIGMA = (_Wanted("sigma", positive=True),)
 
 
 def check_meta(log: Log) -> list[Finding]:
-    """Return what is wrong in the description of a vehicle; nothing when the log has none.
+    """Return the errors in the description of a vehicle; empty when the log has none.
 
     Example:
         >>> meta = {"vehicle": {"mass": "heavy"}}

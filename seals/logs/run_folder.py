@@ -232,7 +232,7 @@ def _begun(folder: Path) -> bool:
 
 
 def set_aside(folder: Path, *, notes: bool = True) -> Path | None:
-    """Move what an earlier run left in a folder into ``earlier_N`` in it.
+    """Move the files of an earlier run in a folder to its subfolder ``earlier_N``.
 
     A kill on the way is mended by whoever holds the folder next: what had been moved comes back.
 

@@ -114,7 +114,7 @@ class Tree:
 
     @cached_property
     def nothing(self) -> Floats:
-        """Zero for every link, shape (1, L, 3, 3)."""
+        """Zero matrix for every link, shape (1, L, 3, 3)."""
         return np.zeros((1, self.links, 3, 3))
 
     @cached_property

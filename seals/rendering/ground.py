@@ -43,7 +43,7 @@ class Planes:
         lens: Lens,
         images: tuple[Image, Image, NDArray[np.int32]],
     ) -> None:
-        """Draw the planes into a picture where they are nearer than what is there.
+        """Draw the planes into an image where they are nearer than its content.
 
         Args:
             origin: of the camera, world [m], shape (3,).

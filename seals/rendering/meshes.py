@@ -1,4 +1,4 @@
-"""Primitives as triangles, for renderers that draw nothing else."""
+"""Triangulation of primitives, for renderers of triangles only."""
 
 from __future__ import annotations
 

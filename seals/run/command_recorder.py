@@ -61,6 +61,6 @@ class Commands:
         refill(self._table, kept, rows)
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows as columns of a log; nothing without a controller."""
+        """Return the first ``rows`` rows as columns of a log; empty without a controller."""
         table = self._table[:rows]
         return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(self._names)}

@@ -50,7 +50,7 @@ class Aims:
         refill(self._grip, kept["grip"], len(self._grip))
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows as columns of a log; nothing without a guide."""
+        """Return the first ``rows`` rows as columns of a log; empty without a guide."""
         if self._pilot is None:
             return {}
         table = self._table[:rows]

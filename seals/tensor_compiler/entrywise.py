@@ -57,7 +57,7 @@ FORMS: Mapping[str, Callable[..., Any]] = {
 
 
 def entrywise(graph: GraphModule, constants: Mapping[Node, Tensor], batch: int) -> GraphModule:
-    """Return a graph with equal results for finite numbers, up to the sign of zero.
+    """Return the scalarised graph; results are equal for finite numbers, up to the sign of zero.
 
     Products with a constant 0 are 0, whatever the other factor; sums are of the same terms.
 

@@ -72,7 +72,7 @@ class BackendFree:
         return [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
-        """Put the scene back into the state of a snapshot."""
+        """Restore the scene to a snapshot."""
         for body, kept in zip(self._bodies, snapshot, strict=True):
             body.restore(kept)
 
@@ -86,5 +86,5 @@ class BackendFree:
         return bodies
 
     def close(self) -> None:
-        """Forget the bodies."""
+        """Release the bodies."""
         self._bodies = []

@@ -84,7 +84,7 @@ class BackendMujoco:
         return self._opened.state(), [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
-        """Put the scene back into the state of a snapshot."""
+        """Restore the scene to a snapshot."""
         state, bodies = snapshot
         self._opened.put_back(state)
         for body, kept in zip(self._bodies, bodies, strict=True):
@@ -100,7 +100,7 @@ class BackendMujoco:
         return bodies
 
     def close(self) -> None:
-        """Forget the scene; a second call does nothing."""
+        """Release the scene; a second call does nothing."""
         self._scene = None
         self._bodies = []
 

@@ -1,4 +1,4 @@
-"""One robot in MuJoCo: access of the coupling to the engine."""
+"""One robot in MuJoCo: pose, velocity, loads and contacts in the engine."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class MujocoBody:
         self._pull = np.zeros(robot.tree.joints)
 
     def bind(self) -> None:
-        """Look up places in the compiled model, and views of its arrays."""
+        """Look up indices in the compiled model, and views of its arrays."""
         m, d, names = self._scene.model, self._scene.data, self._description
         self._rows = np.array([m.body(name).id for name in names.bodies])
         joints = [m.joint(name).id for name in names.joints]

@@ -25,7 +25,7 @@ class Stepped(Protocol):
     """Interface of a robot in the scene: binding, loads and drive limits of a step."""
 
     def bind(self) -> None:
-        """Look up places in the compiled model."""
+        """Look up indices in the compiled model."""
         ...
 
     def load(self) -> None:

@@ -109,7 +109,7 @@ class BackendPybullet:
         return state, [body.snapshot() for body in self._bodies]
 
     def restore(self, snapshot: Any) -> None:
-        """Put the scene back into the state of a snapshot."""
+        """Restore the scene to a snapshot."""
         state, bodies = snapshot
         self._engine.restoreState(stateId=state.number, physicsClientId=self._client)
         for body, kept in zip(self._bodies, bodies, strict=True):

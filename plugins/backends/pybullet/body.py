@@ -1,4 +1,4 @@
-"""One robot in PyBullet: access of the coupling to the engine."""
+"""One robot in PyBullet: pose, velocity, loads and contacts in the engine."""
 
 from __future__ import annotations
 

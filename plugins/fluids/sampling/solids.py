@@ -15,7 +15,7 @@ from seals.plugins.fluids.sampling.shapes import SEEN, sample_cylinder, sample_s
 
 
 def sample_solid(solid: Solid, spacing: float, lower: Floats, upper: Floats) -> Samples:
-    """Sample the part of a solid inside a box; level planes are the floor and give nothing.
+    """Sample the part of a solid inside a box; level planes, which are the floor, are skipped.
 
     Args:
         solid: that stands still.

@@ -38,7 +38,7 @@ class Uniform:
         """Do nothing: uniform sampling has no priorities to update."""
 
     def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
-        """Return indices (batch,), as TorchRL asks for them."""
+        """Return indices (batch,), in the form of TorchRL."""
         import torch
 
         stored, kept = len(storage), self.protected
@@ -105,7 +105,7 @@ class Prioritised:
         self.tree = SumTree(size, device)
 
     def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
-        """Return indices (batch,) and their weights, as TorchRL asks for them."""
+        """Return indices (batch,) and their weights, in the form of TorchRL."""
         import torch
 
         tree = self._allocated()

@@ -18,7 +18,7 @@ _MEAN, _REST = float(np.sqrt(2.0 / np.pi)), float(np.sqrt(1.0 - 2.0 / np.pi))
 
 
 def own_part(parameter: Parameter, value: float) -> tuple[float, float]:
-    """Return the effect's part of a fitted value and its 1-sigma, less the vehicle's tolerance.
+    """Separate a fitted value into effect and tolerance; return the effect's value and its 1-sigma.
 
     The vehicle's own share of the same quantity is of zero mean, unless it can only add, as
     friction and latency do: then it is the absolute value of a normal variable.

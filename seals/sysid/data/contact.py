@@ -1,4 +1,4 @@
-"""The part of a log in which a robot touches nothing: contact forces have no law to be fitted."""
+"""Selection of the parts of a log without contact, since contact forces are not modelled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Stretch(NamedTuple):
 
 
 def contact_free(log: Log) -> Log:
-    """Return the part of a log without contact, each stretch as a run of its own.
+    """Return the parts of a log without contact, each as a separate run.
 
     Contacts are those that the metadata state: ``contacts``, begin and end of each [s]. A log that
     states none is returned as it is.

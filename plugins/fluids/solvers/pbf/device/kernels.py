@@ -1,4 +1,4 @@
-"""The smoothing kernel as device functions of the squared distance."""
+"""Smoothing kernel as device functions of the squared distance."""
 
 from typing import Any
 
