@@ -20,6 +20,7 @@ from seals.environment.sample import Sample
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
 from seals.multibody.added import added_terms
+from seals.multibody.linear import Factors
 from seals.multibody.rows import by_batch, take_motion
 
 
@@ -67,7 +68,7 @@ class Response:
         body = twin.body
         if isinstance(body, RigidBody):
             self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
-            self._matrix = body.inertia_with(self._found)
+            self._factors = Factors(body.inertia_with(self._found))
             own = np.concatenate((self.rates.velocity, self.rates.angular_velocity), axis=1)
             # links that do not move: their twists are constant maps of that of the base
             lifts = np.stack(body.maps) if isinstance(body, FusedBody) else np.eye(6)[None]
@@ -89,8 +90,8 @@ class Response:
         assert posture.kinematics is not None
         assert posture.moving is not None
         found, (matrix, right) = body.system(state, posture, self.inputs, memory, explicit=True)
-        change = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        self._found, self._matrix, self._right = found, matrix, right
+        self._found, self._right, self._factors = found, right, body.factors(matrix)
+        change = self._factors.solve(right)
         self.rates = body.state_rates(state, posture.base, change)
         jacobian: Floats = posture.kinematics.jacobian
         batch, links, _, size = jacobian.shape
@@ -113,8 +114,7 @@ class Response:
         change = change - body.joint_force(self._joints, self.inputs, known, explicit=True)
         right = self._right.copy()
         right[:, right.shape[1] - change.shape[1] :] += change
-        solved = np.linalg.solve(self._matrix, right[:, :, None])[:, :, 0]
-        return body.state_rates(state, posture.base, solved)
+        return body.state_rates(state, posture.base, self._factors.solve(right))
 
     def force(self, effects: EffectSet) -> Force:
         """Loads of some effects at the states and accelerations of the batch.
@@ -182,7 +182,7 @@ class Response:
             joints = self._joints.velocity.shape[1]
             if joints:
                 right[:, -joints:] += np.stack([f.joints for f in forces], axis=2)
-        solved: Any = np.linalg.solve(self._matrix, right)
+        solved = self._factors.solve(right)
         return [self._packed(solved[:, :, k]) for k in range(len(forces))]
 
     def pushed(self) -> list[Floats]:

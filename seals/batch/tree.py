@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seals.arrays import Array, as_like, column_of, namespace
+import numpy as np
+
+from seals.arrays import Array, Floats, as_like, column_of, namespace
 from seals.batch.posture import Posture
 from seals.batch.state import Rates, TwinState
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.effects.joint_inertia import armature_of
 from seals.environment.settings import EnvironmentSettings
-from seals.frames import cross, matrix_of, quaternion_rate, rotate, unrotate
+from seals.frames import MANY, cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
+from seals.multibody.linear import Factors
 from seals.multibody.rows import by_batch, link_motion
 from seals.multibody.servo import driven, summed
 from seals.multibody.tree import forward
@@ -50,6 +53,7 @@ class TreeBody:
         drives = armature_of(evaluator.effects, robot)
         armature = None if drives is None else as_like(drives, bodies.mass)
         self.assembly = Assembly(inertia, armature)
+        self._factors: Factors | None = None
 
     def rates(
         self,
@@ -62,8 +66,17 @@ class TreeBody:
         """Return the time derivative of the state and the new memory."""
         posture = self.posture(state, time) if posture is None else posture
         found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=True)
-        change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        if type(matrix) is np.ndarray and len(matrix) >= MANY:
+            change = self.factors(matrix).solve(right)
+        else:
+            change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
         return self.state_rates(state, posture.base, change), found.memory
+
+    def factors(self, matrix: Floats) -> Factors:
+        """Return the factors of the generalised inertia of a batch, kept while it stays."""
+        if self._factors is None or self._factors.matrix is not matrix:
+            self._factors = Factors(matrix)
+        return self._factors
 
     def stage(
         self,

@@ -101,13 +101,13 @@ class Assembly:
             matrix = kept[1]
         else:
             matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
+            if self.armature is not None:
+                matrix = heavier(matrix, self.armature[None])
             self._kept = (kinematics, matrix) if total is self.inertia and batch > 1 else None
         right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
-        if self.armature is not None:
-            matrix = heavier(matrix, self.armature[None])
         return matrix, right
 
     def total_inertia(self, found: LinkLoads, batch: int) -> Array:

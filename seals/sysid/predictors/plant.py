@@ -81,6 +81,7 @@ class Plant:
         )
         self._nominal = tuple(vehicle.effects)
         self._sets: dict[frozenset[str], EffectSet] = {}
+        self._alone: dict[frozenset[str], EffectSet] = {}
         self._drives: dict[tuple[float, float], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
@@ -212,6 +213,14 @@ class Plant:
             self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
         return self._sets[used]
 
+    def _bound_alone(self, used: set[str]) -> EffectSet:
+        """Some effects without the nominal model, bound once for each choice."""
+        key = frozenset(used)
+        if key not in self._alone:
+            chosen = {n: e for n, e in self.candidate_set.effects.items() if n in used}
+            self._alone[key] = bind_effects(chosen, self.vehicle.robot.links)
+        return self._alone[key]
+
     def total(self, key: str, change: Any) -> Any:
         """Value of a parameter: that of its instance plus the change."""
         name, _, parameter = key.partition(".")
@@ -323,12 +332,9 @@ class Plant:
         used = {key.partition(".")[0] for key in values} & self._stiff
         if not used:
             return None
-        chosen = {n: self.candidate_set.effects[n] for n in used}
         changes = self.applied(values, len(rates)).items()
-        given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in chosen}
-        bound = bind_effects(chosen, self.vehicle.robot.links).with_values(
-            given, np.zeros(1), len(rates)
-        )
+        given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in used}
+        bound = self._bound_alone(used).with_values(given, np.zeros(1), len(rates))
         joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
         torque = np.zeros_like(rates)
         for b in bound.joint_loads:
@@ -348,15 +354,13 @@ class Plant:
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
         effects = self.candidate_set.effects
-        sensors = {n: effects[n] for n in used if n in effects and has_hook(effects[n], Measure)}
+        sensors = {n for n in used if n in effects and has_hook(effects[n], Measure)}
         if not sensors:
             return reading
         changes = self.applied(values, len(state.angular_velocity)).items()
         given = {k: v for k, v in changes if k.partition(".")[0] in sensors}
-        like = np.zeros(1)
-        bound = bind_effects(sensors, self.vehicle.robot.links).with_values(
-            given, like, len(state.angular_velocity)
-        )
+        rows = len(state.angular_velocity)
+        bound = self._bound_alone(sensors).with_values(given, np.zeros(1), rows)
         for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
