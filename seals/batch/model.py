@@ -238,6 +238,7 @@ class BatchDynamics:
     def _stiff(self, step: Any) -> bool:
         """Return whether the joint drives are too steep for explicit steps of this length [s]."""
         return self._rate > 0.0 and float(np.max(step)) * self._rate > STEEPEST
+
     def _implicit(
         self,
         state: TwinState,

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, Floats, namespace
 from seals.frames import FEW
 from seals.motion import AddedInertia, Medium, Motion, Wrench
 from seals.multibody.added import added_terms
+from seals.multibody.composite import RigidInertias, generalised_force, generalised_inertia
 from seals.multibody.kinematics import Kinematics, LinkVelocities
+from seals.multibody.many import crossed
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import kirchhoff
@@ -79,11 +82,56 @@ class Assembly:
         joint_force: Array,
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
+        added = any(not weightless(i[2]) for i in found.inertias)
+        if kinematics.many is not None and not added and self._rigid is not None:
+            return self._composed(kinematics, moving, found, joint_force)
         xp = namespace(moving.speed)
         force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
         total = self.total_inertia(found, moving.speed.shape[0])
         force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
         return self.system(kinematics, total, force, joint_force)
+
+    @cached_property
+    def _rigid(self) -> RigidInertias | None:
+        """The inertias as those of rigid bodies; None where they are none."""
+        return RigidInertias.of(self.inertia)
+
+    def _composed(
+        self, kinematics: Kinematics, moving: LinkVelocities, found: LinkLoads, joint_force: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return the same for many robots without added inertia, by composite bodies."""
+        many, rigid = kinematics.many, self._rigid
+        assert many is not None
+        assert rigid is not None
+        twist = moving.twists.T
+        load = -self._times(kinematics.bias(moving).T)
+        momentum = self._times(twist)
+        load[:3] -= crossed(twist[3:], momentum[:3])
+        load[3:] -= crossed(twist[3:], momentum[3:]) + crossed(twist[:3], momentum[:3])
+        rows = load.reshape(6, -1)
+        for _, chosen, wrench in found.loads:
+            at = slice(None) if chosen is None else chosen
+            if wrench.force is not None:
+                rows[:3, at] += wrench.force.T
+            if wrench.torque is not None:
+                rows[3:, at] += wrench.torque.T
+        if self._kept is None or self._kept[0] is not kinematics:
+            matrix = generalised_inertia(many, rigid)
+            if self.armature is not None:
+                matrix = heavier(matrix, self.armature[None])
+            self._kept = kinematics, matrix
+        right = generalised_force(many, load)
+        joints = joint_force.shape[1]
+        right[:, right.shape[1] - joints :] += joint_force
+        return self._kept[1], right
+
+    def _times(self, twists: Floats) -> Floats:
+        """Products of the inertias with twists, both (6, L, B)."""
+        if len(self.inertia) == 1:
+            by_link: Floats = np.matmul(self.inertia[0], twists.transpose(1, 0, 2))
+            return np.ascontiguousarray(by_link.transpose(1, 0, 2))
+        rows = np.ascontiguousarray(twists.T)[:, :, :, None]
+        return np.ascontiguousarray(np.matmul(self.inertia, rows)[:, :, :, 0].T)
 
     def system(
         self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array

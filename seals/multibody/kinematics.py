@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
 from seals.frames import cross_last, skew_last
+from seals.multibody.many import Many, is_many
 from seals.multibody.single import Single
 from seals.multibody.tree import Tree
 from seals.state_records import state_record
@@ -51,6 +52,7 @@ class Kinematics:
         jacobian: map from the generalised velocity to the twists of all links in link axes, shape
             (B, L, 6, n).
         axes: joint axes, world [1], shape (B, J, 3).
+        many: the same poses with the batch last, where there are many on NumPy; else None.
     """
 
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
@@ -63,14 +65,21 @@ class Kinematics:
         self._arm = origins - origins[:, :1, :]
         self._sliding = tree.sliding
         self._single: Single | None = None
-        if tree.joints:
+        self.many: Many | None = None
+        if tree.joints and is_many(origins):
+            self.many = Many.of(tree, origins, rotations)
+            self.axes = self.many.axes.transpose(2, 1, 0)
+        elif tree.joints:
             turned = self._of_links(rotations, tree.children)
             self.axes = xp.matmul(turned, as_like(tree.axis_columns, origins))[:, :, :, 0]
             if type(origins) is np.ndarray and len(origins) == 1 and not self._sliding:
                 levers = self._arm[0].take(tree.levers, axis=0)
                 self._single = Single(tree, rotations[0], self.axes[0], levers)
-            else:
-                self._anchors = self._of_links(self._arm, tree.children)
+
+    @cached_property
+    def _anchors(self) -> Array:
+        """Places of the joints relative to the base origin, shape (B, J, 3)."""
+        return self._of_links(self._arm, self.tree.children)
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
@@ -102,6 +111,10 @@ class Kinematics:
 
     def _filled_jacobian(self) -> Array:
         """The same on NumPy, without products by the identity and zeros of the base."""
+        if self.many is not None:
+            # products of small matrices, one by one, want the batch first in memory
+            self._arm, self.axes = (np.ascontiguousarray(x) for x in (self._arm, self.axes))
+            self._back = np.ascontiguousarray(self.rotations).transpose(0, 1, 3, 2)
         linear, angular = self._joint_columns()
         first, joints = self._lead, self.tree.joints
         world = np.concatenate((skew_last(-self._arm), linear, angular), axis=3)
@@ -148,6 +161,9 @@ class Kinematics:
         if self._single is not None:
             both, twists = self._single.move(speed[0])
             return LinkVelocities(speed, both[None, :, 0], both[None, :, 1], twists[None])
+        if self.many is not None:
+            found = (x.transpose(2, 1, 0) for x in self.many.move(speed.T))
+            return LinkVelocities(speed, *found)
         base = speed[:, None, :]
         if not tree.joints:
             angular = base[:, :, 3:6] + self._arm * 0.0 if lead else self._arm * 0.0
@@ -199,6 +215,9 @@ class Kinematics:
         if self._single is not None:
             m = moving
             return self._single.bias(m.speed[0], m.linear[0], m.angular[0])[None]
+        if self.many is not None:
+            parts = (x.T for x in (moving.speed, moving.linear, moving.angular))
+            return self.many.bias(*parts).transpose(2, 1, 0)
         if self.tree.joints:
             linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
         elif lead:

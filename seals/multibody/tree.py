@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, as_like, namespace
+from seals.multibody.many import is_many, poses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,6 +146,8 @@ def forward(tree: Tree, position: Array, rotation: Array, joints: Array) -> tupl
     Returns:
         Origins (B, L, 3) [m] and rotations (B, L, 3, 3) of all links.
     """
+    if is_many(position):
+        return poses(tree, position, rotation, joints)
     xp = namespace(position)
     origins, rotations = [position], [rotation]
     for link in range(1, tree.links):
