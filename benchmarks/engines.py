@@ -70,7 +70,7 @@ def height(body: Any) -> float:
 
 
 def stopped(engine: str) -> float:
-    """Fall of the manipulator's centre of mass in 0.5 s, its fingers at their limits [m]."""
+    """Vertical displacement of the manipulator's centre of mass in 0.5 s, fingers at limits [m]."""
     words = ("robot=aam", "initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6]", *still("air_drag"))
     scene = world(engine, *words)
     actor = scene.actors["robot"]

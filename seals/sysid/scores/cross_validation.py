@@ -228,7 +228,7 @@ class CrossValidator:
         return values
 
     def unseen(self, hypothesis: ValidatedHypothesis) -> FitTask:
-        """Return the error on the runs that are held out from all fits."""
+        """Predict the runs that are held out from all fits."""
         task = self._held(hypothesis.fit, self.experiment.unseen, hypothesis.fit)
         self.solver.solve([task])
         return task

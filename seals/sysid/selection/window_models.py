@@ -207,7 +207,7 @@ def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]
 
 
 def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
-    """Fit models in which another effect replaces one of those found before the last."""
+    """Return the fits in which another effect replaces one of those found before the last."""
     jobs: list[Job] = []
     taken = set(best.names)
     for k in range(len(best.candidates) - 1):

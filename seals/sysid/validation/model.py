@@ -57,7 +57,7 @@ class Model:
         return float(timing_of(self.bound).sensor_delay)
 
     def tangent(self, samples: Samples, *, parts: int) -> tuple[Plant, dict[str, float]]:
-        """Return the batch dynamics of this model for linearisation, and its parameter changes.
+        """Return the batch dynamics of this model for linearisation, and its timing parameters.
 
         Effects too steep for explicit steps do not take part: they would make start states matter
         less than they do.
