@@ -40,6 +40,7 @@ _ASSUMED = {
 }
 _LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
 """Error of a pose beside its noise [m, rad, m/s]: filters and cameras are smooth, not exact."""
+_ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage")
 _GUST = 0.02
 """Gusts over mass where the flight does not tell them [m/s^2]: still air indoors."""
 _LEVER = 0.011
@@ -65,7 +66,7 @@ def write_datasheet(
         raise ConfigError(f"{place} exists already.\nAdd replace=true, or edit it.")
     facts = flight_facts(log, vehicle)
     write_text(place, "\n".join(_lines(log, vehicle, facts)) + "\n")
-    return list(_told(vehicle, facts))
+    return list(_told(log, vehicle, facts))
 
 
 def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
@@ -84,7 +85,7 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     yield "  imu: {position: [0.0, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0]}"
     yield "  channels:"
     for stem, sigma in facts.noise.items():
-        yield f"    {_channel(stem, sigma, facts.rate[stem])}"
+        yield f"    {_channel(stem, sigma, facts)}"
     yield "tolerance:"
     for name, (sigma, meaning, why) in _tolerances(facts).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
@@ -92,11 +93,13 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     yield from _motors(log)
 
 
-def _channel(stem: str, sigma: float, rate: float) -> str:
+def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     least = _LEAST.get(stem, 0.0)
     source = "measured" if sigma >= least else "assumed: its noise is smaller, its error is not"
-    value = _figure(max(sigma, least, 1e-6))
-    entry = f"sigma: {value}, rate: {_figure(rate)}, unit: {unit_of(stem)}"
+    if stem in facts.differing:
+        source = f"measured: differs so much from the pose; its white noise is {_figure(sigma)}"
+    value = _figure(max(facts.differing.get(stem, sigma), least, 1e-6))
+    entry = f"sigma: {value}, rate: {_figure(facts.rate[stem])}, unit: {unit_of(stem)}"
     return f"{stem}: {{{entry}}}  # {source}"
 
 
@@ -120,9 +123,17 @@ def _disturbance(facts: FlightFacts, mass: float) -> Iterator[str]:
     yield f"  force_sigma: {_figure(level * mass)}  # " + (
         f"measured: {gust.how}" if gust is not None else "assumed: still air"
     )
-    torque = _figure(level * mass * _LEVER)
-    yield f"  torque_sigma: {torque}  # assumed: an arm of {_LEVER * 1e3:g} mm"
-    yield "  correlation_time: 0.35  # assumed"
+    yield from _disturbing_torque(facts, level * mass * _LEVER)
+
+
+def _disturbing_torque(facts: FlightFacts, of_gusts: float) -> Iterator[str]:
+    torque = facts.torque
+    if torque is not None and torque.clear and torque.sigma > of_gusts:
+        yield f"  torque_sigma: {_figure(torque.sigma)}  # measured: beside the commanded torque"
+        yield f"  correlation_time: {_figure(torque.time)}  # measured: of that torque"
+    else:
+        yield f"  torque_sigma: {_figure(of_gusts)}  # assumed: an arm of {_LEVER * 1e3:g} mm"
+        yield "  correlation_time: 0.35  # assumed"
 
 
 def _battery(facts: FlightFacts) -> Iterator[str]:
@@ -145,11 +156,14 @@ def _water(log: Log) -> str:
     return "0.0" if log.has("depth") else "null"
 
 
-def _told(vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
+def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
     """Yield what the flight told, and what it did not."""
     for stem, sigma in facts.noise.items():
         rate = f"{facts.rate[stem]:.4g} Hz"
         yield f"measured: noise of {stem} {_figure(sigma)} {unit_of(stem)} at {rate}"
+    for stem, sigma in facts.differing.items():
+        words = f"{stem} differs from the pose like noise of {_figure(sigma)} {unit_of(stem)}"
+        yield f"measured: {words}: filters, filled-in samples or a clock that jitters"
     ratio = facts.hover_ratio
     if ratio is not None:
         words = f"measured: thrust is {ratio.value:.3f} of mass times specific force in flight"
@@ -167,7 +181,11 @@ def _told(vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
             f"robot.yaml states a lag of {max(stated, default=0.0) * 1e3:.0f} ms"
         )
     if facts.late is not None:
-        yield f"measured: inertial channels {facts.late.value * 1e3:+.0f} ms late against the pose"
+        words = f"inertial channels {facts.late.value * 1e3:+.0f} ms late against the pose"
+        if abs(facts.late.value) > _ASSUMED["sensor_delay"].sigma:
+            stems = ", ".join(f"{k}: {facts.late.value:.3f}" for k in _ONBOARD if log.has(k))
+            words += f"; if one recorder wrote them and the motors: convert 'late={{{stems}}}'"
+        yield f"measured: {words}"
     if facts.gyroscope_bias is None:
         yield "assumed: biases, for the vehicle never stood still"
     guesses = [name for name, each in _tolerances(facts).items() if "assumed" in each.why]

@@ -14,6 +14,14 @@ from seals.logs.channels import CHANNELS
 from seals.logs.check_thrust import hover_ratio
 from seals.logs.log import Log
 from seals.logs.time_offset import time_offset
+from seals.scaffold.disagreement import disagreement
+from seals.scaffold.torque import (
+    Disturbance,
+    disturbing_torque,
+    inertia_of,
+    unexplained_force,
+    velocity_of,
+)
 
 SENSED = ("angular_velocity", "specific_force", "position", "orientation", "velocity", "depth",
           "joint_position", "battery_voltage")  # fmt: skip
@@ -50,6 +58,9 @@ class FlightFacts(NamedTuple):
         response: time from commands to the turning they cause: lag of the rotors and delay [s].
         late: lateness of inertial channels against the pose [s].
         gust: standard deviation of force that comes and goes, over mass [m/s^2].
+        torque: torque that comes and goes, beside the commanded one [N m].
+        differing: by channel, how much an inertial channel differs from the pose, where its white
+            noise does not explain it.
         full_voltage: highest voltage of the battery [V].
         seconds_at_rest: time that the vehicle stood still [s].
     """
@@ -62,6 +73,8 @@ class FlightFacts(NamedTuple):
     response: Measured | None
     late: Measured | None
     gust: Measured | None
+    torque: Disturbance | None
+    differing: Mapping[str, float]
     full_voltage: Measured | None
     seconds_at_rest: float
 
@@ -77,15 +90,19 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
     rest = _at_rest(log)
     seconds = float(rest.sum()) * _step(log)
     offset = time_offset(log)
+    noise = {stem: _noise(log, stem) for stem in held}
+    differing = {stem: each.sigma for stem, each in disagreement(log, noise).items() if each.clear}
     return FlightFacts(
-        noise={stem: _noise(log, stem) for stem in held},
+        noise=noise,
         rate={stem: _rate(log, stem) for stem in held},
         gyroscope_bias=_rest_rate(log, rest),
         accelerometer_bias=_rest_force(log, rest),
         hover_ratio=_hover(log, vehicle),
         response=_response(log, vehicle),
         late=None if offset is None else Measured(offset.late, "gyroscope against attitude"),
-        gust=_gust(log, vehicle),
+        gust=_gust(log, vehicle) or _gust_in_motion(log, vehicle),
+        torque=_torque(log, vehicle),
+        differing=differing,
         full_voltage=_full(log),
         seconds_at_rest=seconds,
     )
@@ -208,6 +225,61 @@ def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     return Measured(float(lags[best]), how)
 
 
+def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
+    """Torque beside the commanded, in flight."""
+    step = _step(log)
+    if _turning(log, vehicle) is None or step > _SLOWEST:
+        return None
+    flying, thrust = _flying(log, vehicle), _thrusts(log, vehicle)
+    gyro = np.nan_to_num(log.channel("angular_velocity")[:, :2])
+    noise = _noise(log, "angular_velocity")
+    return disturbing_torque(thrust[flying], gyro[flying], step, inertia_of(vehicle), noise)
+
+
+def _flying(log: Log, vehicle: Mapping[str, Any]) -> NDArray[np.bool_]:
+    """Rows from the first to the last in which the rotors carry half of what they mostly carry."""
+    lifted = _thrusts(log, vehicle).sum(axis=1)
+    rows = np.flatnonzero(lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0)))
+    flying = np.zeros(log.rows, dtype=bool)
+    if rows.size:
+        flying[rows[0] : rows[-1] + 1] = True
+    return flying
+
+
+def _thrusts(log: Log, vehicle: Mapping[str, Any]) -> Floats:
+    """Thrusts of the commanded speeds [N], shape (T, n)."""
+    speed = np.nan_to_num(log.channel("rotor_speed_cmd"))
+    factor = np.array([float(r["thrust_coefficient"]) for r in vehicle["rotors"]])
+    return np.asarray(speed**2 * factor)
+
+
+def _gust_in_motion(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
+    """Level of force that comes and goes within seconds, beside drag in proportion to speed."""
+    rotors, step = vehicle.get("rotors") or [], _step(log)
+    if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
+        return None
+    force, velocity = log.channel("specific_force"), velocity_of(log, step)
+    if velocity is None or log.channel("rotor_speed_cmd").shape[1] != len(rotors):
+        return None
+    flying = _flying(log, vehicle) & np.isfinite(force).all(axis=1)
+    width, short = round(_WINDOW / step), max(1, round(0.1 / step))
+    if flying.sum() < 2 * width:
+        return None
+    thrust = _thrusts(log, vehicle).sum(axis=1) / float(vehicle["mass"])
+    left = unexplained_force(force[flying][:, :2], velocity[flying], thrust[flying])
+    level = []
+    for values in left.T:
+        fast = _mean(values, short) - _mean(values, width)
+        level.append((1.4826 * float(np.median(np.abs(fast)))) ** 2)
+    white = _noise(log, "specific_force") ** 2 / short
+    value = math.sqrt(max(float(np.mean(level)) - white, 0.0) / (1.0 - 2.0 * _GUST_TIME / _WINDOW))
+    return Measured(value, "level specific force beside a linear drag, faster than two seconds")
+
+
+def _mean(values: Floats, rows: int) -> Floats:
+    return np.convolve(values, np.ones(rows) / rows, mode="same")
+
+
 def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     """Level of force that comes and goes within seconds, in slow flight.
 
@@ -217,10 +289,10 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     rotors = vehicle.get("rotors") or []
     if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
         return None
-    speed, force = np.nan_to_num(log.channel("rotor_speed_cmd")), log.channel("specific_force")
-    if speed.shape[1] != len(rotors) or not np.isfinite(force).all(axis=1).mean() > 0.9:
+    columns, force = log.channel("rotor_speed_cmd").shape[1], log.channel("specific_force")
+    if columns != len(rotors) or not np.isfinite(force).all(axis=1).mean() > 0.9:
         return None
-    lifted = speed**2 @ np.array([float(r["thrust_coefficient"]) for r in rotors])
+    lifted = _thrusts(log, vehicle).sum(axis=1)
     slow = lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0)) if lifted.any() else None
     if slow is None or not slow.any():
         return None
@@ -232,10 +304,8 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     for k in (0, 1):
         values = np.nan_to_num(force[:, k])
         short = max(1, round(0.1 / _step(log)))
-        smooth = np.convolve(values, np.ones(short) / short, mode="same")
-        slowly = np.convolve(values, np.ones(width) / width, mode="same")
         white = _noise(log, "specific_force") ** 2 / short
-        level.append(float(np.var((smooth - slowly)[slow])) - white)
+        level.append(float(np.var((_mean(values, short) - _mean(values, width))[slow])) - white)
     share = 1.0 - 2.0 * _GUST_TIME / _WINDOW
     value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
     return Measured(value, "level specific force in slow flight, faster than two seconds")

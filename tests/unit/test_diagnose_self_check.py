@@ -12,7 +12,7 @@ from seals.logs.shipped import shipped_logs
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores import self_check as module
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
-from seals.sysid.scores.self_check import self_check, simulated_readings
+from seals.sysid.scores.self_check import self_check, simulated_readings, tipped
 
 ROWS = 400
 
@@ -55,3 +55,15 @@ def test_an_engine_that_does_not_reproduce_the_simulation_is_found_out(
     assert found.error[key] == pytest.approx(0.5, rel=0.2)
     wide = replace(hypothesis.fit, error=found.error)
     assert wide.robust_spread(key) > max(0.4, hypothesis.fit.robust_spread(key))
+
+
+def test_a_vehicle_that_gusts_tip_over_is_not_simulated_without_them(
+    fitted: tuple[Problem, EvidenceHypothesis],
+) -> None:
+    """Its commands hold the controller's answers to gusts that a simulation does not have."""
+    _, hypothesis = fitted
+    level = hypothesis.fitter.windows.gusts
+    rows = hypothesis.fitter.windows.with_disturbance(100.0 * level)
+    gusty = replace(hypothesis, fitter=hypothesis.fitter.with_windows(rows))
+    assert tipped(gusty.fitter) == pytest.approx(100.0 * tipped(hypothesis.fitter))
+    assert self_check(gusty) is None

@@ -21,6 +21,9 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _FINER = 2
 """Steps of the simulation for each one of the predictor."""
+_TIPPED = 0.3
+"""Angle [rad] by which gusts may tip the vehicle in a window: a simulation without them leaves the
+flight beyond, for the commands hold the controller's answers to them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,13 +44,15 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
 
     Returns:
         None where the windows cannot be simulated one by one: those of whole runs without a pose,
-        those that follow late sensors, and those of a vehicle with joints or of effects that act
-        for a time.
+        those that follow late sensors, those of a vehicle with joints or of effects that act for
+        a time, and those in which gusts tip the vehicle over.
     """
     fitter, fit = hypothesis.fitter, hypothesis.fit
     joints = fitter.plant.vehicle.robot.tree.joints
     whole = type(fitter) is not Fitter or not fitter.plant.samples.posed
     if whole or fitter.windows.delay or joints or fitter.plant.activity:
+        return None
+    if tipped(fitter) > _TIPPED:
         return None
     seen = simulated_readings(fitter, fit.values)
     if seen is None:
@@ -62,6 +67,20 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
         error={key: abs(float(moved[k])) for k, key in enumerate(found.keys)},
         gain=gain - reserve(found, held),
     )
+
+
+def tipped(fitter: Fitter) -> float:
+    """Return how far the stated gusts alone tip the vehicle within a window, 1-sigma [rad].
+
+    Equation:
+        sigma^2 = (torque / inertia)^2 2 tau T^3 / 3, a torque of the correlation time tau that
+        acts for T > tau.
+    """
+    vehicle, windows = fitter.plant.vehicle, fitter.windows
+    inertia = float(np.linalg.eigvalsh(vehicle.robot.inertia[0]).min())
+    span = (windows.length - 1) * fitter.plant.samples.step
+    torque = windows.gusts * float(vehicle.gust[1])
+    return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
 def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples | None:

@@ -1,0 +1,132 @@
+"""By how much channels of one flight that show the same motion differ, beside their white noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.frames import matrix_of, rotate
+from seals.logs.accelerations import (
+    GRAVITY,
+    STEP,
+    Even,
+    attitude_rates,
+    even,
+    filtered_alike,
+    second_derivative,
+)
+from seals.logs.log import Log
+from seals.logs.time_offset import time_offset
+
+_SMOOTH = 15
+"""Rows of the local parabolas: motion, not vibration, is compared."""
+_CLEAR = 2.0
+"""Deviation, over that by the white noises, from which it counts."""
+_ROBUST = 1.4826
+
+
+class Disagreement(NamedTuple):
+    """White noise that an inertial channel would need to differ so much from the pose.
+
+    Args:
+        sigma: in the channel's unit, at `STEP`.
+        white: what the white noises of both explain of it.
+    """
+
+    sigma: float
+    white: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether the white noises do not explain it."""
+        return self.sigma > _CLEAR * self.white
+
+
+def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, Disagreement]:
+    """Return what gyroscope and accelerometer differ by from the pose.
+
+    Sensors filter, samples were interpolated where some were lost, and clocks of a radio link
+    jitter: errors as slow as the motion, which differences of neighbouring samples do not show.
+    Biases, scales, misalignments and delays, which a diagnosis can name, are regressed out.
+
+    Args:
+        log: in SI units, ENU and FLU.
+        noise: white noise by channel, 1-sigma.
+    """
+    found = {}
+    for stem, pose, compared in (
+        ("angular_velocity", ("orientation",), _rates),
+        ("specific_force", ("orientation", "position"), _forces),
+    ):
+        rows = even(log, (*pose, stem))
+        if rows is None:
+            continue
+        offset = time_offset(log)
+        late = 0.0 if offset is None else offset.late
+        sensed = _earlier(rows.time, rows.channels[stem], late)
+        found[stem] = compared(rows, sensed, noise)
+    return found
+
+
+def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement:
+    true = smooth(attitude_rates(rows.channels["orientation"]))
+    turning = np.gradient(true, STEP, axis=0)
+    left = _left(smooth(gyro), [true, turning], rows.there)
+    gain = _gain(smooth)
+    of_pose = _gain(lambda v: smooth(np.gradient(v, STEP, axis=0))) * noise.get("orientation", 0.0)
+    return _against(left, gain, of_pose, noise["angular_velocity"])
+
+
+def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreement:
+    attitude = matrix_of(rows.channels["orientation"])
+    back = np.swapaxes(attitude, -1, -2)
+    weight = np.array([0.0, 0.0, GRAVITY])
+    sensed = filtered_alike(rotate(attitude, force) - weight) + weight
+    true = rotate(back, second_derivative(rows.channels["position"]) + weight)
+    turning = np.gradient(smooth(attitude_rates(rows.channels["orientation"])), STEP, axis=0)
+    jerk = np.gradient(true, STEP, axis=0)
+    left = _left(rotate(back, sensed), [true, jerk, turning], rows.there)
+    of_pose = _gain(second_derivative) * noise.get("position", 0.0)
+    return _against(left, _gain(filtered_alike), of_pose, noise["specific_force"])
+
+
+def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagreement:
+    """Residuals in units of a white noise that smoothing leaves the share `gain` of."""
+    spread = _ROBUST * np.median(np.abs(left), axis=0)
+    return Disagreement(
+        sigma=float(np.sqrt(np.mean(spread**2))) / gain,
+        white=float(np.hypot(of_pose / gain, white)),
+    )
+
+
+def smooth(values: Floats) -> Floats:
+    """Return local parabolas through even rows, shape (T, k)."""
+    from scipy.signal import savgol_filter
+
+    found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
+    return found
+
+
+def _earlier(time: Floats, values: Floats, late: float) -> Floats:
+    return np.stack([np.interp(time + late, time, v) for v in values.T], axis=1)
+
+
+def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:
+    """What a regression on a constant and known columns leaves, rows that count, shape (n, k)."""
+    columns = np.concatenate([np.ones((len(values), 1)), *known], axis=1)
+    inner = there.copy()
+    inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
+    model = np.linalg.lstsq(columns[inner], values[inner], rcond=None)[0]
+    left: Floats = values[inner] - columns[inner] @ model
+    return left
+
+
+def _gain(filtered: Any) -> float:
+    """Standard deviation that a filter leaves of white noise of one."""
+    pulse = np.zeros((401, 1))
+    pulse[200] = 1.0
+    return float(np.sqrt(np.sum(filtered(pulse) ** 2)))

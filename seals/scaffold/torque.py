@@ -1,0 +1,121 @@
+"""Torque of a flight beside the commanded one: what disturbs, and what samples of commands miss."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.logs.log import Log
+from seals.scaffold.disagreement import smooth
+
+_ROBUST = 1.4826
+_LEAST_TIME = 0.05
+_SHARE = 0.1
+"""Share of unexplained angular acceleration above which a log's commands are a poor sample."""
+_DELAYS = np.arange(0.0, 0.2, 0.02)
+"""Delays at which commands are regressed on: any lag of rotors and any delay [s]."""
+
+
+class Disturbance(NamedTuple):
+    """A torque that comes and goes.
+
+    Args:
+        sigma: standard deviation about x and y [N m].
+        time: in which its correlation falls to 1/e [s].
+        share: of the angular acceleration's variance [1].
+    """
+
+    sigma: float
+    time: float
+    share: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is more than a linear response to commands leaves of a good log."""
+        return self.share > _SHARE
+
+
+def disturbing_torque(
+    thrust: Floats, turned: Floats, step: float, inertia: Floats, noise: float
+) -> Disturbance | None:
+    """Return the torque that neither commands nor damping explain.
+
+    A controller answers faster than a log's rows, so that rows of its commands are samples of
+    what the rotors got; on a small vehicle that is more than gusts.
+
+    Args:
+        thrust: commanded, of each rotor; each may be weak [N], shape (T, n).
+        turned: measured rates about x and y [rad/s], shape (T, 2).
+        step: of the even rows [s].
+        inertia: about x and y, shape (2,).
+        noise: white noise of the gyroscope [rad/s].
+    """
+    if len(turned) < 300:
+        return None
+    rates, asked = smooth(turned), smooth(thrust)
+    measured = np.gradient(rates, step, axis=0)
+    shifts = np.unique(np.round(_DELAYS / step).astype(int))
+    first = int(shifts[-1])
+    delayed = [asked[first - k : len(asked) - k] for k in shifts]
+    known = np.concatenate([np.ones((len(rates) - first, 1)), rates[first:], *delayed], axis=1)
+    measured = measured[first:]
+    left = measured - known @ np.linalg.lstsq(known, measured, rcond=None)[0]
+    pulse = np.zeros((401, 1))
+    pulse[200] = 1.0
+    white = noise * float(np.sqrt(np.sum(np.gradient(smooth(pulse), step, axis=0) ** 2)))
+    spread = _ROBUST * np.median(np.abs(left), axis=0)
+    level = np.sqrt(np.maximum(spread**2 - white**2, 0.0))
+    whole = _ROBUST * np.median(np.abs(measured - measured.mean(axis=0)), axis=0)
+    return Disturbance(
+        sigma=float(np.sqrt(np.mean((level * inertia) ** 2))),
+        time=_time(left, step),
+        share=float(np.sum(level**2) / max(float(np.sum(whole**2)), 1e-12)),
+    )
+
+
+def _time(left: Floats, step: float) -> float:
+    """Shift at which the correlation of a signal with itself falls to 1/e."""
+    size = float(np.sum(left**2))
+    for k in range(1, len(left) // 2):
+        if float(np.sum(left[k:] * left[:-k])) < size / np.e:
+            return max(k * step, _LEAST_TIME)
+    return _LEAST_TIME
+
+
+def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats:
+    """Return the level specific force that neither drag in proportion to speed nor thrust explains.
+
+    Args:
+        force: specific force about x and y, shape (T, 2).
+        velocity: body axes, shape (T, 3).
+        thrust: over mass, shape (T,).
+    """
+    known = np.column_stack([np.ones(len(force)), velocity, thrust])
+    left: Floats = force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
+    return left
+
+
+def inertia_of(vehicle: Mapping[str, Any]) -> Floats:
+    """Return the moments of inertia about x and y, shape (2,)."""
+    return np.asarray(np.diag(np.asarray(vehicle["inertia"], dtype=float))[:2])
+
+
+def velocity_of(log: Log, step: float) -> Floats | None:
+    """Return the velocity in body axes from the pose of a log, shape (T, 3); None without one."""
+    from seals.frames import matrix_of, normalised, rotate
+    from seals.logs.resample import one_sign
+
+    if not (log.has("position") and log.has("orientation")):
+        return None
+    place, turn = log.channel("position"), log.channel("orientation")
+    good = np.isfinite(place).all(axis=1) & np.isfinite(turn).all(axis=1)
+    if good.mean() < 0.1 or good.sum() < 50:
+        return None
+    q = one_sign(turn[good][:, [1, 2, 3, 0]])
+    even = [np.interp(log.time, log.time[good], v) for v in (*place[good].T, *q.T)]
+    speed = np.gradient(smooth(np.stack(even[:3], axis=1)), step, axis=0)
+    attitude = matrix_of(normalised(np.stack(even[3:], axis=1)))
+    return np.asarray(rotate(np.swapaxes(attitude, -1, -2), speed))
