@@ -167,9 +167,8 @@ def measured(run: Path, place: Path, seed: int) -> Path:
     from seals.logs.native import read_native, write_native
 
     log, rng = read_native(run), np.random.default_rng(seed)
-    if not any("_cmd" in k for k in log.columns):
-        # no commands to be held: rows as often as there are readings
-        log = log.select(slice(None, None, max(1, round(1.0 / (RATE * _step(log))))))
+    # rows as often as there are readings and commands
+    log = log.select(slice(None, None, max(1, round(1.0 / (RATE * _step(log))))))
     columns = {k: v for k, v in log.columns.items() if k == "t" or "_cmd" in k}
     told = log.meta["sensors"]["channels"]
     channels: Row = {}

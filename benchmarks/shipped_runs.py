@@ -143,24 +143,24 @@ def _course(
 
 
 def _flown(robot: str, more: tuple[str, ...], effects: tuple[str, ...] = _FLYING) -> Scene:
-    reach = 6.0 * LENGTH[robot]
-    first, second = _ways(3.0, reach, 2.0 * reach)
-    words = (f"robot={robot}", "initial.position=[0,0,3]", "initial.drives=carrying", *more)
+    reach = 5.0 * LENGTH[robot]
+    first, second = _ways(3.0, reach, reach)
+    words = (f"robot={robot}", "initial.position=[0,0,3]", "initial.drives=carrying", *STEER, *more)
     return Scene(
         robot=robot, medium="air", words=words, first=first, second=second, effects=effects
     )
 
 
-def _dived(robot: str, more: tuple[str, ...], effects: tuple[str, ...] = _DIVING) -> Scene:
-    first, second = _ways(-3.0, 1.0, 0.8)
-    words = (f"robot={robot}", "water=fossen", "initial.position=[0,0,-3]", *more)
+def _dived(robot: str, more: tuple[str, ...], *, speed: float = 0.3) -> Scene:
+    first, second = _ways(-3.0, 1.25 * speed, speed)
+    words = (f"robot={robot}", "water=fossen", "initial.position=[0,0,-3]", *STEER, *more)
     return Scene(
         robot=robot,
         medium="water",
         words=words,
         first=first,
         second=second,
-        effects=effects,
+        effects=_DIVING,
         known=_IN_WATER,
     )
 
@@ -198,6 +198,8 @@ def _start(numbers: str) -> tuple[str, ...]:
     )
 
 
+STEER = ("guide.rate=100", "controller.rate=100", "time.step=0.0025")
+"""Commands as often as rows of the log, so that a row holds what led to the next."""
 FINE = "time.step=0.001"
 """Light bodies on the surface and links that swing: a quarter of the usual step."""
 _ARM = ("initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6]",)
@@ -207,7 +209,7 @@ _WALKED = ("guide=march", "environment.friction=0.8")
 _LIMBS = ("current", "payload", "centre_of_gravity", "accelerometer_bias", "gyroscope_bias")
 
 SCENES = (
-    _dived("auv", ()),
+    _dived("auv", (), speed=0.8),
     _released(
         "box",
         "water",
@@ -286,7 +288,8 @@ SCENES = (
     _dived("aam_dual_arm", _ARMS),
     _flown(
         "crazyflie",
-        ("controller=cascade",),
+        # the robot states no lag, a real one has some
+        ("controller=cascade", "actuators.rotors.time_constant=[0.03]"),
         ("payload", "weak_rotor", "thrust_coefficient", "linear_drag", "centre_of_gravity"),
     ),
     Scene(

@@ -61,7 +61,10 @@ class RobotParts:
 
 
 def parts_of(
-    description: RobotDescription, environment: EnvironmentSettings, meta: Mapping[str, Any]
+    description: RobotDescription,
+    environment: EnvironmentSettings,
+    meta: Mapping[str, Any],
+    still: Mapping[str, float],
 ) -> RobotParts:
     """Return the nominal model of a robot in the surroundings of a log.
 
@@ -72,6 +75,7 @@ def parts_of(
         description: of the robot folder.
         environment: of the log.
         meta: of the log.
+        still: where the joints stand in a log in which none of them moves [rad or m]; else empty.
 
     Raises:
         LogError: the robot is bolted down.
@@ -83,13 +87,14 @@ def parts_of(
             "A diagnosis needs a vehicle with a free base: take out fixed_base."
         )
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
-    moving = robot.joints if measured else ()
+    moving = robot.joints if measured and not still else ()
     drives = {} if _undriven(meta) else description.actuators
     effects = {**_acting(description, meta), **drives}
     if not moving:
         of_joints = (JointLoads, JointDriven)
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
-    model = fused(robot, list(_stowed(robot)), _named(effects, robot), moving=moving)
+    stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
+    model = fused(robot, stands, _named(effects, robot), moving=moving)
     model = _with_motors(description.actuators, model)
     servo = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)

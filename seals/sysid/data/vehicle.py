@@ -92,12 +92,18 @@ class Vehicle:
         return float(self.robot.mass.sum())
 
 
-def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None) -> Vehicle:
+def read_vehicle(
+    meta: Mapping[str, Any],
+    robot: RobotDescription | None = None,
+    *,
+    still: Mapping[str, float] | None = None,
+) -> Vehicle:
     """Build the nominal model from the metadata of a log, and the robot's folder where given.
 
     Args:
         meta: of the log, or of several joined ones.
         robot: of the folder; it replaces the entry ``vehicle`` of the metadata.
+        still: where the joints stand in a log in which none of them moves [rad or m].
 
     Raises:
         LogError: something needed is missing or of an unknown kind.
@@ -110,7 +116,7 @@ def read_vehicle(meta: Mapping[str, Any], robot: RobotDescription | None = None)
     made = (
         _of_meta(meta, environment, entries)
         if robot is None
-        else _of_robot(meta, environment, entries, robot)
+        else _of_robot(meta, environment, entries, robot, still or {})
     )
     sea, beside = known_sea(meta, environment)
     if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
@@ -173,9 +179,10 @@ def _of_robot(
     environment: EnvironmentSettings,
     entries: Sequence[Mapping[str, Any]],
     description: RobotDescription,
+    still: Mapping[str, float],
 ) -> dict[str, Any]:
     """Model of the vehicle that a robot's folder describes; the metadata may add flows."""
-    parts = parts_of(description, environment, meta)
+    parts = parts_of(description, environment, meta, still)
     effects = dict(parts.effects)
     known = {key.partition(".")[2] for key in parts.written.values()}
     around = {type(effect) for effect in effects.values()}

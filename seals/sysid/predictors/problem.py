@@ -17,6 +17,7 @@ from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
+from seals.sysid.data.still_joints import still_joints
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
@@ -107,7 +108,7 @@ def prepare(
         LogError: the log cannot be used.
     """
     log = contact_free(log)
-    vehicle = read_vehicle(log.meta, robot)
+    vehicle = read_vehicle(log.meta, robot, still=still_joints(log, robot))
     samples = read_samples(log, vehicle)
     parts = max(1, round(samples.step / 0.01))
     if vehicle.has_water and not vehicle.commands:
