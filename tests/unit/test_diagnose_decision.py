@@ -28,6 +28,7 @@ from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.held_out import held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
+from seals.sysid.selection import window_models
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import WindowModels
 
@@ -336,8 +337,23 @@ def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
     assert more == pytest.approx(POLICY.activity_share * 10000.0)
 
 
+def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even where the fits without it got stuck elsewhere and score far less."""
+    both = model(["wind", "payload"], misfit=1.0, score=9000.0)
+    wind, load = both.candidates
+    sizes = {**dict.fromkeys(wind.keys, 5.0), **dict.fromkeys(load.keys, 0.0)}
+    both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
+    smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
+    made = family(0.2)
+    made._pierces, made.processes, made.nominal = False, 1, both
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
+    monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
+    assert made._without_superfluous(both)[0].candidates == (wind,)
+
+
 def test_what_a_law_does_not_resolve_is_not_named() -> None:
-    """An effect below the least size that it declares is insignificant, whatever the evidence."""
+    """Neither is an effect below the least size that it declares, nor one of an impossible sign."""
     best = model(["wind"], misfit=1.0, score=500.0)
     (candidate,) = best.candidates
     (key,) = candidate.keys
@@ -348,6 +364,10 @@ def test_what_a_law_does_not_resolve_is_not_named() -> None:
         fit = replace(best.fit, values={key: size})
         assert is_significant(candidate, fit, sets) is named
         assert is_significant(candidate, fit, known)
+    adds = replace(known.parameters[key], bounds=(0.0, math.inf))
+    sets = replace(known, parameters={**known.parameters, key: adds})
+    for size, named in ((-0.11, False), (0.11, True)):
+        assert is_significant(candidate, replace(best.fit, values={key: size}), sets) is named
 
 
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.hypothesis import Hypothesis
@@ -98,16 +98,26 @@ def scored(
 
 
 def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) -> bool:
-    """Return true where an effect exceeds its tolerance and is not negligible."""
+    """Return true where an effect exceeds its tolerance and is not negligible.
+
+    A value beyond what its law allows, such as negative friction, counts as the nearest allowed.
+    """
     tolerated, plausible, policy = 0.0, 0.0, candidate_set.policy
-    for key in candidate.keys:
+    sizes = {k: _allowed(fit.values[k], candidate_set.parameters[k]) for k in candidate.keys}
+    for key, size in sizes.items():
         parameter = candidate_set.parameters[key]
         if parameter.tolerance > 0.0:
-            tolerated = max(tolerated, abs(fit.values[key]) / parameter.tolerance)
-        plausible = max(plausible, abs(fit.values[key]) / parameter.scale)
-    if all(abs(fit.values[k]) < candidate_set.parameters[k].least for k in candidate.keys):
+            tolerated = max(tolerated, size / parameter.tolerance)
+        plausible = max(plausible, size / parameter.scale)
+    if all(size < candidate_set.parameters[k].least for k, size in sizes.items()):
         return False
     exact = all(candidate_set.parameters[k].tolerance == 0.0 for k in candidate.keys)
     # a slightly different law of another drag looks like a small one
     similar = policy.trace_of_similar if candidate.identification.resists else 1.0
     return plausible > similar * policy.trace if exact else tolerated > policy.tolerances
+
+
+def _allowed(value: float, parameter: Parameter) -> float:
+    """Size of the value within bounds that is nearest."""
+    low, high = parameter.bounds
+    return abs(min(max(value, low), high))

@@ -125,7 +125,10 @@ class WindowModels:
     def _without_superfluous(
         self, best: EvidenceHypothesis
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Leave out effects that do not pay what a further one must, one after the other."""
+        """Leave out effects that do not pay what a further one must, one after the other.
+
+        Nor does one pay that has no size: beside it the fit got stuck elsewhere.
+        """
         tried: list[EvidenceHypothesis] = []
         while len(best.candidates) > 1:
             jobs: list[Job] = [
@@ -138,7 +141,9 @@ class WindowModels:
             spare = [
                 h
                 for h, added in zip(smaller, left, strict=True)
-                if best.score - h.score < self._asked(h, added) or not self._bears_out(h, best)
+                if best.score - h.score < self._asked(h, added)
+                or not is_significant(added, best.fit, best.fitter.candidate_set)
+                or not self._bears_out(h, best)
             ]
             if not spare:
                 break

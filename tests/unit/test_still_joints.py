@@ -1,0 +1,63 @@
+"""Joints that stand still make a robot one body, in the posture that was measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.logs.log import Log
+from seals.sysid.data.robot_description import describe_robot
+from seals.sysid.data.still_joints import still_joints
+from seals.sysid.data.vehicle import read_vehicle
+
+SIGMA = 1e-3
+META: dict[str, Any] = {
+    "environment": {"water_level": 0.0},
+    "sensors": {"channels": {"position": {"sigma": 1e-3}, "joint_position": {"sigma": SIGMA}}},
+}
+
+
+def _log(swing: float) -> Log:
+    rng, time = np.random.default_rng(3), np.arange(0.0, 4.0, 0.01)
+    joints = np.array([0.7, -0.4]) + SIGMA * rng.standard_normal((time.size, 2))
+    joints[:, 1] += swing * np.sin(3.0 * time)
+    columns = {f"joint_position_{k + 1}": joints[:, k] for k in range(2)}
+    return Log(name="held", columns={"t": time, **columns}, meta=META)
+
+
+def test_noise_is_no_motion() -> None:
+    """A motion of a few times the noise is one, of one joint is enough."""
+    robot = describe_robot("free_arm")
+    stands = still_joints(_log(0.5 * SIGMA), robot)
+    assert list(stands) == list(robot.listed)
+    assert list(stands.values()) == pytest.approx([0.7, -0.4], abs=2e-4)
+    assert still_joints(_log(4.0 * SIGMA), robot) == {}
+    assert still_joints(_log(0.0), None) == {}
+
+
+def test_a_robot_that_holds_still_is_one_body_in_its_posture() -> None:
+    """No joint is left, and the mass hangs elsewhere than with the joints at zero."""
+    robot = describe_robot("free_arm")
+    held = read_vehicle(META, robot, still=still_joints(_log(0.0), robot))
+    moving = read_vehicle(META, robot)
+    assert held.robot.tree.joints == 0
+    assert moving.robot.tree.joints == 2
+    assert held.mass == pytest.approx(moving.mass)
+    assert not held.columns
+    stowed = read_vehicle({**META, "sensors": {"channels": {"position": {"sigma": 1e-3}}}}, robot)
+    shift = _centre(held.robot) - _centre(stowed.robot)
+    assert np.linalg.norm(shift) > 1e-3
+
+
+def _centre(robot: Any) -> Any:
+    origins = np.array([[0.0, 0.0, 0.0], *robot.tree.origin[1:]])
+    turns = robot.tree.rotation
+    place = [origins[0] + robot.centre[0]]
+    seen = {0: (origins[0], np.eye(3))}
+    for k in range(1, len(robot.links)):
+        at, turn = seen[robot.tree.parent[k]]
+        seen[k] = (at + turn @ origins[k], turn @ turns[k])
+        place.append(seen[k][0] + seen[k][1] @ robot.centre[k])
+    return np.average(place, axis=0, weights=robot.mass)
