@@ -24,14 +24,14 @@ def still_joints(log: Log, robot: RobotDescription | None) -> dict[str, float]:
         log: with or without measured joints.
         robot: that names them; None where the metadata describe the vehicle.
     """
-    told: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
-    if robot is None or "joint_position" not in told or not log.has("joint_position"):
+    stated: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
+    if robot is None or "joint_position" not in stated or not log.has("joint_position"):
         return {}
     names = joint_order(log.meta, robot)
     measured = log.channel("joint_position")
     if measured.shape[1] != len(names):
         return {}
-    level = _STILL * float(told["joint_position"]["sigma"]) ** 2
+    level = _STILL * float(stated["joint_position"]["sigma"]) ** 2
     found = {}
     for name, readings in zip(names, measured.T, strict=True):
         given = readings[np.isfinite(readings)]
