@@ -22,7 +22,7 @@ from seals.effects.rows import rows_of
 from seals.environment.build import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
-from seals.motion import Body, Inputs
+from seals.motion import Inputs
 from seals.multibody.equations import scatter
 from seals.multibody.rows import take
 from seals.robot.model import RobotModel
@@ -95,7 +95,7 @@ class BatchDynamics:
         )
         change = nominal_change(self.effects, robot, like, batch)
         if change is not None:
-            bodies = changed(bodies, _everyone(change, bodies))
+            bodies = changed(bodies, change)
         form = _form(robot)
         self.body: RigidBody | TreeBody = form(robot, self.evaluator, bodies, environment, change)
         self.memory: Mapping[str, Array] = self.zero_memory()
@@ -262,14 +262,6 @@ def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:
     if len(robot.links) == 1 and not robot.tree.fixed_base:
         return RigidBody
     return FusedBody if robot.held and not robot.tree.fixed_base else TreeBody
-
-
-def _everyone(change: Array, bodies: Body) -> Array:
-    """One change per link as one for every row of the bodies."""
-    count, rows = change.shape[0], bodies.mass.shape[0]
-    if count in (1, rows) or rows % count or rows == 1:
-        return change
-    return namespace(change).repeat(change, rows // count, axis=0)
 
 
 def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: int) -> Array | None:

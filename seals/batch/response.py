@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,36 +70,49 @@ class Response:
         if isinstance(body, RigidBody):
             self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
             self._factors = Factors(body.inertia_with(self._found))
-            own = np.concatenate((self.rates.velocity, self.rates.angular_velocity), axis=1)
-            # links that do not move: their twists are constant maps of that of the base
-            lifts = np.stack(body.maps) if isinstance(body, FusedBody) else np.eye(6)[None]
-            self._across = lifts.reshape(-1, 6).T
-            rise = np.einsum("lij,bj->bli", lifts, own)
         else:
-            rise = self._tree(body, state)
-        # the acceleration of every link's twist, rows link by link
-        self._rise: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
+            self._tree(body, state)
+
+    @cached_property
+    def _lifts(self) -> Floats:
+        """Maps from the generalised velocity to the links' twists, shape (1 or B, L, 6, n)."""
+        body = self.twin.body
+        if isinstance(body, RigidBody):
+            # links that do not move: their twists are constant maps of that of the base
+            return np.stack(body.maps if isinstance(body, FusedBody) else [np.eye(6)])[None]
+        assert self.posture.kinematics is not None
+        jacobian: Floats = self.posture.kinematics.jacobian
+        return jacobian
+
+    @cached_property
+    def _rise(self) -> Floats:
+        """Acceleration of every link's twist, rows link by link, shape (L B, 6)."""
+        rates = self.rates
+        if isinstance(self.twin.body, RigidBody):
+            own = np.concatenate((rates.velocity, rates.angular_velocity), axis=1)
+            rise = np.einsum("lij,bj->bli", self._lifts[0], own)
+        else:
+            rise = np.matmul(self._lifts, self._change[:, None, :, None])[:, :, :, 0]
+            kinematics, moving = self.posture.kinematics, self.posture.moving
+            assert kinematics is not None
+            assert moving is not None
+            rise = rise + kinematics.bias(moving)
+        return rise.transpose(1, 0, 2).reshape(-1, 6)
 
     @property
     def sample(self) -> Sample:
         """Surroundings of the links, the flows of all effects in them, rows link by link."""
         return self._found.sample
 
-    def _tree(self, body: TreeBody, state: TwinState) -> Floats:
-        """Solve the equations of a tree; returns the rates of the links' twists, (B, L, 6)."""
+    def _tree(self, body: TreeBody, state: TwinState) -> None:
+        """Solve the equations of a tree."""
         posture, memory = self.posture, self.twin.memory
         assert posture.kinematics is not None
         assert posture.moving is not None
         found, (matrix, right) = body.system(state, posture, self.inputs, memory, explicit=True)
         self._found, self._right, self._factors = found, right, body.factors(matrix)
-        change = self._factors.solve(right)
-        self.rates = body.state_rates(state, posture.base, change)
-        jacobian: Floats = posture.kinematics.jacobian
-        batch, links, _, size = jacobian.shape
-        self._across = jacobian.reshape(batch, 6 * links, size).transpose(0, 2, 1)
-        rise = np.matmul(jacobian, change[:, None, :, None])[:, :, :, 0]
-        out: Floats = rise + posture.kinematics.bias(posture.moving)
-        return out
+        self._change = self._factors.solve(right)
+        self.rates = body.state_rates(state, posture.base, self._change)
 
     def rates_under(self, inputs: Inputs) -> Rates:
         """State derivatives at the same state with other joint commands."""
@@ -177,7 +191,8 @@ class Response:
             spin, of the specific force and of the derivative of the joint rates.
         """
         right = np.stack([f.links.reshape(f.links.shape[0], -1) for f in forces], axis=2)
-        right = np.matmul(self._across, right)
+        across = self._lifts.reshape(len(self._lifts), right.shape[1], -1).transpose(0, 2, 1)
+        right = np.matmul(across, right)
         if not isinstance(self.twin.body, RigidBody):
             joints = self._joints.velocity.shape[1]
             if joints:

@@ -27,13 +27,21 @@ def changed(body: Body, matrix: Array) -> Body:
     """Return the body with a change of inertia added.
 
     Args:
-        body: constant properties, fields of shape (1 or N, k).
-        matrix: sum of all changes about the link origin, shape (N, 6, 6).
+        body: constant properties, fields of shape (1 or N, k), rows link by link.
+        matrix: sum of all changes about the link origin, shape (N, 6, 6), or one for each link.
     """
-    mass, moment = moments_of(matrix)
+    mass, moment = (_everyone(x, body.mass.shape[0]) for x in moments_of(matrix))
     total = body.mass + mass
     centre = (body.mass * body.centre_of_mass + moment) / total
     return body._replace(mass=total, centre_of_mass=centre)
+
+
+def _everyone(change: Array, rows: int) -> Array:
+    """One change for each link as one for every row of the bodies."""
+    count = change.shape[0]
+    if count in (1, rows) or rows % count or rows == 1:
+        return change
+    return namespace(change).repeat(change, rows // count, axis=0)
 
 
 def skew(vector: Array) -> Array:

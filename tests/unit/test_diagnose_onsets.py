@@ -19,6 +19,7 @@ from seals.sysid.predictors.activity_equations import ActivityEquations, Blocks,
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.held_out import folds_of
+from seals.sysid.selection import onsets
 from seals.sysid.selection.change_points import ChangePointSearch, LogPlaces, Part
 from tests.unit.test_diagnose_along import described, waving
 
@@ -238,3 +239,31 @@ def test_no_held_out_part_holds_all_of_an_effect() -> None:
     throughout: Any = SimpleNamespace(fitter=fitter, candidates=(WIND,))
     assert set(folds_of(early)[:5]) == set(range(5))
     assert folds_of(throughout).tolist() == np.repeat(np.arange(5), 4).tolist()
+
+
+@pytest.mark.parametrize("other_wins", [False, True])
+@pytest.mark.parametrize("processes", [1, 2])
+def test_last_times_are_found_side_by_side(
+    monkeypatch: pytest.MonkeyPatch, processes: int, *, other_wins: bool
+) -> None:
+    """Sharper times follow the other times where those do better, with one process or two."""
+    spans = [(Span(log=0, start=at(t), end=None),) for t in (2.0, 3.0, 3.5, 2.5)]
+    known, other, sharp_other, sharp = (Activity(spans=s) for s in spans)
+
+    def model(activity: Activity) -> Any:
+        fitter = SimpleNamespace(acting=lambda candidates: None)
+        return SimpleNamespace(candidates=(WIND.acting(activity),), fit=activity, fitter=fitter)
+
+    def sharpened(_: object, best: Any) -> Any:
+        return model(sharp if best.candidates[0].activity == known else sharp_other)
+
+    def complemented(_: object, best: Any) -> Any:
+        return model(other) if other_wins else best
+
+    monkeypatch.setattr(onsets, "may_act_for_a_time", lambda *_: False)
+    monkeypatch.setattr(onsets, "_complemented", complemented)
+    monkeypatch.setattr(onsets, "sharpened", sharpened)
+    monkeypatch.setattr(onsets, "scored", lambda c, fit, *_: SimpleNamespace(candidates=c, fit=fit))
+    no_log: Any = None
+    found = onsets.retimed(no_log, no_log, model(known), processes=processes)
+    assert found.candidates[0].activity == found.fit == (sharp_other if other_wins else sharp)

@@ -64,6 +64,9 @@ def test_a_fitter_is_built_again_from_its_linearisation(cache: TrajectoryCache) 
     about = spread(lambda _: Linearisation.of(fitter), [0, 1], 2)[0]
     again = about.fitter(cache.plant, window=0.5)
     assert again.windows.gusts == 1.2
+    # a model that nobody asks again costs neither time nor memory
+    assert not {"_marginal", "_weights", "_march"} & set(vars(again.windows))
+    assert "fixed" not in vars(again)
     assert again.fit(()).cost == fitter.fit(()).cost
     without = replace(about, columns=None).fitter(cache.plant, window=0.5)
     assert without.fit(()).cost == pytest.approx(fitter.fit(()).cost, rel=1e-12)

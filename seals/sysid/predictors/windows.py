@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,32 @@ _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
 _QUANTISED = 1.0 + 1.0 / 48.0
 """Variance of noise and rounding to half a sigma, in units of the noise alone."""
+
+
+class Marginal(NamedTuple):
+    """Start states and gusts of the windows.
+
+    Args:
+        outputs: by each of them, whitened, shape (W, K * ny, q).
+        products: of these outputs, shape (W, q, q).
+    """
+
+    outputs: Floats
+    products: Floats
+
+
+class Weights(NamedTuple):
+    """Normal matrix of start states and gusts, priors included.
+
+    Args:
+        scale: that makes its diagonal one, shape (W, q).
+        factor: Cholesky factor of the scaled matrix, shape (W, q, q).
+        inverse: of the factor, shape (W, q, q).
+    """
+
+    scale: Floats
+    factor: Floats
+    inverse: Floats
 
 
 class Windows:
@@ -72,16 +100,14 @@ class Windows:
         self._reference(blur)
         self.gusts, self._extra = gusts, extra
         self._gusts(gusts * vehicle.gust, extra)
-        self._march()
-        self._marginal()
-        self._weigh()
 
     def with_disturbance(self, gusts: float) -> Windows:
         """Return the same windows with another level of the gusts."""
+        shared = self._marginal
         other = copy.copy(self)
-        other.gusts = gusts
+        other.__dict__.pop("_weights", None)
+        other.gusts, other._marginal = gusts, shared
         other._gusts(gusts * self.vehicle.gust, self._extra)
-        other._weigh()
         return other
 
     def with_readings(self, samples: Samples) -> Windows:
@@ -94,7 +120,7 @@ class Windows:
 
     def shares_outputs(self, other: Windows) -> bool:
         """Return true where whitened outputs of other windows may be used in these."""
-        return self._loose is other._loose
+        return self._marginal is other._marginal
 
     def _reference(self, blur: Floats | None) -> None:
         """Measured values against the trajectory, weights, and which state component each reads."""
@@ -144,7 +170,8 @@ class Windows:
                 # what a late sensor reads first lies before the window
                 self.weight[:, :late, i] = 0.0
         self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
-        self.observed = int(np.count_nonzero(self.weight)) - (self.count * self.size)
+        free = 0 if self._stated is not None else self.count * self.size
+        self.observed = int(np.count_nonzero(self.weight)) - free
 
     def _gusts(self, gust: Floats, extra: Floats | None) -> None:
         """Hat functions of the gusts and the inverse of their covariance."""
@@ -171,68 +198,75 @@ class Windows:
             self._spread += float(np.linalg.slogdet(covariance)[1].sum())
         self._gust_precision = prior
 
-    def _march(self) -> None:
-        """Derivatives along the windows, in the order in which they are used."""
-        order = self.rows.T
-        self._steps = np.ascontiguousarray(self.dynamics.transition[order])
-        self._output = np.ascontiguousarray(self.dynamics.output_matrix[order])
+    @cached_property
+    def _march(self) -> tuple[Floats, Floats]:
+        """Transitions and output matrices along the windows, in the order in which they are used.
 
-    def _marginal(self) -> None:
+        Shapes (K, W, n, n) and (K, W, 3, n).
+        """
+        order = self.rows.T
+        pair = self.dynamics.transition, self.dynamics.output_matrix
+        return np.ascontiguousarray(pair[0][order]), np.ascontiguousarray(pair[1][order])
+
+    @cached_property
+    def _marginal(self) -> Marginal:
         """Outputs of start states and gusts, and their products."""
-        n, m = self.size, 6 * self._knots
+        n, m, knots = self.size, 6 * self._knots, self._knots
         free = 0 if self._bias is None else 6
         start = np.zeros((self.count, n, n + m + free))
         start[:, :, :n] = np.eye(n)
         order = self.rows.T
         mean = 0.5 * (self.hats[1:] + self.hats[:-1])
-        push = np.zeros((self.length, self.count, n, n + m + free))
+
+        def push(k: int, states: Floats) -> None:
+            matrix = self.dynamics.input_matrix[order[k]]
+            for knot in np.flatnonzero(mean[k]):
+                states[:, :, n + knot : n + m : knots] += matrix * mean[k, knot]
+
         direct = np.zeros((self.length, self.count, 6, n + m + free))
-        push[:-1, :, :, n : n + m] = _outer(self.dynamics.input_matrix[order[:-1]], mean)
         direct[:, :, 3:, n : n + m] = _outer(self.dynamics.feedthrough[order], self.hats)
         direct[:, :, :, n + m :] = np.eye(6)[:, :free]
-        self._loose = self._run(start, push, direct)
-        self._products = np.matmul(self._loose.transpose(0, 2, 1), self._loose)
-        if self._stated is not None:
-            self.observed += self.count * n
+        loose = self._run(start, push, direct)
+        return Marginal(loose, np.matmul(loose.transpose(0, 2, 1), loose))
 
-    def _weigh(self) -> None:
+    @cached_property
+    def _weights(self) -> Weights:
         """The factor of the normal matrix of start states and gusts."""
         n, m = self.size, 6 * self._knots
-        normal = self._products.copy()
+        normal = self._marginal.products.copy()
         normal[:, n : n + m, n : n + m] += self._gust_precision
         if self._bias is not None:
             last = range(n + m, n + m + 6)
             normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
         scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
-        self._scale = scale
         normal *= scale[:, :, None]
         normal *= scale[:, None, :]
         normal += 1e-11 * np.eye(normal.shape[1])
-        self._factor = np.linalg.cholesky(normal)
-        self._factor_inverse = np.linalg.inv(self._factor)
+        factor = np.linalg.cholesky(normal)
+        return Weights(scale, factor, np.linalg.inv(factor))
 
-    def _run(self, start: Floats, push: Floats, direct: Floats) -> Floats:
+    def _run(self, start: Floats, push: Callable[[int, Floats], None], direct: Floats) -> Floats:
         """Carry state columns through the windows and read them off, whitened.
 
         Args:
             start: states at the first rows, shape (W, n, c).
-            push: what every step adds, shape (K, W, n, c); the last one is idle.
+            push: adds what step k pushes to the states (W, n, c) after it, in place.
             direct: what the inertial sensors read beside the states, shape (K, W, 6, c).
 
         Returns:
             Outputs of all rows and channels, shape (W, K * ny, c).
         """
-        channels = len(self.channel_of)
+        channels, (steps, output) = len(self.channel_of), self._march
         states = np.empty((self.length, *start.shape))
         states[0] = start
         for k in range(self.length - 1):
-            np.matmul(self._steps[k], states[k], out=states[k + 1])
-            states[k + 1] += push[k]
+            np.matmul(steps[k], states[k], out=states[k + 1])
+            push(k, states[k + 1])
         out = np.empty((self.count, self.length, channels, start.shape[2]))
         for i, r in enumerate(self._reads):
             if r is not None:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
-        force = np.matmul(self._output, states)
+        force = np.matmul(output, states)
         spin = states[:, :, 9:12]
         if not np.allclose(self.vehicle.imu_turn, np.eye(3)):
             spin = np.matmul(self.vehicle.imu_turn, spin)
@@ -262,7 +296,7 @@ class Windows:
         defect = prediction.defect[order][:, :, :, None]
         reading = prediction.reading[order][:, :, :, None]
         start = np.zeros((self.count, self.size, 1))
-        model = self._run(start, defect, reading)[:, :, 0]
+        model = self._run(start, _adding(defect), reading)[:, :, 0]
         measured = (self._values * self.weight).reshape(self.count, -1)
         if self._stated is not None:
             measured = np.concatenate([measured, self._stated[0] / self._stated[1]], axis=1)
@@ -273,7 +307,7 @@ class Windows:
         """Derivatives of the whitened outputs by parameters, shape (W, K * ny, p)."""
         order = self.rows.T
         start = np.zeros((self.count, self.size, len(columns.keys)))
-        return self._run(start, columns.push[order], columns.reading[order])
+        return self._run(start, _adding(columns.push[order]), columns.reading[order])
 
     @property
     def volume(self) -> float:
@@ -281,20 +315,22 @@ class Windows:
 
         Up to a constant of the start states; twice the log evidence is less by this number.
         """
-        diagonal = np.diagonal(self._factor, axis1=1, axis2=2)
-        return float(2.0 * np.log(diagonal / self._scale).sum()) + self._spread
+        diagonal = np.diagonal(self._weights.factor, axis1=1, axis2=2)
+        return float(2.0 * np.log(diagonal / self._weights.scale).sum()) + self._spread
 
     def whiten(self, outputs: Floats) -> Whitened:
         """Return outputs with their projection on start states and gusts."""
-        return self._absorbed(outputs, np.matmul(self._loose.transpose(0, 2, 1), outputs))
+        return self._absorbed(
+            outputs, np.matmul(self._marginal.outputs.transpose(0, 2, 1), outputs)
+        )
 
     def rewhitened(self, seen: Whitened) -> Whitened:
         """Project outputs, whitened by equal windows, on these windows' start states and gusts."""
         return self._absorbed(seen.outputs, seen.cross)
 
     def _absorbed(self, outputs: Floats, cross: Floats) -> Whitened:
-        scaled = cross * self._scale[:, :, None]
-        absorbed = np.matmul(self._factor_inverse, scaled)
+        scaled = cross * self._weights.scale[:, :, None]
+        absorbed = np.matmul(self._weights.inverse, scaled)
         return Whitened(outputs=outputs, absorbed=absorbed, cross=cross)
 
     def explained(self, residual: Floats) -> tuple[Floats, Floats]:
@@ -337,13 +373,13 @@ class Windows:
     def leftover(self, residual: Floats) -> Floats:
         """Return the residual after the fit of start states and gusts, shape (W, K * ny)."""
         found = self._coefficients(residual)
-        rest: Floats = residual - np.matmul(self._loose, found[:, :, None])[:, :, 0]
+        rest: Floats = residual - np.matmul(self._marginal.outputs, found[:, :, None])[:, :, 0]
         return rest
 
     def _coefficients(self, residual: Floats) -> Floats:
         absorbed = self.whiten(residual[:, :, None]).absorbed
-        back = np.matmul(self._factor_inverse.transpose(0, 2, 1), absorbed)[:, :, 0]
-        found: Floats = back * self._scale
+        back = np.matmul(self._weights.inverse.transpose(0, 2, 1), absorbed)[:, :, 0]
+        found: Floats = back * self._weights.scale
         return found
 
 
@@ -371,6 +407,15 @@ def _shift(rows: int, late: float) -> Floats:
     matrix[np.arange(rows), below] = 1.0 - share
     matrix[np.arange(rows), below + 1] += share
     return matrix
+
+
+def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
+    """Add one push after the other, shape (K, W, n, c); the last one is idle."""
+
+    def push(k: int, states: Floats) -> None:
+        states += pushes[k]
+
+    return push
 
 
 def _outer(matrix: Floats, weights: Floats) -> Floats:

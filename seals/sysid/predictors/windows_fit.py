@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +64,7 @@ class Fitter:
         cache: the plant along the trajectory, when it is known; it saves exact steps: those of a
             fit are taken where it starts and where it ends.
         fixed: whitened responses of the tolerances, when they are known.
+        square: their products with each other, when they are known.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class Fitter:
         columns: Columns | None = None,
         cache: TrajectoryCache | None = None,
         fixed: Whitened | None = None,
+        square: Floats | None = None,
     ) -> None:
         self.plant, self.trajectory, self.dynamics, self.windows = (
             plant,
@@ -88,8 +91,20 @@ class Fitter:
         self.tolerances = self.candidate_set.tolerances
         self.at = dict(at or {})
         self.columns = columns or self.columns_at(self.tolerances, self.at)
-        self.fixed = windows.whiten(windows.responses(self.columns)) if fixed is None else fixed
-        self._square = self.fixed.product(self.fixed)
+        if fixed is not None:
+            self.fixed = fixed
+        if square is not None:
+            self._square = square
+
+    @cached_property
+    def fixed(self) -> Whitened:
+        """Whitened responses of the tolerances."""
+        return self.windows.whiten(self.windows.responses(self.columns))
+
+    @cached_property
+    def _square(self) -> Floats:
+        """Their products with each other, shape (W, p, p)."""
+        return self.fixed.product(self.fixed)
 
     def with_windows(self, windows: Windows) -> Fitter:
         """Return the same linearisation in other windows."""
@@ -118,6 +133,7 @@ class Fitter:
             columns=self.columns,
             cache=None if self.cache is None else self.cache.acting(plant),
             fixed=self.fixed,
+            square=self._square,
         )
 
     def columns_at(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:

@@ -106,7 +106,7 @@ def restarted(hypothesis: EvidenceHypothesis) -> tuple[Floats, Floats]:
     prediction = predict(fitter.plant, fitter.trajectory, values, delay=windows.delay)
     whole = windows.residual(prediction)
     start, _ = windows.explained(whole)
-    carried = windows._loose[:, :, : windows.size]
+    carried = windows._marginal.outputs[:, :, : windows.size]
     rest = whole - np.einsum("wkn,wn->wk", carried, start)
     shape = (windows.count, windows.length, len(windows.channel_of))
     inside = shape[1] * shape[2]
@@ -124,9 +124,12 @@ def _variance(windows: Windows) -> Floats:
         and V the covariance of their estimate (generalised least squares).
     """
     n, m = windows.size, windows._gust_precision.shape[1]
-    carried, pushed = windows._loose[:, :, :n], windows._loose[:, :, n : n + m]
+    carried, pushed = (
+        windows._marginal.outputs[:, :, :n],
+        windows._marginal.outputs[:, :, n : n + m],
+    )
     gusts = np.linalg.inv(windows._gust_precision)
-    factor = windows._factor_inverse[:, :, :n] * windows._scale[:, None, :n]
+    factor = windows._weights.inverse[:, :, :n] * windows._weights.scale[:, None, :n]
     noise = 1.0 + np.einsum("wkm,wkm->wk", np.matmul(pushed, gusts), pushed)
     taken = np.matmul(carried, factor.transpose(0, 2, 1))
     variance: Floats = np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
 from seals.sysid.candidates.activity import Activity, log_rows
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.activity_equations import activity_equations, coarse_equations
 from seals.sysid.predictors.linear_screen import CandidateEquations, linear_gain
@@ -95,7 +97,11 @@ def proposals(
 
 
 def retimed(
-    problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    best: EvidenceHypothesis,
+    *,
+    processes: int = 1,
 ) -> EvidenceHypothesis:
     """Refine the times of all effects about the model's own values; keep the better model.
 
@@ -103,6 +109,7 @@ def retimed(
         problem: the log made ready.
         nominal: model against which it is scored.
         best: model whose effects may begin or end.
+        processes: that share the last fits.
     """
     for _ in range(_ROUNDS):
         before = best
@@ -111,7 +118,35 @@ def retimed(
                 best = _retimed(problem, nominal, best, k)
         if best is before:
             break
-    return sharpened(nominal, _complemented(nominal, best))
+    known = [c.activity for c in best.candidates]
+    if processes < 2 or not any(known):
+        return sharpened(nominal, _complemented(nominal, best))
+
+    def work(step: _Step) -> tuple[list[Activity | None], Fit]:
+        found = step(nominal, best)
+        return [c.activity for c in found.candidates], found.fit
+
+    # the other times seldom do better: meanwhile these are sharpened
+    steps: tuple[_Step, _Step] = (_complemented, sharpened)
+    turned, sharp = spread(work, steps, processes)
+    if turned[0] != known:
+        return sharpened(nominal, _at_times(nominal, best, *turned))
+    return best if sharp[0] == known else _at_times(nominal, best, *sharp)
+
+
+_Step: TypeAlias = Callable[[EvidenceHypothesis, EvidenceHypothesis], EvidenceHypothesis]
+
+
+def _at_times(
+    nominal: EvidenceHypothesis,
+    best: EvidenceHypothesis,
+    activities: Sequence[Activity | None],
+    fit: Fit,
+) -> EvidenceHypothesis:
+    """Return a model with the times and the fit that another process found."""
+    pairs = zip(best.candidates, activities, strict=True)
+    candidates = tuple(c if a is None else c.acting(a) for c, a in pairs)
+    return scored(candidates, fit, best.fitter.acting(candidates), nominal)
 
 
 def _complemented(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:

@@ -77,7 +77,7 @@ class WindowModels:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
-        return None if best.score - calm < least else retimed(self.problem, self.nominal, best)
+        return None if best.score - calm < least else self._retimed(best)
 
     def _within_noise(self, base: EvidenceHypothesis) -> bool:
         """Return true where a model errs by less than the stated noise alone would make it.
@@ -120,7 +120,11 @@ class WindowModels:
         for rival in tried:
             if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
-        return best if best is before else retimed(self.problem, self.nominal, best), tried
+        return best if best is before else self._retimed(best), tried
+
+    def _retimed(self, best: EvidenceHypothesis) -> EvidenceHypothesis:
+        """Return the same with better times of its effects."""
+        return retimed(self.problem, self.nominal, best, processes=self.processes)
 
     def _without_superfluous(
         self, best: EvidenceHypothesis
